@@ -1,0 +1,167 @@
+//! One error type: what went wrong, where, and what to do about it.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// What kind of failure this is; it decides the exit status of the program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// The user's input cannot be used as it stands (exit status 2).
+    Input,
+    /// The numerics failed: no convergence, an open heat balance (exit status 4).
+    Numerics,
+}
+
+/// Where in the user's files the trouble lies. Every part is optional.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Location {
+    /// The file that was read.
+    pub file: Option<PathBuf>,
+    /// Line in that file, counted from 1.
+    pub line: Option<usize>,
+    /// Dotted key, column name or argument, for example `contact[2].conductance`.
+    pub key: Option<String>,
+}
+
+/// An error that names its place, the value that was read, and a remedy.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Error {
+    inner: Box<Inner>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Inner {
+    kind: Kind,
+    what: String,
+    location: Location,
+    value: Option<String>,
+    help: Option<String>,
+}
+
+/// `Result` with this crate's [`Error`].
+pub type Result<T> = std::result::Result<T, Error>;
+
+impl Error {
+    /// Bad input: `what` says in one sentence what is wrong.
+    pub fn input(what: impl Into<String>) -> Self {
+        Self::new(Kind::Input, what)
+    }
+
+    /// The numerics failed: `what` says which quantity missed which criterion.
+    pub fn numerics(what: impl Into<String>) -> Self {
+        Self::new(Kind::Numerics, what)
+    }
+
+    fn new(kind: Kind, what: impl Into<String>) -> Self {
+        Self { inner: Box::new(Inner { kind, what: what.into(), location: Location::default(), value: None, help: None }) }
+    }
+
+    /// A file could not be read or written.
+    pub fn file(action: &str, path: &Path, source: &std::io::Error) -> Self {
+        Self::input(format!("cannot {action} this file: {source}")).in_file(path)
+    }
+
+    /// Names the file, unless one is named already.
+    #[must_use]
+    pub fn in_file(mut self, file: impl AsRef<Path>) -> Self {
+        self.inner.location.file.get_or_insert_with(|| file.as_ref().to_path_buf());
+        self
+    }
+
+    /// Names the line (from 1), unless one is named already.
+    #[must_use]
+    pub fn at_line(mut self, line: usize) -> Self {
+        self.inner.location.line.get_or_insert(line);
+        self
+    }
+
+    /// Names the key, column or argument, unless one is named already.
+    #[must_use]
+    pub fn at_key(mut self, key: impl Into<String>) -> Self {
+        self.inner.location.key.get_or_insert_with(|| key.into());
+        self
+    }
+
+    /// Shows the value that was read.
+    #[must_use]
+    pub fn read(mut self, value: impl fmt::Display) -> Self {
+        self.inner.value.get_or_insert_with(|| value.to_string());
+        self
+    }
+
+    /// Says what to do about it.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.inner.help.get_or_insert_with(|| help.into());
+        self
+    }
+
+    /// The kind of failure.
+    pub fn kind(&self) -> Kind {
+        self.inner.kind
+    }
+
+    /// What is wrong, without place or remedy.
+    pub fn what(&self) -> &str {
+        &self.inner.what
+    }
+
+    /// Where the trouble lies.
+    pub fn location(&self) -> &Location {
+        &self.inner.location
+    }
+
+    /// The remedy, where one is known.
+    pub fn remedy(&self) -> Option<&str> {
+        self.inner.help.as_deref()
+    }
+
+    /// The exit status the program ends with: 2 for input, 4 for numerics.
+    pub fn exit_status(&self) -> u8 {
+        match self.inner.kind {
+            Kind::Input => 2,
+            Kind::Numerics => 4,
+        }
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Inner { what, location, value, help, .. } = &*self.inner;
+        write!(f, "{what}")?;
+        let mut place = Vec::new();
+        if let Some(file) = &location.file {
+            place.push(match location.line {
+                Some(line) => format!("{}:{line}", file.display()),
+                None => file.display().to_string(),
+            });
+        } else if let Some(line) = location.line {
+            place.push(format!("line {line}"));
+        }
+        if let Some(key) = &location.key {
+            place.push(key.clone());
+        }
+        if !place.is_empty() {
+            write!(f, "\n   at: {}", place.join(", "))?;
+        }
+        if let Some(value) = value {
+            write!(f, "\n read: {value}")?;
+        }
+        if let Some(help) = help {
+            write!(f, "\n help: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Error {}
+
+/// The name among `known` that `name` was most likely meant to be, if any is close enough.
+pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    known
+        .into_iter()
+        .map(|candidate| (strsim::jaro_winkler(name, candidate), candidate))
+        .filter(|(similarity, _)| *similarity > 0.8)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, candidate)| candidate)
+}

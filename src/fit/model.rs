@@ -1,0 +1,131 @@
+//! What a fit produces and a surrogate file holds: owned, plain data.
+
+/// A condition variable of a surrogate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Name, for example `coolant_flow`.
+    pub name: String,
+    /// Unit of the values it takes, for example `L/min`.
+    pub unit: String,
+    /// Smallest value the surrogate was fitted on.
+    pub low: f64,
+    /// Largest value the surrogate was fitted on.
+    pub high: f64,
+}
+
+/// How a variable enters: g(x) before it is scaled to [-1, 1] over the fitted range,
+/// u = 2 (g(x) - g(low)) / (g(high) - g(low)) - 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Transform {
+    /// g(x) = x
+    Identity,
+    /// g(x) = 1/x, for ranges that do not touch zero
+    Reciprocal,
+    /// g(x) = ln x, for positive ranges
+    Log,
+}
+
+/// A polynomial in the scaled variables.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Polynomial {
+    /// One per variable.
+    pub transforms: Vec<Transform>,
+    /// Exponents, `terms.len()` rows of one exponent per variable.
+    pub terms: Vec<Vec<u8>>,
+    /// One coefficient per term, in the point's unit.
+    pub coefficients: Vec<f64>,
+}
+
+/// Radial kernels of r, the distance in scaled variables times the length scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kernel {
+    /// r² ln r
+    ThinPlate,
+    /// r³
+    Cubic,
+    /// sqrt(1 + r²)
+    Multiquadric,
+    /// exp(-r²)
+    Gaussian,
+}
+
+/// Kernel, scales and centres, shared by every point that uses them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RbfBasis {
+    /// The kernel.
+    pub kernel: Kernel,
+    /// One per variable.
+    pub transforms: Vec<Transform>,
+    /// Inverse length scale per variable, multiplying the scaled variable.
+    pub scales: Vec<f64>,
+    /// Centres in scaled variables, one row of one value per variable each.
+    pub centres: Vec<Vec<f64>>,
+}
+
+/// The function fitted to one measurement point.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Model {
+    /// A polynomial.
+    Polynomial(Polynomial),
+    /// Radial basis functions with a polynomial tail.
+    Rbf {
+        /// Index into [`Surrogate::bases`].
+        basis: usize,
+        /// One weight per centre.
+        weights: Vec<f64>,
+        /// The tail.
+        tail: Polynomial,
+    },
+}
+
+/// A measurement point and its model.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Point {
+    /// Name.
+    pub name: String,
+    /// Unit of its value, for example `degC`.
+    pub unit: String,
+    /// Its function.
+    pub model: Model,
+    /// Half width of the band that covers 95 % of new conditions inside the range.
+    pub half_width: f64,
+}
+
+/// A limit, by indices into [`Surrogate::points`] and [`Surrogate::variables`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Name.
+    pub name: String,
+    /// What is limited.
+    pub kind: LimitKind,
+    /// Largest value allowed, in the points' unit.
+    pub maximum: f64,
+}
+
+/// What a limit looks at.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum LimitKind {
+    /// A point's value.
+    Maximum(usize),
+    /// A point's value minus a variable (its rise over ambient); units must agree.
+    Rise(usize, usize),
+    /// First point minus second.
+    Difference(usize, usize),
+    /// Largest minus smallest of several points.
+    Spread(Vec<usize>),
+}
+
+/// Everything a surrogate file holds, except the self-test vectors, which the writer computes.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Surrogate {
+    /// Condition variables, in the order of a query.
+    pub variables: Vec<Variable>,
+    /// Shared radial bases.
+    pub bases: Vec<RbfBasis>,
+    /// Measurement points.
+    pub points: Vec<Point>,
+    /// Limits.
+    pub limits: Vec<Limit>,
+    /// Provenance: key and value, both text.
+    pub provenance: Vec<(String, String)>,
+}

@@ -1,0 +1,381 @@
+//! SI inside; values carry their unit in the files. Celsius and Kelvin are different types.
+//!
+//! ```
+//! use coldplate::units::{parse, Dimension};
+//! assert_eq!(parse("9.42 L/min", Dimension::VOLUME_FLOW).unwrap(), 9.42e-3 / 60.0);
+//! assert_eq!(parse("20.5 degC", Dimension::TEMPERATURE).unwrap(), 293.65); // kelvin
+//! assert!(parse("20.5", Dimension::TEMPERATURE).is_err()); // a bare number is refused
+//! ```
+
+use std::fmt;
+
+use crate::error::{Error, Result, did_you_mean};
+
+/// The one offset between the Celsius and the Kelvin scale.
+pub const ZERO_CELSIUS: f64 = 273.15;
+
+/// An absolute temperature in kelvin.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Kelvin(pub f64);
+
+/// An absolute temperature in degrees Celsius.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
+pub struct Celsius(pub f64);
+
+impl From<Celsius> for Kelvin {
+    fn from(t: Celsius) -> Self {
+        Kelvin(t.0 + ZERO_CELSIUS)
+    }
+}
+
+impl From<Kelvin> for Celsius {
+    fn from(t: Kelvin) -> Self {
+        Celsius(t.0 - ZERO_CELSIUS)
+    }
+}
+
+impl fmt::Display for Celsius {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} degC", self.0)
+    }
+}
+
+/// Exponents of metre, kilogram, second and kelvin, and whether an absolute temperature is meant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Dimension {
+    m: i8,
+    kg: i8,
+    s: i8,
+    k: i8,
+    absolute: bool,
+}
+
+impl Dimension {
+    const fn of(m: i8, kg: i8, s: i8, k: i8) -> Self {
+        Self { m, kg, s, k, absolute: false }
+    }
+    /// A pure number.
+    pub const NUMBER: Self = Self::of(0, 0, 0, 0);
+    /// m
+    pub const LENGTH: Self = Self::of(1, 0, 0, 0);
+    /// m²
+    pub const AREA: Self = Self::of(2, 0, 0, 0);
+    /// m³
+    pub const VOLUME: Self = Self::of(3, 0, 0, 0);
+    /// kg
+    pub const MASS: Self = Self::of(0, 1, 0, 0);
+    /// s
+    pub const TIME: Self = Self::of(0, 0, 1, 0);
+    /// Absolute temperature, stored in kelvin.
+    pub const TEMPERATURE: Self = Self { m: 0, kg: 0, s: 0, k: 1, absolute: true };
+    /// Temperature difference, K.
+    pub const DIFFERENCE: Self = Self::of(0, 0, 0, 1);
+    /// m/s
+    pub const VELOCITY: Self = Self::of(1, 0, -1, 0);
+    /// Angular speed, rad/s (`rpm` is accepted).
+    pub const ANGULAR_SPEED: Self = Self::of(0, 0, -1, 0);
+    /// m³/s
+    pub const VOLUME_FLOW: Self = Self::of(3, 0, -1, 0);
+    /// kg/s
+    pub const MASS_FLOW: Self = Self::of(0, 1, -1, 0);
+    /// W
+    pub const POWER: Self = Self::of(2, 1, -3, 0);
+    /// W/m²
+    pub const HEAT_FLUX: Self = Self::of(0, 1, -3, 0);
+    /// W/m³
+    pub const POWER_DENSITY: Self = Self::of(-1, 1, -3, 0);
+    /// W/(m K)
+    pub const CONDUCTIVITY: Self = Self::of(1, 1, -3, -1);
+    /// W/(m² K)
+    pub const FILM: Self = Self::of(0, 1, -3, -1);
+    /// W/K
+    pub const CONDUCTANCE: Self = Self::of(2, 1, -3, -1);
+    /// kg/m³
+    pub const DENSITY: Self = Self::of(-3, 1, 0, 0);
+    /// J/(kg K)
+    pub const SPECIFIC_HEAT: Self = Self::of(2, 0, -2, -1);
+    /// J/K
+    pub const CAPACITY: Self = Self::of(2, 1, -2, -1);
+    /// Pa
+    pub const PRESSURE: Self = Self::of(-1, 1, -2, 0);
+    /// N
+    pub const FORCE: Self = Self::of(1, 1, -2, 0);
+    /// N m
+    pub const TORQUE: Self = Self::of(2, 1, -2, 0);
+    /// kg m²
+    pub const INERTIA: Self = Self::of(2, 1, 0, 0);
+    /// Angle in rad (`deg` is accepted); a pure number dimensionally.
+    pub const ANGLE: Self = Self::NUMBER;
+    /// Pa s
+    pub const VISCOSITY: Self = Self::of(-1, 1, -1, 0);
+
+    /// The unit the value is expected in, as one would write it, with an example.
+    pub fn example(self) -> &'static str {
+        match self {
+            Self::LENGTH => "\"0.25 m\" or \"250 mm\"",
+            Self::AREA => "\"0.0143 m2\" or \"143 cm2\"",
+            Self::VOLUME => "\"0.01 m3\" or \"10 L\"",
+            Self::MASS => "\"12 kg\"",
+            Self::TIME => "\"5 min\" or \"300 s\"",
+            Self::TEMPERATURE => "\"20.5 degC\" or \"293.65 K\"",
+            Self::DIFFERENCE => "\"0.5 K\"",
+            Self::VELOCITY => "\"100 mm/s\"",
+            Self::ANGULAR_SPEED => "\"2500 rpm\"",
+            Self::VOLUME_FLOW => "\"9.42 L/min\" or \"1.57e-4 m3/s\"",
+            Self::MASS_FLOW => "\"0.16 kg/s\"",
+            Self::POWER => "\"113.7 W\"",
+            Self::HEAT_FLUX => "\"2645 W/m2\"",
+            Self::POWER_DENSITY => "\"2e5 W/m3\"",
+            Self::CONDUCTIVITY => "\"16.3 W/(m K)\"",
+            Self::FILM => "\"560 W/(m2 K)\"",
+            Self::CONDUCTANCE => "\"7.3 W/K\"",
+            Self::DENSITY => "\"7900 kg/m3\"",
+            Self::SPECIFIC_HEAT => "\"500 J/(kg K)\"",
+            Self::CAPACITY => "\"4000 J/K\"",
+            Self::PRESSURE => "\"1e-3 Pa\" or \"0.2 MPa\"",
+            Self::FORCE => "\"3 kN\"",
+            Self::TORQUE => "\"4 N m\"",
+            Self::INERTIA => "\"1e-4 kg m2\"",
+            Self::VISCOSITY => "\"0.89 mPa s\"",
+            _ => "\"0.5\"",
+        }
+    }
+}
+
+/// Unit symbols: name, factor to SI, dimension. Prefixes are written out where they are in use.
+const UNITS: &[(&str, f64, Dimension)] = &[
+    ("m", 1.0, Dimension::LENGTH),
+    ("cm", 1e-2, Dimension::LENGTH),
+    ("mm", 1e-3, Dimension::LENGTH),
+    ("um", 1e-6, Dimension::LENGTH),
+    ("km", 1e3, Dimension::LENGTH),
+    ("nm", 1e-9, Dimension::LENGTH),
+    ("L", 1e-3, Dimension::VOLUME),
+    ("l", 1e-3, Dimension::VOLUME),
+    ("mL", 1e-6, Dimension::VOLUME),
+    ("kg", 1.0, Dimension::MASS),
+    ("g", 1e-3, Dimension::MASS),
+    ("t", 1e3, Dimension::MASS),
+    ("s", 1.0, Dimension::TIME),
+    ("ms", 1e-3, Dimension::TIME),
+    ("min", 60.0, Dimension::TIME),
+    ("h", 3600.0, Dimension::TIME),
+    ("d", 86400.0, Dimension::TIME),
+    ("K", 1.0, Dimension::DIFFERENCE),
+    ("degC", 1.0, Dimension::DIFFERENCE),
+    ("°C", 1.0, Dimension::DIFFERENCE),
+    ("rpm", std::f64::consts::PI / 30.0, Dimension::ANGULAR_SPEED),
+    ("Hz", 2.0 * std::f64::consts::PI, Dimension::ANGULAR_SPEED),
+    ("rad", 1.0, Dimension::NUMBER),
+    ("deg", std::f64::consts::PI / 180.0, Dimension::NUMBER),
+    ("%", 1e-2, Dimension::NUMBER),
+    ("1", 1.0, Dimension::NUMBER),
+    ("W", 1.0, Dimension::POWER),
+    ("mW", 1e-3, Dimension::POWER),
+    ("kW", 1e3, Dimension::POWER),
+    ("J", 1.0, Dimension::TORQUE),
+    ("kJ", 1e3, Dimension::TORQUE),
+    ("N", 1.0, Dimension::FORCE),
+    ("kN", 1e3, Dimension::FORCE),
+    ("Pa", 1.0, Dimension::PRESSURE),
+    ("hPa", 1e2, Dimension::PRESSURE),
+    ("kPa", 1e3, Dimension::PRESSURE),
+    ("MPa", 1e6, Dimension::PRESSURE),
+    ("GPa", 1e9, Dimension::PRESSURE),
+    ("bar", 1e5, Dimension::PRESSURE),
+    ("mbar", 1e2, Dimension::PRESSURE),
+    ("mPa", 1e-3, Dimension::PRESSURE),
+    ("cSt", 1e-6, Dimension { m: 2, kg: 0, s: -1, k: 0, absolute: false }),
+];
+
+/// Factor and dimension of a unit expression such as `W/(m2 K)`, `J/kg/K`, `m^3/s`, `kg m2`.
+fn unit(text: &str) -> Result<(f64, Dimension)> {
+    let (mut factor, mut dim) = (1.0, Dimension::NUMBER);
+    let mut sign = 1i8; // -1 behind a slash
+    let mut in_group = false;
+    let mut rest = text.trim();
+    while let Some(c) = rest.chars().next() {
+        match c {
+            ' ' | '*' | '·' | '.' => {
+                rest = &rest[c.len_utf8()..];
+                continue;
+            }
+            '/' => {
+                sign = -1;
+                rest = &rest[1..];
+                continue;
+            }
+            '(' => {
+                in_group = true;
+                rest = &rest[1..];
+                continue;
+            }
+            ')' => {
+                (in_group, sign) = (false, 1);
+                rest = &rest[1..];
+                continue;
+            }
+            _ => {}
+        }
+        let end = rest
+            .char_indices()
+            .find(|(i, c)| !(c.is_alphabetic() || *c == '°' || *c == '%' || (*i == 0 && *c == '1')))
+            .map_or(rest.len(), |(i, _)| i);
+        let symbol = &rest[..end];
+        let Some((_, f, d)) = UNITS.iter().find(|(name, ..)| *name == symbol) else {
+            let known: Vec<&str> = UNITS.iter().map(|(name, ..)| *name).collect();
+            let error = Error::input(format!("unknown unit '{}'", if symbol.is_empty() { text } else { symbol }));
+            return Err(match did_you_mean(symbol, known.iter().copied()) {
+                Some(meant) => error.help(format!("did you mean '{meant}'?")),
+                None => error.help(format!("units known here: {}", known.join(" "))),
+            });
+        };
+        rest = &rest[end..];
+        let digits = rest.trim_start_matches('^');
+        let n = digits.char_indices().take_while(|(i, c)| c.is_ascii_digit() || (*i == 0 && *c == '-')).count();
+        let power: i8 = if n == 0 {
+            match digits.chars().next() {
+                Some('²') => 2,
+                Some('³') => 3,
+                _ => 1,
+            }
+        } else {
+            digits[..n].parse().map_err(|_| Error::input(format!("unreadable exponent in the unit '{text}'")))?
+        };
+        rest = if n > 0 {
+            &digits[n..]
+        } else if let Some(c @ ('²' | '³')) = digits.chars().next() {
+            &digits[c.len_utf8()..]
+        } else {
+            rest
+        };
+        let p = power.saturating_mul(sign);
+        factor *= f.powi(i32::from(p));
+        let add = |a: i8, b: i8| a.saturating_add(b.saturating_mul(p));
+        dim = Dimension { m: add(dim.m, d.m), kg: add(dim.kg, d.kg), s: add(dim.s, d.s), k: add(dim.k, d.k), absolute: false };
+        if !in_group {
+            sign = 1;
+        }
+    }
+    Ok((factor, dim))
+}
+
+/// Reads a value with its unit into SI.
+///
+/// # Errors
+/// A missing or unknown unit, a unit of another dimension, a number that cannot be read or is not
+/// finite, a temperature below absolute zero. Each names the expected unit.
+pub fn parse(text: &str, expected: Dimension) -> Result<f64> {
+    let text = text.trim();
+    let wants = || format!("write the value with its unit, for example {}", expected.example());
+    let split = number_length(text);
+    let (number, suffix) = text.split_at(split);
+    let value: f64 = number.parse().map_err(|_| Error::input("no number can be read here").read(text).help(wants()))?;
+    if !value.is_finite() {
+        return Err(Error::input("the number is not finite").read(text).help(wants()));
+    }
+    let suffix = suffix.trim();
+    if suffix.is_empty() && expected != Dimension::NUMBER {
+        return Err(Error::input("a bare number, without its unit").read(text).help(wants()));
+    }
+    convert(value, suffix, expected).map_err(|e| e.read(text).help(wants()))
+}
+
+/// Length in bytes of the number at the start of `text`, `e` exponents included.
+fn number_length(text: &str) -> usize {
+    let bytes = text.as_bytes();
+    let mut i = 0;
+    while i < bytes.len() {
+        let part_of_number = match bytes[i] {
+            b'0'..=b'9' | b'.' => true,
+            b'+' | b'-' => i == 0 || matches!(bytes[i - 1], b'e' | b'E'),
+            b'e' | b'E' => {
+                i > 0
+                    && bytes.get(i + 1).is_some_and(|next| {
+                        next.is_ascii_digit() || (matches!(next, b'+' | b'-') && bytes.get(i + 2).is_some_and(u8::is_ascii_digit))
+                    })
+            }
+            _ => false,
+        };
+        if !part_of_number {
+            break;
+        }
+        i += 1;
+    }
+    i
+}
+
+/// Converts a number given in `unit_text` into SI, checking the dimension.
+///
+/// # Errors
+/// As [`parse`].
+pub fn convert(value: f64, unit_text: &str, expected: Dimension) -> Result<f64> {
+    let (factor, found) = unit(unit_text)?;
+    let same = Dimension { absolute: false, ..expected } == found;
+    if !same {
+        return Err(Error::input(format!("'{unit_text}' is not the unit of this quantity"))
+            .help(format!("expected for example {}", expected.example())));
+    }
+    if !expected.absolute {
+        return Ok(value * factor);
+    }
+    let kelvin = if matches!(unit_text.trim(), "degC" | "°C") { Kelvin::from(Celsius(value)).0 } else { value };
+    if kelvin < 0.0 {
+        return Err(Error::input("a temperature below absolute zero"));
+    }
+    Ok(kelvin)
+}
+
+/// A value in SI back in the unit a reader of the files expects (degC for absolute temperatures).
+///
+/// # Errors
+/// As [`convert`].
+pub fn express(si: f64, unit_text: &str, dimension: Dimension) -> Result<f64> {
+    let (factor, found) = unit(unit_text)?;
+    if (Dimension { absolute: false, ..dimension }) != found {
+        return Err(Error::input(format!("'{unit_text}' is not the unit of this quantity"))
+            .help(format!("expected for example {}", dimension.example())));
+    }
+    if dimension.absolute && matches!(unit_text.trim(), "degC" | "°C") {
+        return Ok(Celsius::from(Kelvin(si)).0);
+    }
+    Ok(si / factor)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reads_the_units_of_the_contract() {
+        let ok = |text: &str, dim: Dimension| parse(text, dim).unwrap();
+        assert!((ok("9.42 L/min", Dimension::VOLUME_FLOW) - 1.57e-4).abs() < 1e-18);
+        assert!((ok("1.57e-4 m3/s", Dimension::VOLUME_FLOW) - 1.57e-4).abs() < 1e-18);
+        assert!((ok("20.5 degC", Dimension::TEMPERATURE) - 293.65).abs() < 1e-12);
+        assert!((ok("293.65 K", Dimension::TEMPERATURE) - 293.65).abs() < 1e-12);
+        assert!((ok("2500 rpm", Dimension::ANGULAR_SPEED) - 261.799_387_799).abs() < 1e-8);
+        assert!((ok("100 mm/s", Dimension::VELOCITY) - 0.1).abs() < 1e-15);
+        assert!((ok("560 W/(m2 K)", Dimension::FILM) - 560.0).abs() < 1e-12);
+        assert!((ok("560 W/m2/K", Dimension::FILM) - 560.0).abs() < 1e-12);
+        assert!((ok("560 W/(m²·K)", Dimension::FILM) - 560.0).abs() < 1e-12);
+        assert!((ok("3 kN", Dimension::FORCE) - 3000.0).abs() < 1e-12);
+        assert!((ok("4 N m", Dimension::TORQUE) - 4.0).abs() < 1e-12);
+        assert!((ok("95 %", Dimension::NUMBER) - 0.95).abs() < 1e-15);
+        assert!((ok("0.95", Dimension::NUMBER) - 0.95).abs() < 1e-15);
+    }
+
+    #[test]
+    fn refuses_and_says_what_it_expected() {
+        for (text, dim, needle) in [
+            ("20.5", Dimension::TEMPERATURE, "degC"),
+            ("9 bar", Dimension::VOLUME_FLOW, "L/min"),
+            ("-300 degC", Dimension::TEMPERATURE, "degC"),
+            ("abc", Dimension::LENGTH, "mm"),
+            ("1e400 m", Dimension::LENGTH, "finite"),
+            ("3 mmm", Dimension::LENGTH, "mm"),
+        ] {
+            let message = parse(text, dim).unwrap_err().to_string();
+            assert!(message.contains(needle), "{text}: {message}");
+        }
+    }
+}
