@@ -1,0 +1,2 @@
+//! Closures against numbers from outside.
+
