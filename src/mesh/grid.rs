@@ -262,6 +262,22 @@ impl Grid {
         weights
     }
 
+    /// Weights (cell, weight) of the temperature on a cell's face at `side`, extrapolated linearly from
+    /// the two cells nearest to it.
+    pub fn surface_weights(&self, c: [usize; 3], side: Side) -> Vec<(usize, f64)> {
+        let d = side.axis();
+        let face = self.edges[d][c[d] + usize::from(side.is_high())];
+        let along = self.interpolate_axis(d, face);
+        along
+            .into_iter()
+            .map(|(i, w)| {
+                let mut at = c;
+                at[d] = i;
+                (self.cell(at), w)
+            })
+            .collect()
+    }
+
     /// The one or two cells along `d` between whose centres `x` lies, with their weights.
     fn interpolate_axis(&self, d: usize, x: f64) -> Vec<(usize, f64)> {
         let n = self.n(d);

@@ -1,0 +1,179 @@
+//! The narrow waist: nodes, conductors, streams, surfaces, sources and sensors.
+//!
+//! Every model compiles to a [`Network`]: resolved cells, hand-written lumped nodes and water all
+//! become *nodes*; conduction and contact become *joints* and linear conductors (GL), coolant becomes
+//! one-way *streams* (GF), radiation between nodes becomes radiative conductors (GR), and each open
+//! face becomes a *surface*, an arithmetic node eliminated where it stands. The network holds no
+//! condition; a [`Load`] does. The solver sees these two and nothing else.
+
+mod build;
+mod load;
+pub mod stream;
+pub mod surface;
+
+pub use load::{BoundaryState, Load};
+pub use stream::{Stream, StreamState};
+pub use surface::Surface;
+
+use crate::machine::{ContactLaw, Property};
+use crate::physics::contact;
+
+/// Marks "no such index".
+pub const NONE: u32 = u32::MAX;
+
+/// A thermal network, valid for every condition of one machine on one mesh.
+#[derive(Debug, Clone, Default)]
+pub struct Network {
+    /// Nodes of solid: cells, then lumped nodes, then arithmetic nodes of links. Water nodes follow.
+    pub solids: usize,
+    /// Nodes in total.
+    pub nodes: usize,
+    /// Heat capacity of each solid node, J/K (0 for arithmetic nodes).
+    pub capacity: Vec<f64>,
+    /// Group of each solid node: a part, a lumped node, or [`NONE`]; see [`Network::groups`].
+    pub group: Vec<u32>,
+    /// Names of the groups: first the parts, then the lumped nodes.
+    pub groups: Vec<String>,
+    /// Constant linear conductors (GL) inside blocks: two nodes and W/K.
+    pub conductors: Vec<(u32, u32, f64)>,
+    /// Joints: contacts, bonds between blocks, and conduction in materials with k(T).
+    pub joints: Vec<Joint>,
+    /// Contacts the joints belong to.
+    pub contacts: Vec<ContactGroup>,
+    /// Conductivities the joints and surfaces refer to, W/(m K).
+    pub properties: Vec<Property>,
+    /// Open faces.
+    pub surfaces: Vec<Surface>,
+    /// Radiative conductors (GR) between nodes: two nodes and eps F A, m².
+    pub radiative: Vec<(u32, u32, f64)>,
+    /// Coolant channels.
+    pub streams: Vec<Stream>,
+    /// Coolant circuits, by which streams are fed.
+    pub circuits: Vec<stream::CircuitTree>,
+    /// Heat sources: for each source of the machine its nodes and shares (sum one).
+    pub sources: Vec<Vec<(u32, f64)>>,
+    /// Nodes held at a temperature: node and index into [`Load::fixed`].
+    pub fixed: Vec<(u32, u32)>,
+    /// Sensors: weights over nodes.
+    pub sensors: Vec<SensorTerm>,
+    /// Names of the sensors.
+    pub sensor_names: Vec<String>,
+}
+
+/// A conductor whose conductance may depend on temperature: two half cells and what lies between.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Joint {
+    /// First node.
+    pub a: u32,
+    /// Second node.
+    pub b: u32,
+    /// Area, m².
+    pub area: f64,
+    /// Conduction length from the first node to the interface, m (0 for a lumped node).
+    pub length_a: f64,
+    /// Conduction length from the second node, m.
+    pub length_b: f64,
+    /// Conductivity of the first side: index into [`Network::properties`].
+    pub property_a: u32,
+    /// Conductivity of the second side.
+    pub property_b: u32,
+    /// Contact it belongs to, or [`NONE`] where nothing resists between the halves.
+    pub contact: u32,
+}
+
+/// A contact with its law and its joints.
+#[derive(Debug, Clone)]
+pub struct ContactGroup {
+    /// Name.
+    pub name: String,
+    /// Law.
+    pub law: ContactLaw,
+    /// Names of the two sides.
+    pub between: [String; 2],
+    /// True overlap area, m² (or the stated one, where there is no overlap to compute).
+    pub area: f64,
+    /// Factor on the law's conductance: 1, or stated area over true area, or 2 for half of a link.
+    pub scale: f64,
+    /// First and one past the last joint; heat is counted from side a to side b over these.
+    pub joints: std::ops::Range<usize>,
+    /// Whether the touching was found and no contact in the file named it.
+    pub unnamed: bool,
+}
+
+/// What a sensor reads: a weighted sum of nodes, or water entering a circuit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorTerm {
+    /// Weights over nodes.
+    pub weights: Vec<(u32, f64)>,
+    /// Share of a circuit's inlet temperature: circuit index and weight.
+    pub inlet: Option<(usize, f64)>,
+}
+
+impl SensorTerm {
+    /// The reading, K, from all node temperatures and the circuits' inlet temperatures.
+    pub fn read(&self, temperatures: &[f64], load: &Load) -> f64 {
+        let nodes: f64 = self.weights.iter().map(|(n, w)| w * temperatures[*n as usize]).sum();
+        nodes + self.inlet.map_or(0.0, |(c, w)| w * load.inlets[c])
+    }
+}
+
+/// Conductance of a joint and its derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointState {
+    /// W/K
+    pub conductance: f64,
+    /// Derivative with respect to the first node's temperature, W/K².
+    pub slope_a: f64,
+    /// Derivative with respect to the second node's temperature, W/K².
+    pub slope_b: f64,
+}
+
+impl Network {
+    /// Conductance (W/K) of a joint between two temperatures (K), with its derivatives.
+    pub fn joint_state(&self, joint: &Joint, ta: f64, tb: f64) -> JointState {
+        let half = |property: u32, length: f64, t: f64| {
+            if property == NONE || length == 0.0 {
+                return (0.0, 0.0);
+            }
+            let (k, slope) = self.properties[property as usize].with_slope(t);
+            (length / k, -length * slope / (k * k))
+        };
+        let (ra, dra) = half(joint.property_a, joint.length_a, ta);
+        let (rb, drb) = half(joint.property_b, joint.length_b, tb);
+        let (rc, drc) = if joint.contact == NONE { (0.0, 0.0) } else { self.contact_resistance(joint, (ta + tb) / 2.0) };
+        let total = ra + rb + rc;
+        if total.is_infinite() {
+            return JointState { conductance: 0.0, slope_a: 0.0, slope_b: 0.0 };
+        }
+        let g = joint.area / total;
+        JointState { conductance: g, slope_a: -g / total * (dra + drc / 2.0), slope_b: -g / total * (drb + drc / 2.0) }
+    }
+
+    /// Specific resistance (m² K/W) of a joint's contact at a mean temperature (K), with its slope.
+    fn contact_resistance(&self, joint: &Joint, mean: f64) -> (f64, f64) {
+        let group = &self.contacts[joint.contact as usize];
+        let (h, slope) = match &group.law {
+            ContactLaw::Bonded => return (0.0, 0.0),
+            ContactLaw::Insulated => return (f64::INFINITY, 0.0),
+            ContactLaw::Conductance(h) => (*h, 0.0),
+            ContactLaw::Total(total) => (total / group.area, 0.0),
+            ContactLaw::OfTemperature(table) => table.with_slope(mean),
+            ContactLaw::OfPressure { table, pressure } => (Property::Table(table.clone()).at(*pressure), 0.0),
+            ContactLaw::Rough(rough) => {
+                let k = |property: u32| if property == NONE { f64::INFINITY } else { self.properties[property as usize].at(mean) };
+                let (ka, kb) = (k(joint.property_a), k(joint.property_b));
+                // A lumped side has no conductivity of its own: the spots are those of the other metal.
+                let (ka, kb) = (if ka.is_finite() { ka } else { kb }, if kb.is_finite() { kb } else { ka });
+                (contact::conductance(rough, ka, kb, mean), 0.0)
+            }
+        };
+        let h = h * group.scale;
+        (1.0 / h, -slope * group.scale / (h * h))
+    }
+
+    /// Whether any conductance changes with temperature, so that the Jacobian is not symmetric.
+    pub fn is_linear_conduction(&self) -> bool {
+        self.properties.iter().all(Property::is_constant)
+            && self.contacts.iter().all(|c| !matches!(c.law, ContactLaw::OfTemperature(Property::Table(_))))
+    }
+}
