@@ -168,7 +168,10 @@ impl Builder<'_> {
                 continue; // joined by its stated area later
             }
             let true_area: f64 = list.iter().map(|(i, _)| self.mesh.interfaces[*i].area()).sum();
-            let scale = contact.area.map_or(1.0, |stated| stated / true_area);
+            let scale = match (&contact.law, contact.area) {
+                (ContactLaw::Total(_), _) | (_, None) => 1.0,
+                (_, Some(stated)) => stated / true_area,
+            };
             let names = contact.between.map(|p| self.place_name(p));
             self.group(contact.name.clone(), contact.law.clone(), names, true_area, scale, &list, false);
         }
@@ -287,6 +290,15 @@ impl Builder<'_> {
                 (None, _) => return Err(Error::input("the area of this contact cannot be computed").at_line(contact.line).at_key(key).help("state it, for example area = \"0.0143 m2\"")),
             };
             let sides = [self.feet(contact.between[0], Some(area), &key)?, self.feet(contact.between[1], Some(area), &key)?];
+            // What the contact covers no longer sees the chamber.
+            for place in contact.between {
+                if let Place::Face(face) = place {
+                    let open: f64 = self.mesh.open_cells(face).iter().map(|(_, _, a)| a).sum();
+                    if open > 0.0 && contact.area.is_some() {
+                        self.view_left.push((face, (1.0 - area / open).max(0.0)));
+                    }
+                }
+            }
             let start = self.network.joints.len();
             let index = self.network.contacts.len() as u32;
             let scale = if is_node[0] || is_node[1] {

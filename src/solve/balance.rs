@@ -1,0 +1,137 @@
+//! Where the heat comes from and where it goes.
+
+use super::system::{entering_temperature, surface_states};
+use crate::network::{BoundaryState, Load, NONE, Network, StreamState};
+use crate::physics::radiation::SIGMA;
+
+/// The heat balance of a network. Powers in W; positive is heat into the machine.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Balance {
+    /// Everything that enters.
+    pub in_watts: f64,
+    /// Everything that leaves.
+    pub out_watts: f64,
+    /// |in - out| / max(in, out).
+    pub relative: f64,
+    /// Each source.
+    pub sources: Vec<f64>,
+    /// Net radiation from the chamber.
+    pub radiation: f64,
+    /// Net conduction through residual gas.
+    pub gas: f64,
+    /// Each boundary of the machine.
+    pub boundaries: Vec<f64>,
+    /// Each circuit: what its water brings, dissipation left out (negative where it cools).
+    pub circuits: Vec<f64>,
+    /// Viscous dissipation in the water.
+    pub dissipation: f64,
+    /// Each held lumped node.
+    pub held: Vec<f64>,
+}
+
+/// The balance at given temperatures.
+pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Balance {
+    let mut found = Balance {
+        sources: load.powers.clone(),
+        boundaries: vec![0.0; load.boundaries.len()],
+        circuits: vec![0.0; network.circuits.len()],
+        ..Balance::default()
+    };
+    for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+        found.radiation -= state.radiated;
+        found.gas -= state.gas;
+        if surface.law != NONE {
+            found.boundaries[surface.law as usize] -= state.law;
+        }
+    }
+    for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
+        let entering = entering_temperature(network, load, streams, s, temperatures);
+        let rise = temperatures[stream.outlet() as usize] - entering;
+        let dissipated = state.dissipation * stream.stations.iter().map(|s| s.length).sum::<f64>();
+        found.circuits[stream.circuit] -= state.capacity_rate * rise - dissipated;
+        // The work of the pump enters and leaves with the water; it is listed on both sides.
+        found.dissipation += dissipated;
+    }
+    found.held = network.fixed.iter().map(|(node, _)| held_heat(network, *node, temperatures)).collect();
+    let flux = |(b, q): (usize, &f64)| (matches!(load.boundaries[b], BoundaryState::Flux(_)), *q);
+    let terms = found.sources.iter().copied().chain([found.radiation, found.gas]);
+    let terms = terms.chain(found.boundaries.iter().enumerate().map(|t| flux(t).1)).chain(found.circuits.iter().copied()).chain(found.held.iter().copied());
+    for q in terms {
+        if q >= 0.0 { found.in_watts += q } else { found.out_watts -= q }
+    }
+    let larger = found.in_watts.max(found.out_watts);
+    found.relative = if larger > 1e-12 { (found.in_watts - found.out_watts).abs() / larger } else { 0.0 };
+    found
+}
+
+/// Heat that a held node gives to its neighbours, W.
+fn held_heat(network: &Network, node: u32, temperatures: &[f64]) -> f64 {
+    let t = |n: u32| temperatures[n as usize];
+    let sign = |a: u32, b: u32| if a == node { 1.0 } else if b == node { -1.0 } else { 0.0 };
+    let joints: f64 = network
+        .joints
+        .iter()
+        .filter(|j| j.a == node || j.b == node)
+        .map(|j| sign(j.a, j.b) * network.joint_state(j, t(j.a), t(j.b)).conductance * (t(j.a) - t(j.b)))
+        .sum();
+    let linked: f64 = network
+        .radiative
+        .iter()
+        .filter(|(a, b, _)| *a == node || *b == node)
+        .map(|(a, b, area)| sign(*a, *b) * SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)))
+        .sum();
+    joints + linked
+}
+
+/// Heat through a contact, W, from its first side to its second, and its conductance hA, W/K
+/// (infinite where bonded).
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactFlow {
+    /// Name of the contact.
+    pub name: String,
+    /// Area, m².
+    pub area: f64,
+    /// Conductance of the interface alone, W/K.
+    pub conductance: f64,
+    /// Heat from the first side to the second, W.
+    pub heat: f64,
+    /// Mean temperature drop over the interface, K.
+    pub drop: f64,
+}
+
+/// Flow through every contact, in the network's order.
+pub fn contact_flows(network: &Network, temperatures: &[f64]) -> Vec<ContactFlow> {
+    let flow = |group: &crate::network::ContactGroup| {
+        let (mut heat, mut conductance) = (0.0, 0.0);
+        for joint in &network.joints[group.joints.clone()] {
+            let (ta, tb) = (temperatures[joint.a as usize], temperatures[joint.b as usize]);
+            heat += network.joint_state(joint, ta, tb).conductance * (ta - tb);
+            // The interface alone: the same joint without its half cells.
+            let bare = crate::network::Joint { length_a: 0.0, length_b: 0.0, ..*joint };
+            let g = network.joint_state(&bare, ta, tb).conductance;
+            conductance += if g.is_nan() { f64::INFINITY } else { g };
+        }
+        // Half of a link counts its own half only: two in series make the whole.
+        let conductance = if group.scale == 2.0 { conductance / 2.0 } else { conductance };
+        let drop = if conductance > 0.0 && conductance.is_finite() { heat / conductance } else { 0.0 };
+        ContactFlow { name: group.name.clone(), area: group.area, conductance, heat, drop }
+    };
+    network.contacts.iter().map(flow).collect()
+}
+
+/// Heat between groups (parts and lumped nodes): entry (i, j) is what flows from group i to group j, W.
+pub fn heat_flow_matrix(network: &Network, temperatures: &[f64]) -> Vec<(usize, usize, f64)> {
+    let mut flows: std::collections::BTreeMap<(usize, usize), f64> = std::collections::BTreeMap::new();
+    let t = |n: u32| temperatures[n as usize];
+    let mut add = |a: u32, b: u32, heat: f64| {
+        let (ga, gb) = (network.group[a as usize], network.group[b as usize]);
+        if ga != gb && ga != NONE && gb != NONE {
+            let (key, heat) = if ga < gb { ((ga, gb), heat) } else { ((gb, ga), -heat) };
+            *flows.entry((key.0 as usize, key.1 as usize)).or_default() += heat;
+        }
+    };
+    for j in &network.joints {
+        add(j.a, j.b, network.joint_state(j, t(j.a), t(j.b)).conductance * (t(j.a) - t(j.b)));
+    }
+    flows.into_iter().map(|((a, b), heat)| (a, b, heat)).collect()
+}

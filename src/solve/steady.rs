@@ -1,0 +1,213 @@
+//! The steady state: Newton's method on radiation, conductances and films, a Krylov method on each step.
+
+use std::time::Instant;
+
+use super::balance::{Balance, balance};
+use super::csr::Csr;
+use super::krylov::{Outcome, conjugate_gradients, gmres};
+use super::multigrid::Multigrid;
+use super::system::System;
+use crate::error::{Error, Result};
+use crate::network::{Load, Network, StreamState};
+
+/// Largest relative heat imbalance of a result that may be printed.
+pub const BALANCE_TOLERANCE: f64 = 1e-8;
+/// Newton stops when no temperature moves by more than this, K, and the heat residual agrees.
+const STEP_TOLERANCE: f64 = 1e-8;
+/// Sum of the absolute nodal residuals over the heat that passes through, at the end.
+const RESIDUAL_TOLERANCE: f64 = 1e-10;
+/// Reduction of the residual asked of each linear solve.
+const LINEAR_TOLERANCE: f64 = 1e-6;
+const MOST_NEWTON: usize = 40;
+const MOST_KRYLOV: usize = 400;
+const RESTART: usize = 30;
+
+/// A network with everything that can be set up once for all conditions.
+#[derive(Debug, Clone)]
+pub struct Solver<'a> {
+    network: &'a Network,
+    system: System,
+    multigrid: Multigrid,
+    is_symmetric: bool,
+    reference: Vec<f64>,
+}
+
+/// A steady state.
+#[derive(Debug, Clone)]
+pub struct Solution {
+    /// Temperature of every node, K.
+    pub temperatures: Vec<f64>,
+    /// State of every stream.
+    pub streams: Vec<StreamState>,
+    /// Where the heat comes from and goes.
+    pub balance: Balance,
+    /// Newton steps taken.
+    pub newton_iterations: usize,
+    /// Krylov iterations of all steps together.
+    pub krylov_iterations: usize,
+    /// Seconds spent on coefficients and matrices.
+    pub assemble_seconds: f64,
+    /// Seconds spent in linear solves.
+    pub solve_seconds: f64,
+}
+
+impl<'a> Solver<'a> {
+    /// Sets up pattern and multigrid hierarchy, at a reference condition that later ones resemble.
+    ///
+    /// # Errors
+    /// Some node has no path to any given temperature, or water leaves its property range.
+    pub fn new(network: &'a Network, reference: &Load) -> Result<Self> {
+        let system = System::new(network);
+        let start = initial(network, reference);
+        let streams = network.stream_states(reference, &start)?;
+        let multigrid = Multigrid::new(leading_block(&system.jacobian(network, reference, &streams, &start, true), network.solids))?;
+        let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty();
+        let mut solver = Self { network, system, multigrid, is_symmetric, reference: start };
+        // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
+        solver.reference = solver.steady(reference)?.temperatures;
+        Ok(solver)
+    }
+
+    /// Rows of each level of the hierarchy, finest first, and its operator complexity.
+    pub fn hierarchy(&self) -> (Vec<usize>, f64) {
+        (self.multigrid.sizes(), self.multigrid.operator_complexity())
+    }
+
+    /// Solves one condition, starting from the reference solution.
+    ///
+    /// # Errors
+    /// No convergence, a temperature that is not finite, or a heat balance left open: each says by how
+    /// much. A result that is returned is converged and balanced.
+    pub fn steady(&self, load: &Load) -> Result<Solution> {
+        let network = self.network;
+        let mut temperatures = self.reference.clone();
+        for (node, index) in &network.fixed {
+            temperatures[*node as usize] = load.fixed[*index as usize];
+        }
+        let (mut newton, mut krylov) = (0, 0);
+        let (mut assembling, mut solving) = (0.0, 0.0);
+        let mut work = self.multigrid.workspace();
+        let mut step = vec![0.0; network.nodes];
+        let mut last_step = f64::INFINITY;
+        loop {
+            let clock = Instant::now();
+            let streams = network.stream_states(load, &temperatures)?;
+            let residual = self.system.residual(network, load, &streams, &temperatures);
+            let imbalance: f64 = residual.iter().map(|r| r.abs()).sum();
+            let through = throughput(network, load, &temperatures, &streams);
+            if !imbalance.is_finite() {
+                return Err(Error::numerics(format!("the temperatures are no longer finite after {newton} Newton steps")));
+            }
+            let is_balanced = imbalance <= RESIDUAL_TOLERANCE * through.max(1e-6);
+            if is_balanced && (last_step <= STEP_TOLERANCE || newton > 0 && last_step < 1e-5) {
+                let balance = balance(network, load, &streams, &temperatures);
+                if balance.relative > BALANCE_TOLERANCE {
+                    return Err(Error::numerics(format!(
+                        "the heat balance is open: {:.3e} of {:.3} W do not add up",
+                        balance.relative, balance.in_watts
+                    )));
+                }
+                let assemble_seconds = assembling + clock.elapsed().as_secs_f64();
+                return Ok(Solution {
+                    temperatures,
+                    streams,
+                    balance,
+                    newton_iterations: newton,
+                    krylov_iterations: krylov,
+                    assemble_seconds,
+                    solve_seconds: solving,
+                });
+            }
+            if newton == MOST_NEWTON {
+                return Err(Error::numerics(format!(
+                    "no steady state after {newton} Newton steps: {imbalance:.3e} W of {through:.3e} W are unaccounted for, the last step moved {last_step:.2e} K"
+                ))
+                .help("look for a part without a path for its heat, or a source that grows with its own temperature"));
+            }
+            let matrix = self.system.jacobian(network, load, &streams, &temperatures, false);
+            assembling += clock.elapsed().as_secs_f64();
+
+            let clock = Instant::now();
+            let right: Vec<f64> = residual.iter().map(|r| -r).collect();
+            let outcome = self.linear(&matrix, &streams, &right, &mut step, &mut work);
+            solving += clock.elapsed().as_secs_f64();
+            krylov += outcome.iterations;
+            if !outcome.converged && outcome.relative_residual > 0.1 {
+                return Err(Error::numerics(format!(
+                    "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
+                    outcome.relative_residual, outcome.iterations
+                )));
+            }
+            last_step = step.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
+            // T^4 makes a step from far below overshoot: no absolute temperature may more than double or turn negative.
+            let factor = temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
+            temperatures.iter_mut().zip(&step).for_each(|(t, s)| *t += factor * s);
+            newton += 1;
+        }
+    }
+
+    /// One linear solve.
+    fn linear(&self, matrix: &Csr, streams: &[StreamState], b: &[f64], x: &mut [f64], work: &mut super::multigrid::Workspace) -> Outcome {
+        let solids = self.network.solids;
+        if self.is_symmetric {
+            return conjugate_gradients(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));
+        }
+        gmres(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, RESTART, |r, z| {
+            let (solid, water) = z.split_at_mut(solids);
+            self.multigrid.apply(&r[..solids], solid, work);
+            self.follow_streams(streams, &r[solids..], solid, water);
+        })
+    }
+
+    /// Water temperatures that follow from given wall temperatures, by one pass downstream.
+    fn follow_streams(&self, streams: &[StreamState], right: &[f64], solid: &[f64], water: &mut [f64]) {
+        for tree in &self.network.circuits {
+            for s in crate::network::stream::members(&tree.layout) {
+                let (stream, state) = (&self.network.streams[s], &streams[s]);
+                let first = stream.first_node as usize - solid.len();
+                let outlet = |u: &usize| water[self.network.streams[*u].outlet() as usize - solid.len()];
+                let mut above: f64 = stream.upstream.iter().zip(&state.mixture).map(|(u, w)| w * outlet(u)).sum();
+                for (k, station) in stream.stations.iter().enumerate() {
+                    let wall: f64 = station.cells.iter().map(|(n, w)| w * solid[*n]).sum();
+                    let (rate, exchange) = (state.capacity_rate, state.exchange[k]);
+                    above = if rate > 0.0 {
+                        (right[first + k] + (rate - exchange) * above + exchange * wall) / rate
+                    } else {
+                        right[first + k] + wall
+                    };
+                    water[first + k] = above;
+                }
+            }
+        }
+    }
+}
+
+/// A first guess: solids and water at the mean of the given temperatures.
+fn initial(network: &Network, load: &Load) -> Vec<f64> {
+    let given: Vec<f64> = load.inlets.iter().copied().chain([load.chamber]).chain(network.fixed.iter().map(|(_, i)| load.fixed[*i as usize])).collect();
+    let mean = given.iter().sum::<f64>() / given.len() as f64;
+    let mut start = vec![mean; network.nodes];
+    for stream in &network.streams {
+        let nodes = stream.first_node as usize..=stream.outlet() as usize;
+        start[nodes].fill(load.inlets[stream.circuit]);
+    }
+    start
+}
+
+/// Heat that passes through the network, W: the scale the residual is measured against.
+fn throughput(network: &Network, load: &Load, temperatures: &[f64], streams: &[StreamState]) -> f64 {
+    balance(network, load, streams, temperatures).in_watts
+}
+
+/// Rows and columns before `n`.
+fn leading_block(matrix: &Csr, n: usize) -> Csr {
+    let mut block = Csr { columns: n, starts: vec![0], cols: Vec::new(), values: Vec::new() };
+    for i in 0..n {
+        let (cols, values) = matrix.row(i);
+        let kept = cols.partition_point(|c| (*c as usize) < n);
+        block.cols.extend(&cols[..kept]);
+        block.values.extend(&values[..kept]);
+        block.starts.push(block.cols.len());
+    }
+    block
+}
