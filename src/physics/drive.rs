@@ -17,6 +17,8 @@
 //!   the torque of a real duty;
 //! * the rotor's own inertia is absent from equation 1. Kept; add it to `reducer_inertia`;
 //! * 9.55 in the paper is 30/pi; here speeds are rad/s and the factor is exact.
+//!
+//! Parameter sets that reproduce Tables 1 and 2 to their printed digits are in `docs/physics.md`.
 
 use std::f64::consts::PI;
 

@@ -28,7 +28,7 @@ fn churchill(reynolds: f64, relative_roughness: f64) -> f64 {
 /// linear in Re between. Continuous and increasing in Re f², hence a pressure drop that always
 /// grows with the flow.
 ///
-/// Range: Re up to 1e6, e/d up to 0.05. At Re = 0 the factor is infinite; [`pressure_drop`] takes
+/// Range: Re up to 1e6, e/d up to 0.05; within 2 % of Colebrook's equation. At Re = 0 the factor is infinite; [`pressure_drop`] takes
 /// the limit.
 ///
 /// ```
@@ -70,7 +70,7 @@ pub fn pressure_drop(flow: f64, diameter: f64, length: f64, minor_loss: f64, rou
 ///
 /// Each branch is its pressure drop (Pa) as an increasing function of its flow on 0..`total`, zero
 /// at zero flow. The flows returned sum to `total` exactly up to rounding and give equal drops to
-/// about 1e-10. Derivative-free, so that the kinks between flow regimes do not matter.
+/// 1e-8 or better. Derivative-free, so that the kinks between flow regimes do not matter.
 ///
 /// # Errors
 /// No branch, a total that is negative or not finite, a branch whose pressure drop is not positive
