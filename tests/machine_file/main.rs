@@ -1,0 +1,3 @@
+//! The machine file: what it says, what is refused, and how the refusal helps.
+
+mod reading;
