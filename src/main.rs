@@ -1,1 +1,5 @@
-fn main() {}
+//! The `coldplate` program; see [`coldplate::cli`].
+
+fn main() -> std::process::ExitCode {
+    coldplate::cli::main()
+}

@@ -3,6 +3,7 @@
 pub mod grid;
 pub mod overlap;
 pub mod path;
+pub mod vtu;
 
 use crate::error::{Error, Result};
 use crate::machine::{Face, Machine, Shape, Side};

@@ -1,0 +1,159 @@
+//! `coldplate check`: what a machine file describes, and what looks wrong about it.
+
+use std::path::PathBuf;
+
+use serde_json::{Value, json};
+
+use super::condition::{ConditionArgs, pair_of};
+use super::output::Output;
+use super::text::{significant, table};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::model::{Inventory, Model, inventory};
+
+/// Inventory of a machine file
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Machine file
+    machine: PathBuf,
+    #[command(flatten)]
+    condition: ConditionArgs,
+    /// Change a value of the machine file, KEY=VALUE
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// The machine file cannot be used.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let machine = Machine::read(&args.machine, &sets)?;
+    // Heats are shown where the condition is complete; an inventory needs none.
+    let given = args.condition.values()?;
+    let condition = match args.condition.condition(&machine) {
+        Ok(condition) => Some(condition),
+        Err(error) if given.is_empty() => {
+            out.note(&format!("heats and films are not shown: {}", error.what()));
+            None
+        }
+        Err(error) => return Err(error),
+    };
+    let model = Model::new(machine, args.cells)?;
+    let found = inventory(&model, condition.as_ref())?;
+    out.report(&text(&model, &found), &to_json(&model, &found));
+    Ok(0)
+}
+
+fn to_json(model: &Model, found: &Inventory) -> Value {
+    let parts: Vec<Value> = found
+        .parts
+        .iter()
+        .map(|p| json!({ "name": p.name, "material": p.material, "volume_m3": p.volume, "mass_kg": p.mass, "capacity_J_K": p.capacity, "radiating_area_m2": p.radiating_area, "cells": p.cells }))
+        .collect();
+    let contacts: Vec<Value> = found
+        .contacts
+        .iter()
+        .map(|c| json!({ "name": c.name, "between": c.between, "area_m2": c.area, "hA_W_K": c.conductance.is_finite().then_some(c.conductance), "named": c.named }))
+        .collect();
+    let channels: Vec<Value> = found
+        .channels
+        .iter()
+        .map(|c| json!({ "name": c.name, "circuit": c.circuit, "length_m": c.length, "diameter_m": c.diameter, "stations": c.stations, "reynolds": c.reynolds, "h_W_m2K": c.film, "pressure_drop_Pa": c.pressure_drop }))
+        .collect();
+    json!({
+        "name": model.machine.name,
+        "hash": model.machine.hash,
+        "cells": model.mesh.cells,
+        "unknowns": model.network.nodes,
+        "element_size_m": model.mesh.element_size,
+        "parts": parts,
+        "contacts": contacts,
+        "channels": channels,
+        "sources": found.sources.iter().map(|(name, power)| json!({ "name": name, "power_W": power })).collect::<Vec<_>>(),
+        "sensors": model.network.sensor_names,
+        "limits": model.machine.limits.iter().map(|l| l.name.clone()).collect::<Vec<_>>(),
+        "assumptions": model.machine.assumptions.iter().map(|a| json!({ "key": a.key, "value": a.value, "reason": a.reason })).collect::<Vec<_>>(),
+        "warnings": found.warnings,
+    })
+}
+
+fn text(model: &Model, found: &Inventory) -> String {
+    let mut text = format!("{}\n{}\n\n", model.machine.name, model.machine.description.trim());
+    let rows: Vec<Vec<String>> = found
+        .parts
+        .iter()
+        .map(|p| {
+            vec![
+                p.name.clone(),
+                p.material.clone(),
+                significant(p.mass, 4),
+                significant(p.capacity / 1e3, 4),
+                significant(p.radiating_area, 4),
+                p.cells.to_string(),
+            ]
+        })
+        .collect();
+    text += &table(&["part", "material", "mass kg", "capacity kJ/K", "radiating m2", "cells"], &rows);
+    let rows: Vec<Vec<String>> = found
+        .contacts
+        .iter()
+        .map(|c| {
+            let conductance = if c.conductance.is_finite() { significant(c.conductance, 4) } else { "bonded".into() };
+            let note = if c.named { "" } else { "found, not named" };
+            vec![c.name.clone(), c.between.join(" - "), significant(c.area, 4), conductance, note.into()]
+        })
+        .collect();
+    if !rows.is_empty() {
+        text += "\n";
+        text += &table(&["contact", "between", "true area m2", "hA W/K", ""], &rows);
+    }
+    let rows: Vec<Vec<String>> = found
+        .channels
+        .iter()
+        .map(|c| {
+            let shown = |value: Option<f64>| value.map(|v| format!("{v:.0}")).unwrap_or_default();
+            vec![
+                c.name.clone(),
+                c.circuit.clone(),
+                format!("{:.3}", c.length),
+                format!("{:.1}", c.diameter * 1e3),
+                shown(c.reynolds),
+                shown(c.film),
+                shown(c.pressure_drop),
+            ]
+        })
+        .collect();
+    if !rows.is_empty() {
+        text += "\n";
+        text += &table(&["channel", "circuit", "length m", "d mm", "Re", "h W/(m2 K)", "drop Pa"], &rows);
+    }
+    if !found.sources.is_empty() {
+        let rows: Vec<Vec<String>> =
+            found.sources.iter().map(|(name, power)| vec![name.clone(), power.map(|p| format!("{p:.4}")).unwrap_or_default()]).collect();
+        text += "\n";
+        text += &table(&["source", "W"], &rows);
+    }
+    text += &format!(
+        "\n{} cells of {:.1} mm, {} unknowns, {} sensors, {} limits\n",
+        model.mesh.cells,
+        model.mesh.element_size * 1e3,
+        model.network.nodes,
+        model.network.sensors.len(),
+        model.machine.limits.len()
+    );
+    if !model.machine.assumptions.is_empty() {
+        let rows: Vec<Vec<String>> =
+            model.machine.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.reason.clone()]).collect();
+        text += "\n";
+        text += &table(&["assumed", "value", "because"], &rows);
+    }
+    for warning in &found.warnings {
+        text += &format!("\nwarning: {warning}");
+    }
+    text
+}

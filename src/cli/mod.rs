@@ -1,0 +1,68 @@
+//! The command line: one file per subcommand, arguments in, a library call, a report out.
+
+pub mod check;
+pub mod condition;
+pub mod output;
+pub mod query;
+pub mod solve;
+pub mod sweep;
+pub mod text;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use output::Output;
+
+/// Temperatures of a water-cooled machine in vacuum: solve, sweep, fit, chart, query.
+#[derive(Debug, Parser)]
+#[command(name = "coldplate", version, propagate_version = true, arg_required_else_help = true)]
+#[command(after_help = "Exit status: 0 done (query: acceptable); 1 query: not acceptable; 2 bad input; 3 query: uncertain; 4 the numerics failed.")]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+    /// Print one JSON object and nothing else on standard output
+    #[arg(long, global = true)]
+    json: bool,
+    /// No progress and no notes on standard error
+    #[arg(long, global = true)]
+    quiet: bool,
+    /// Worker threads (default: all cores); results do not depend on it
+    #[arg(long, global = true, value_name = "N")]
+    threads: Option<usize>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Inventory of a machine file: parts, contacts with true areas and hA, channels, sources; warnings
+    Check(check::Args),
+    /// Steady temperatures at one condition
+    Solve(solve::Args),
+    /// Design of experiments: run every condition of a sweep file, resuming what is there
+    Sweep(sweep::Args),
+    /// Temperatures, verdict and margins from a surrogate file
+    Query(query::Args),
+}
+
+/// Runs the program on the process's arguments.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let out = Output { json: cli.json, quiet: cli.quiet };
+    if let Some(n) = cli.threads {
+        // Fails only if a pool exists already, which nothing before this line makes.
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
+    }
+    let result = match &cli.command {
+        Command::Check(args) => check::run(args, out),
+        Command::Solve(args) => solve::run(args, out),
+        Command::Sweep(args) => sweep::run(args, out),
+        Command::Query(args) => query::run(args, out),
+    };
+    match result {
+        Ok(status) => ExitCode::from(status),
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(error.exit_status())
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! `coldplate solve`: steady temperatures at one condition.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+use super::condition::{ConditionArgs, pair_of};
+use super::output::Output;
+use super::text::{significant, table};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::mesh::vtu;
+use crate::model::{Model, State};
+use crate::solve::balance::{ContactFlow, contact_flows, heat_flow_matrix};
+use crate::units::{Celsius, Kelvin};
+
+/// Steady temperatures at one condition
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Machine file
+    machine: PathBuf,
+    #[command(flatten)]
+    condition: ConditionArgs,
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+    /// Write the temperature field for ParaView
+    #[arg(long, value_name = "FILE")]
+    vtu: Option<PathBuf>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or numerics that failed.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let start = Instant::now();
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let machine = Machine::read(&args.machine, &sets)?;
+    let condition = args.condition.condition(&machine)?;
+    let model = Model::new(machine, args.cells)?;
+    let solver = model.solver(&condition)?;
+    let state = model.solve(&solver, &condition)?;
+    let seconds = start.elapsed().as_secs_f64();
+    if let Some(path) = &args.vtu {
+        vtu::write(path, &model.machine, &model.mesh, &state.solution.temperatures)?;
+        out.note(&format!("wrote {}", path.display()));
+    }
+    let contacts = contact_flows(&model.network, &state.solution.temperatures);
+    out.report(&text(&model, &state, &contacts, seconds), &to_json(&model, &state, &contacts, seconds));
+    Ok(0)
+}
+
+fn outlet(model: &Model, state: &State, s: usize) -> Celsius {
+    Kelvin(state.solution.temperatures[model.network.streams[s].outlet() as usize]).into()
+}
+
+fn to_json(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64) -> Value {
+    let solution = &state.solution;
+    let sensors: Map<String, Value> =
+        model.network.sensor_names.iter().zip(model.readings(state)).map(|(name, t)| (name.clone(), json!(t.0))).collect();
+    let coolant: Map<String, Value> = (model.network.streams.iter().zip(&solution.streams).enumerate())
+        .map(|(s, (stream, at))| {
+            let entry = json!({
+                "outlet_degC": outlet(model, state, s).0,
+                "flow_m3_s": at.flow,
+                "reynolds": at.reynolds,
+                "h_W_m2K": at.film,
+                "pressure_drop_Pa": at.pressure_drop,
+                "note": at.note,
+            });
+            (stream.name.clone(), entry)
+        })
+        .collect();
+    let contacts: Map<String, Value> = contacts
+        .iter()
+        .map(|c| {
+            let conductance = if c.conductance.is_finite() { json!(c.conductance) } else { Value::Null };
+            (c.name.clone(), json!({ "area_m2": c.area, "hA_W_K": conductance, "heat_W": c.heat, "drop_K": c.drop }))
+        })
+        .collect();
+    let flows: Vec<Value> = heat_flow_matrix(&model.network, &solution.temperatures)
+        .into_iter()
+        .map(|(a, b, heat)| json!({ "from": model.network.groups[a], "to": model.network.groups[b], "heat_W": heat }))
+        .collect();
+    let sources: Map<String, Value> =
+        model.machine.sources.iter().zip(&solution.balance.sources).map(|(s, q)| (s.name.clone(), json!(q))).collect();
+    json!({
+        "sensors": sensors,
+        "coolant": coolant,
+        "contacts": contacts,
+        "heat_balance": {
+            "in_W": solution.balance.in_watts,
+            "out_W": solution.balance.out_watts,
+            "relative": solution.balance.relative,
+            "sources_W": sources,
+            "radiation_W": solution.balance.radiation,
+            "gas_W": solution.balance.gas,
+            "coolant_W": solution.balance.circuits.iter().sum::<f64>(),
+        },
+        "part_to_part": flows,
+        "unknowns": model.network.nodes,
+        "newton_iterations": solution.newton_iterations,
+        "krylov_iterations": solution.krylov_iterations,
+        "seconds": { "assemble": solution.assemble_seconds, "solve": solution.solve_seconds, "total": seconds },
+    })
+}
+
+fn text(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64) -> String {
+    let solution = &state.solution;
+    let mut text = format!("{}\n\n", model.machine.name);
+    let readings: Vec<Vec<String>> =
+        model.network.sensor_names.iter().zip(model.readings(state)).map(|(n, t)| vec![n.clone(), format!("{:.3}", t.0)]).collect();
+    text += &table(&["sensor", "degC"], &readings);
+    if !model.network.streams.is_empty() {
+        let rows: Vec<Vec<String>> = (model.network.streams.iter().zip(&solution.streams).enumerate())
+            .map(|(s, (stream, at))| {
+                vec![
+                    stream.name.clone(),
+                    format!("{:.3}", outlet(model, state, s).0),
+                    format!("{:.3}", at.flow * 6e4),
+                    format!("{:.0}", at.reynolds),
+                    format!("{:.0}", at.film),
+                    format!("{:.0}", at.pressure_drop),
+                    at.note.unwrap_or_default().to_string(),
+                ]
+            })
+            .collect();
+        text += "\n";
+        text += &table(&["channel", "outlet degC", "L/min", "Re", "h W/(m2 K)", "drop Pa", ""], &rows);
+    }
+    if !contacts.is_empty() {
+        let rows: Vec<Vec<String>> = contacts
+            .iter()
+            .map(|c| {
+                let conductance = if c.conductance.is_finite() { significant(c.conductance, 4) } else { "bonded".into() };
+                vec![c.name.clone(), significant(c.area, 4), conductance, format!("{:.3}", c.heat), format!("{:.3}", c.drop)]
+            })
+            .collect();
+        text += "\n";
+        text += &table(&["contact", "area m2", "hA W/K", "heat W", "drop K"], &rows);
+    }
+    let balance = &solution.balance;
+    text += &format!(
+        "\nheat in {:.4} W, out {:.4} W, open {:.1e}; radiation {:+.3} W, gas {:+.3} W, coolant {:+.3} W (positive is into the machine)\n",
+        balance.in_watts,
+        balance.out_watts,
+        balance.relative,
+        balance.radiation,
+        balance.gas,
+        balance.circuits.iter().sum::<f64>()
+    );
+    text += &format!(
+        "{} unknowns, {} Newton steps, {} Krylov iterations, {:.2} s\n",
+        model.network.nodes, solution.newton_iterations, solution.krylov_iterations, seconds
+    );
+    text
+}
