@@ -1,3 +1,4 @@
 //! The machine file: what it says, what is refused, and how the refusal helps.
 
+mod formulas;
 mod reading;
