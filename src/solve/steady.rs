@@ -17,7 +17,7 @@ const STEP_TOLERANCE: f64 = 1e-8;
 /// Sum of the absolute nodal residuals over the heat that passes through, at the end.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
 /// Reduction of the residual asked of each linear solve.
-const LINEAR_TOLERANCE: f64 = 1e-6;
+const LINEAR_TOLERANCE: f64 = 1e-3;
 const MOST_NEWTON: usize = 40;
 const MOST_KRYLOV: usize = 400;
 const RESTART: usize = 30;
