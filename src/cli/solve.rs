@@ -87,12 +87,19 @@ fn to_json(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64)
         .into_iter()
         .map(|(a, b, heat)| json!({ "from": model.network.groups[a], "to": model.network.groups[b], "heat_W": heat }))
         .collect();
+    let limits: Vec<Value> = (model.limits(state).iter())
+        .map(|l| {
+            let shown = |x: f64| if l.is_absolute { Celsius::from(Kelvin(x)).0 } else { x };
+            json!({ "name": l.name, "value": shown(l.value), "limit": shown(l.maximum), "margin": l.margin() })
+        })
+        .collect();
     let sources: Map<String, Value> =
         model.machine.sources.iter().zip(&solution.balance.sources).map(|(s, q)| (s.name.clone(), json!(q))).collect();
     json!({
         "sensors": sensors,
         "coolant": coolant,
         "contacts": contacts,
+        "limits": limits,
         "heat_balance": {
             "in_W": solution.balance.in_watts,
             "out_W": solution.balance.out_watts,
@@ -116,6 +123,17 @@ fn text(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64) ->
     let readings: Vec<Vec<String>> =
         model.network.sensor_names.iter().zip(model.readings(state)).map(|(n, t)| vec![n.clone(), format!("{:.3}", t.0)]).collect();
     text += &table(&["sensor", "degC"], &readings);
+    let limits: Vec<Vec<String>> = (model.limits(state).iter())
+        .map(|l| {
+            let shown = |x: f64| if l.is_absolute { format!("{:.3} degC", Celsius::from(Kelvin(x)).0) } else { format!("{x:.3} K") };
+            let verdict = if l.margin() >= 0.0 { "kept" } else { "broken" };
+            vec![l.name.clone(), shown(l.value), shown(l.maximum), format!("{:+.3}", l.margin()), verdict.into()]
+        })
+        .collect();
+    if !limits.is_empty() {
+        text += "\n";
+        text += &table(&["limit", "value", "at most", "margin K", ""], &limits);
+    }
     if !model.network.streams.is_empty() {
         let rows: Vec<Vec<String>> = (model.network.streams.iter().zip(&solution.streams).enumerate())
             .map(|(s, (stream, at))| {

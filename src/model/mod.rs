@@ -1,8 +1,10 @@
 //! A machine on a mesh, ready to be solved at any condition.
 
 mod inventory;
+mod limits;
 
 pub use inventory::{ChannelEntry, ContactEntry, Inventory, PartEntry, inventory};
+pub use limits::{LimitState, limit_states};
 
 use crate::error::Result;
 use crate::machine::{Condition, Machine};
@@ -49,6 +51,12 @@ impl Model {
         let load = Load::at(&self.machine, condition)?;
         let solution = solver.steady(&load)?;
         Ok(State { load, solution })
+    }
+
+    /// The machine's limits in a state.
+    pub fn limits(&self, state: &State) -> Vec<LimitState> {
+        let readings: Vec<f64> = self.readings(state).into_iter().map(|t| Kelvin::from(t).0).collect();
+        limit_states(&self.machine, &readings, state.load.chamber)
     }
 
     /// Readings of all sensors in a state, in the machine's order.
