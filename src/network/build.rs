@@ -244,8 +244,8 @@ impl Builder<'_> {
             Place::Face(face) => vec![face],
             Place::Part(part) => Side::ALL.map(|side| Face { part, block: None, side }).to_vec(),
         };
-        let mut cells: Vec<Foot> = Vec::new();
-        let mut gather = |open: bool| {
+        let gather = |open: bool| {
+            let mut cells: Vec<Foot> = Vec::new();
             for face in &faces {
                 for (g, c, a) in if open { self.mesh.open_cells(*face) } else { self.mesh.face_cells(*face) } {
                     let grid = &self.mesh.grids[g];
@@ -253,12 +253,11 @@ impl Builder<'_> {
                     cells.push((grid.cell(c) as u32, a, grid.half_length(c, face.side), property));
                 }
             }
+            cells
         };
-        gather(true);
         // A face that is covered altogether (a plate under a motor) is still a place to join a node to.
-        if cells.is_empty() {
-            gather(false);
-        }
+        let open = gather(true);
+        let mut cells = if open.is_empty() { gather(false) } else { open };
         let total: f64 = cells.iter().map(|c| c.1).sum();
         if total <= 0.0 {
             return Err(Error::input(format!("'{}' has no open face here", self.place_name(place)))

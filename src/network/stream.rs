@@ -7,11 +7,11 @@
 //! water gains is exactly what the cells lose.
 
 use super::{Load, Network, NONE};
-use crate::error::{Error, Kind, Result};
+use crate::error::{Kind, Result};
 use crate::machine::{Circuit, Film, Layout};
 use crate::mesh::path::Station;
+use crate::physics::water::{Liquid, State};
 use crate::physics::channel;
-use crate::physics::water::State;
 
 /// A coolant channel in the network.
 #[derive(Debug, Clone)]
@@ -69,7 +69,7 @@ pub struct StreamState {
     /// Pressure drop, Pa.
     pub pressure_drop: f64,
     /// A remark where a closure leaves its range.
-    pub note: Option<String>,
+    pub note: Option<&'static str>,
 }
 
 impl Stream {
@@ -184,7 +184,7 @@ impl Network {
         let velocity = flow / (std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter);
         let reynolds = liquid.density * velocity * stream.diameter / liquid.viscosity;
         let (wall, _) = stream.mean_temperatures(temperatures);
-        let (film, note) = stream.film_coefficient(reynolds, liquid, wall, self.circuits[stream.circuit].circuit.liquid);
+        let (film, note) = stream.film_coefficient(reynolds, liquid, wall, &self.circuits[stream.circuit].circuit.liquid);
         let drop = stream.pressure_drop(mass_flow, liquid);
         // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
         let rate = mass_flow * inlet.specific_heat;
@@ -218,7 +218,7 @@ impl Network {
 impl Stream {
     /// Pressure drop (Pa) at a mass flow (kg/s).
     fn pressure_drop(&self, mass_flow: f64, liquid: State) -> f64 {
-        channel::pressure_drop(mass_flow / liquid.density, self.diameter, self.length, self.minor_loss, self.roughness, liquid)
+        channel::pressure_drop(mass_flow / liquid.density, self.diameter, self.length, self.minor_loss, self.roughness, &liquid)
     }
 
     /// Film coefficient W/(m² K), mean over the channel, and a remark where the closure leaves its range.
@@ -227,8 +227,8 @@ impl Stream {
         reynolds: f64,
         liquid: State,
         wall_temperature: f64,
-        kind: crate::physics::water::Liquid,
-    ) -> (f64, Option<String>) {
+        kind: &Liquid,
+    ) -> (f64, Option<&'static str>) {
         match &self.film {
             Film::Given(h) => (*h, None),
             Film::Correlation { bend_factor, wall } => {
@@ -236,7 +236,7 @@ impl Stream {
                 let prandtl_wall = kind.at(wall_temperature).map_or(liquid.prandtl(), |s| s.prandtl());
                 let nusselt =
                     channel::nusselt(reynolds, liquid.prandtl(), self.diameter / self.length, *wall, false, prandtl_wall);
-                let note = (reynolds > 1e6).then(|| format!("channel '{}': Re = {reynolds:.0} is beyond 1e6", self.name));
+                let note = channel::note(reynolds, liquid.prandtl(), self.diameter / self.length, prandtl_wall);
                 (bend_factor * nusselt * liquid.conductivity / self.diameter, note)
             }
         }
