@@ -5,6 +5,19 @@
 
 use crate::formula::Formula;
 
+mod channels;
+mod condition;
+mod contacts;
+mod geometry;
+mod library;
+mod names;
+mod read;
+mod sensors;
+mod shape;
+mod variables;
+
+pub use condition::Condition;
+
 /// A machine, as described by one file.
 #[derive(Debug, Clone)]
 pub struct Machine {
@@ -52,6 +65,8 @@ pub struct Machine {
     pub measurements: Vec<Measurement>,
     /// Cells aimed at when the caller does not say.
     pub default_cells: usize,
+    /// The names formulas use, slot by slot.
+    symbols: condition::Symbols,
 }
 
 /// A condition variable.

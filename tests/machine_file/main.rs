@@ -1,4 +1,5 @@
 //! The machine file: what it says, what is refused, and how the refusal helps.
 
 mod formulas;
+mod machines;
 mod reading;

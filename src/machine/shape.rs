@@ -1,0 +1,146 @@
+//! Bounds of shapes, what they contain, and whether two of them overlap.
+
+use std::f64::consts::PI;
+
+use super::{Part, Shape};
+
+/// Depth below which two shapes only touch, and distance up to which a point counts as inside, m.
+pub(super) const TOUCH: f64 = 1e-9;
+
+/// Smallest and largest coordinates.
+pub(super) fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
+    match shape {
+        Shape::Box { min, max } => (*min, *max),
+        Shape::Cylinder { axis, base, length, inner, outer, turn } => {
+            let (z, u, v) = frame(axis.index());
+            let (mut low, mut high) = (*base, *base);
+            high[z] += length;
+            // The extremes lie at the cuts or where the turn passes a coordinate axis.
+            let quarters = (-8..=16).map(|k| f64::from(k) * PI / 2.0).filter(|a| (turn.0..=turn.1).contains(a));
+            let angles: Vec<f64> = quarters.chain([turn.0, turn.1]).collect();
+            let radii = [*inner, *outer];
+            for (d, project) in [(u, f64::cos as fn(f64) -> f64), (v, f64::sin)] {
+                let reach = || angles.iter().flat_map(|a| radii.iter().map(move |r| r * project(*a)));
+                low[d] = base[d] + reach().fold(f64::INFINITY, f64::min);
+                high[d] = base[d] + reach().fold(f64::NEG_INFINITY, f64::max);
+            }
+            (low, high)
+        }
+    }
+}
+
+/// The point coordinates of a part refer to: smallest corner of its first block, or centre of its base.
+pub(super) fn origin(part: &Part) -> [f64; 3] {
+    match part.blocks.first().map(|block| &block.shape) {
+        Some(Shape::Box { min, .. }) => *min,
+        Some(Shape::Cylinder { base, .. }) => *base,
+        None => [0.0; 3],
+    }
+}
+
+/// The axis of a cylinder followed by the two across it in cyclic order.
+fn frame(axis: usize) -> (usize, usize, usize) {
+    (axis, (axis + 1) % 3, (axis + 2) % 3)
+}
+
+/// Whether a point lies inside a shape or not farther than `margin` outside (inside by more, if negative).
+pub(super) fn contains(shape: &Shape, point: [f64; 3], margin: f64) -> bool {
+    match shape {
+        Shape::Box { min, max } => (0..3).all(|d| point[d] >= min[d] - margin && point[d] <= max[d] + margin),
+        Shape::Cylinder { axis, base, length, inner, outer, turn } => {
+            let (z, u, v) = frame(axis.index());
+            let (along, x, y) = (point[z] - base[z], point[u] - base[u], point[v] - base[v]);
+            let r = x.hypot(y);
+            if along < -margin || along > length + margin || r > outer + margin || (*inner > 0.0 && r < inner - margin) {
+                return false;
+            }
+            let span = turn.1 - turn.0;
+            if span >= 2.0 * PI {
+                return true;
+            }
+            // Distance to the cuts, along the circle.
+            let from_start = (y.atan2(x) - turn.0).rem_euclid(2.0 * PI);
+            let beyond = (from_start - span).min(2.0 * PI - from_start);
+            if from_start <= span { from_start.min(span - from_start) * r >= -margin } else { beyond * r <= margin }
+        }
+    }
+}
+
+/// Whether a point lies in any block of a part.
+pub(super) fn part_contains(part: &Part, point: [f64; 3]) -> bool {
+    part.blocks.iter().any(|block| contains(&block.shape, point, TOUCH))
+}
+
+/// Whether two shapes share volume deeper than [`TOUCH`].
+///
+/// Exact for boxes, for cylinders about parallel axes and for a box beside a full cylinder. Where a part of a
+/// turn is involved that the exact test of full turns does not clear, and for cylinders about crossed axes, points
+/// of each are looked up in the other, which can miss an overlap of less than a twelfth of their size.
+pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
+    let ((low_a, high_a), (low_b, high_b)) = (bounds(a), bounds(b));
+    if (0..3).any(|d| high_a[d].min(high_b[d]) - low_a[d].max(low_b[d]) <= TOUCH) {
+        return false;
+    }
+    match (a, b) {
+        (Shape::Box { .. }, Shape::Box { .. }) => true,
+        (Shape::Box { min, max }, Shape::Cylinder { axis, base, inner, outer, turn, .. })
+        | (Shape::Cylinder { axis, base, inner, outer, turn, .. }, Shape::Box { min, max }) => {
+            let (_, u, v) = frame(axis.index());
+            let nearest = |d: usize| (min[d] - base[d]).max(base[d] - max[d]).max(0.0);
+            let farthest = |d: usize| (min[d] - base[d]).abs().max((max[d] - base[d]).abs());
+            let clear = nearest(u).hypot(nearest(v)) >= outer - TOUCH || farthest(u).hypot(farthest(v)) <= inner + TOUCH;
+            !clear && (turn.1 - turn.0 >= 2.0 * PI || sampled(a, b))
+        }
+        (
+            Shape::Cylinder { axis, base, inner, outer, turn, .. },
+            Shape::Cylinder { axis: axis_b, base: base_b, inner: inner_b, outer: outer_b, turn: turn_b, .. },
+        ) => {
+            if axis != axis_b {
+                return sampled(a, b);
+            }
+            let (_, u, v) = frame(axis.index());
+            let distance = (base[u] - base_b[u]).hypot(base[v] - base_b[v]);
+            let clear = distance >= outer + outer_b - TOUCH || distance + outer_b <= inner + TOUCH || distance + outer <= inner_b + TOUCH;
+            if clear {
+                return false;
+            }
+            let full = |turn: &(f64, f64)| turn.1 - turn.0 >= 2.0 * PI;
+            if full(turn) && full(turn_b) {
+                return true;
+            }
+            if distance > TOUCH {
+                return sampled(a, b);
+            }
+            // The same axis: annuli overlap where their angles do.
+            let reach = outer.min(*outer_b);
+            let shared = |k: f64| (turn.1.min(turn_b.1 + k) - turn.0.max(turn_b.0 + k)) * reach > TOUCH;
+            [-2.0, -1.0, 0.0, 1.0, 2.0].into_iter().any(|k| shared(k * 2.0 * PI))
+        }
+    }
+}
+
+/// Whether a point of the inside of one lies well inside the other.
+fn sampled(a: &Shape, b: &Shape) -> bool {
+    points(a).any(|p| contains(b, p, -TOUCH)) || points(b).any(|p| contains(a, p, -TOUCH))
+}
+
+/// Points spread over the inside of a shape.
+fn points(shape: &Shape) -> impl Iterator<Item = [f64; 3]> + '_ {
+    const N: usize = 12;
+    let part = |i: usize| (i as f64 + 0.5) / N as f64;
+    (0..N * N * N).map(move |i| {
+        let s = [part(i % N), part(i / N % N), part(i / N / N)];
+        match shape {
+            Shape::Box { min, max } => std::array::from_fn(|d| min[d] + s[d] * (max[d] - min[d])),
+            Shape::Cylinder { axis, base, length, inner, outer, turn } => {
+                let (z, u, v) = frame(axis.index());
+                let (r, angle) = (inner + s[0] * (outer - inner), turn.0 + s[1] * (turn.1 - turn.0));
+                let mut point = *base;
+                point[z] += s[2] * length;
+                point[u] += r * angle.cos();
+                point[v] += r * angle.sin();
+                point
+            }
+        }
+    })
+}
