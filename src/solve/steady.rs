@@ -12,8 +12,9 @@ use crate::network::{Load, Network, StreamState};
 
 /// Largest relative heat imbalance of a result that may be printed.
 pub const BALANCE_TOLERANCE: f64 = 1e-8;
-/// Newton stops when no temperature moves by more than this, K, and the heat residual agrees.
-const STEP_TOLERANCE: f64 = 1e-8;
+/// Newton stops when no temperature moves by more than this, K, and the heat residual agrees. Near the
+/// solution the next step would be smaller still by the factor the last ones shrank by, 1e-3 or less.
+const STEP_TOLERANCE: f64 = 1e-5;
 /// Sum of the absolute nodal residuals over the heat that passes through, at the end.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
 /// Reduction of the residual asked of each linear solve.
@@ -98,8 +99,8 @@ impl<'a> Solver<'a> {
             if !imbalance.is_finite() {
                 return Err(Error::numerics(format!("the temperatures are no longer finite after {newton} Newton steps")));
             }
-            let is_balanced = imbalance <= RESIDUAL_TOLERANCE * through.max(1e-6);
-            if is_balanced && (last_step <= STEP_TOLERANCE || newton > 0 && last_step < 1e-5) {
+            let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through.max(1e-6)).max(self.system.rounding(&temperatures));
+            if is_balanced && last_step <= STEP_TOLERANCE {
                 let balance = balance(network, load, &streams, &temperatures);
                 if balance.relative > BALANCE_TOLERANCE {
                     return Err(Error::numerics(format!(
