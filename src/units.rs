@@ -326,6 +326,15 @@ pub fn convert(value: f64, unit_text: &str, expected: Dimension) -> Result<f64> 
     Ok(kelvin)
 }
 
+/// The dimension of a unit as it stands in a header: `degC` means an absolute temperature, `K` a difference.
+///
+/// # Errors
+/// An unknown unit.
+pub fn dimension_of(unit_text: &str) -> Result<Dimension> {
+    let (_, dimension) = unit(unit_text)?;
+    Ok(if matches!(unit_text.trim(), "degC" | "°C") { Dimension::TEMPERATURE } else { dimension })
+}
+
 /// A value in SI back in the unit a reader of the files expects (degC for absolute temperatures).
 ///
 /// # Errors

@@ -1,1 +1,44 @@
+//! Reads and evaluates coldplate surrogate files where nothing else can run: no standard library,
+//! no allocation, no dependencies, no unsafe code.
+//!
+//! A surrogate answers, for one operating condition, what the temperatures at the measurement
+//! points are, how far they can be trusted, and whether the condition is acceptable.
+//!
+//! ```
+//! use coldplate_runtime::{State, Surrogate};
+//!
+//! let file = include_bytes!("../fixtures/polynomial.cps");
+//! let surrogate = Surrogate::open(file)?;
+//! // coolant flow in L/min, coolant and ambient temperature in degC, in the order of the file
+//! let condition = [8.0, 20.0, 21.0];
+//! let mut temperatures = [0.0; 2];
+//! let verdict = surrogate.query(&condition, &mut temperatures)?;
+//! assert!(verdict.in_domain);
+//! assert_eq!(verdict.state, State::Acceptable);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! [`Surrogate::open`] checks everything there is to check, so that what follows cannot fail: every
+//! length and index, every number finite, every transform legal on its range, the checksum, and
+//! the self-test vectors, which this very build must reproduce. The time it takes is proportional
+//! to the size of the file. Evaluation is deterministic: a fixed order of IEEE 754 additions and
+//! multiplications, the same on every platform.
+//!
+//! The bounds a file must keep are the `MAX_` constants of [`format`].
 #![no_std]
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+
+mod bytes;
+mod evaluate;
+pub mod format;
+mod math;
+mod open;
+mod surrogate;
+mod verdict;
+
+pub use bytes::Numbers;
+pub use evaluate::ShapeError;
+pub use open::OpenError;
+pub use surrogate::{Basis, Indices, Kernel, Limit, LimitKind, Point, Polynomial, Surrogate, Transform, Variable};
+pub use verdict::{LimitValue, State, Verdict};

@@ -1,0 +1,71 @@
+//! Time of a full query of ten points over four variables at one condition: values, bands, limits
+//! (ten maxima, a rise, a spread) and verdict. Each figure is the least of many batches, because
+//! whatever else runs on the machine can only add to it.
+//!
+//! The files are those of `fixtures/`, written by `tests/surrogate/examples.rs` of the main crate.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use coldplate_runtime::Surrogate;
+
+const BATCHES: usize = 400;
+const CONDITIONS: usize = 256;
+
+fn main() {
+    let files: [(&str, &[u8], f64); 6] = [
+        ("polynomial, 70 terms", include_bytes!("../fixtures/bench-polynomial.cps"), 0.5),
+        ("thin plate, 200 centres", include_bytes!("../fixtures/bench-thin-plate.cps"), 5.0),
+        ("cubic, 200 centres", include_bytes!("../fixtures/bench-cubic.cps"), 5.0),
+        ("multiquadric, 200 centres", include_bytes!("../fixtures/bench-multiquadric.cps"), 5.0),
+        ("gaussian, 200 centres", include_bytes!("../fixtures/bench-gaussian.cps"), 5.0),
+        ("thin plate, ten bases", include_bytes!("../fixtures/bench-ten-bases.cps"), f64::INFINITY),
+    ];
+    println!("{:<28}{:>12}{:>12}{:>16}{:>12}{:>12}", "ten points, one condition", "query", "target", "one gradient", "open", "file");
+    for (name, bytes, target) in files {
+        let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
+        let conditions = conditions(&surrogate);
+        let mut values = vec![0.0; surrogate.point_count()];
+        let query = least(|| {
+            for x in &conditions {
+                black_box(surrogate.query(black_box(x), &mut values)).expect("the shapes fit");
+                black_box(&values);
+            }
+        });
+        let mut slopes = [0.0; 4];
+        let gradient = least(|| {
+            for x in &conditions {
+                black_box(surrogate.gradient(black_box(x), 3, &mut slopes)).expect("the shapes fit");
+                black_box(&slopes);
+            }
+        });
+        let open = least(|| {
+            for _ in 0..4 {
+                black_box(Surrogate::open(black_box(bytes))).expect("the fixtures are intact");
+            }
+        });
+        let (query, gradient, open) = (query / CONDITIONS as f64, gradient / CONDITIONS as f64, open / 4.0);
+        let target = if target.is_finite() { format!("{target} us") } else { String::new() };
+        let size = format!("{} B", bytes.len());
+        println!("{name:<28}{query:>9.3} us{target:>12}{gradient:>13.3} us{open:>9.1} us{size:>12}");
+    }
+}
+
+/// Conditions spread over the fitted range by irrational steps.
+fn conditions(surrogate: &Surrogate<'_>) -> Vec<Vec<f64>> {
+    let at = |n: usize| {
+        let inside = |(i, low, high): (usize, f64, f64)| low + (n as f64 * ((i + 2) as f64).sqrt()).fract() * (high - low);
+        surrogate.variables().enumerate().map(|(i, v)| inside((i, v.low, v.high))).collect()
+    };
+    (0..CONDITIONS).map(at).collect()
+}
+
+/// Least time of a batch in microseconds.
+fn least(mut batch: impl FnMut()) -> f64 {
+    let time = |_| {
+        let start = Instant::now();
+        batch();
+        start.elapsed().as_secs_f64() * 1e6
+    };
+    (0..BATCHES).map(time).fold(f64::INFINITY, f64::min)
+}

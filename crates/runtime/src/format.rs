@@ -1,0 +1,93 @@
+//! The byte layout of version 1, as numbers. `docs/surrogate-format.md` says it in words.
+
+/// First eight bytes of a file; a transfer that rewrites line ends or strips bit 7 destroys them.
+pub const MAGIC: [u8; 8] = *b"\x89CPLATE\n";
+/// The version of the layout that this crate reads.
+pub const VERSION: u16 = 1;
+/// Most condition variables.
+pub const MAX_VARIABLES: usize = 8;
+/// Most measurement points.
+pub const MAX_POINTS: usize = 256;
+/// Most terms of one polynomial block (the terms of every point in it together).
+pub const MAX_TERMS: usize = 1024;
+/// Largest total degree of a term.
+pub const MAX_DEGREE: usize = 12;
+/// Most centres of one radial basis.
+pub const MAX_CENTRES: usize = 4096;
+/// Most limits.
+pub const MAX_LIMITS: usize = 256;
+/// Most provenance entries.
+pub const MAX_PROVENANCE: usize = 256;
+/// Most self-test vectors; there is at least one.
+pub const MAX_SELF_TESTS: usize = 16;
+/// Longest name or unit in bytes.
+pub const MAX_NAME: usize = 255;
+/// A self-test value v must be reproduced to within this times max(1, |v|).
+pub const SELF_TEST_TOLERANCE: f64 = 1e-7;
+
+/// Bytes of the header.
+pub const HEADER: usize = 48;
+/// Bytes of a variable, point or provenance record.
+pub const SMALL_RECORD: usize = 8;
+/// Bytes of a limit, centre-set or basis record.
+pub const MEDIUM_RECORD: usize = 16;
+/// Bytes of a polynomial record.
+pub const POLYNOMIAL_RECORD: usize = 28;
+/// Bytes of the checksum that ends the file.
+pub const TRAILER: usize = 4;
+
+/// CRC-32 (IEEE 802.3, reflected, as in zlib and PNG) of `bytes`.
+#[must_use]
+pub fn crc32(bytes: &[u8]) -> u32 {
+    let mut crc = u32::MAX;
+    let (words, rest) = bytes.as_chunks::<4>();
+    // Four bytes a step: the tables advance the register by one to four bytes each.
+    for word in words {
+        let [a, b, c, d] = (crc ^ u32::from_le_bytes(*word)).to_le_bytes();
+        crc = TABLES[3][usize::from(a)] ^ TABLES[2][usize::from(b)] ^ TABLES[1][usize::from(c)] ^ TABLES[0][usize::from(d)];
+    }
+    for byte in rest {
+        crc = (crc >> 8) ^ TABLES[0][usize::from(crc.to_le_bytes()[0] ^ byte)];
+    }
+    !crc
+}
+
+static TABLES: [[u32; 256]; 4] = tables();
+
+const fn tables() -> [[u32; 256]; 4] {
+    let mut tables = [[0u32; 256]; 4];
+    let mut i = 0;
+    while i < 256 {
+        let mut crc = i as u32;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = (crc >> 1) ^ (0xedb8_8320 & (crc & 1).wrapping_neg());
+            bit += 1;
+        }
+        tables[0][i] = crc;
+        i += 1;
+    }
+    let mut bytes = 1;
+    while bytes < 4 {
+        let mut i = 0;
+        while i < 256 {
+            let previous = tables[bytes - 1][i];
+            tables[bytes][i] = (previous >> 8) ^ tables[0][(previous & 0xff) as usize];
+            i += 1;
+        }
+        bytes += 1;
+    }
+    tables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::crc32;
+
+    #[test]
+    fn checksum_has_the_published_check_value() {
+        // The check value of CRC-32/ISO-HDLC in the RevEng catalogue.
+        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
+        assert_eq!(crc32(b""), 0);
+    }
+}

@@ -1,0 +1,341 @@
+//! An opened file and views of what it holds.
+
+use crate::bytes::{Numbers, part, u16_at, u32_at};
+use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
+
+/// An opened surrogate file. It borrows the bytes, and holds nothing but slices of them and the
+/// scaling of the variables.
+#[derive(Debug, Clone)]
+pub struct Surrogate<'a> {
+    pub(crate) variables: &'a [[u8; SMALL_RECORD]],
+    pub(crate) points: &'a [[u8; SMALL_RECORD]],
+    pub(crate) limits: &'a [[u8; MEDIUM_RECORD]],
+    pub(crate) polynomials: &'a [[u8; POLYNOMIAL_RECORD]],
+    pub(crate) sets: &'a [[u8; MEDIUM_RECORD]],
+    pub(crate) bases: &'a [[u8; MEDIUM_RECORD]],
+    pub(crate) provenance: &'a [[u8; SMALL_RECORD]],
+    pub(crate) numbers: Numbers<'a>,
+    pub(crate) indices: &'a [[u8; 2]],
+    pub(crate) exponents: &'a [u8],
+    pub(crate) text: &'a str,
+    pub(crate) self_tests: usize,
+    /// Per transform and variable; `None` where no model asks for it.
+    pub(crate) scaling: [[Option<Scaling>; MAX_VARIABLES]; 3],
+}
+
+/// u = (g(x) - low) * factor + offset, which maps the fitted range onto [-1, 1], and a fixed variable to 0.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scaling {
+    pub(crate) low: f64,
+    pub(crate) factor: f64,
+    pub(crate) offset: f64,
+}
+
+/// A condition variable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Variable<'a> {
+    /// Name, for example `coolant_flow`.
+    pub name: &'a str,
+    /// Unit of the values it takes.
+    pub unit: &'a str,
+    /// Smallest value the surrogate was fitted on.
+    pub low: f64,
+    /// Largest value the surrogate was fitted on; equal to `low` for a variable that was held fixed.
+    pub high: f64,
+}
+
+/// A measurement point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Point<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// Unit of its value.
+    pub unit: &'a str,
+    /// Half width of the band that covers 95 % of new conditions inside the range, in that unit.
+    pub half_width: f64,
+}
+
+/// A limit on the points' values.
+#[derive(Debug, Clone, Copy)]
+pub struct Limit<'a> {
+    /// Name.
+    pub name: &'a str,
+    /// What is limited.
+    pub kind: LimitKind<'a>,
+    /// Largest value allowed, in the points' unit.
+    pub maximum: f64,
+}
+
+/// What a limit looks at, by indices of points and variables.
+#[derive(Debug, Clone, Copy)]
+pub enum LimitKind<'a> {
+    /// The value of a point.
+    Maximum {
+        /// The point.
+        point: usize,
+    },
+    /// The value of a point minus that of a variable.
+    Rise {
+        /// The point.
+        point: usize,
+        /// The variable.
+        variable: usize,
+    },
+    /// The value of the first point minus that of the second.
+    Difference {
+        /// The first point.
+        first: usize,
+        /// The second point.
+        second: usize,
+    },
+    /// The largest value minus the smallest among several points.
+    Spread(Indices<'a>),
+}
+
+/// A list of indices in the file.
+#[derive(Debug, Clone, Copy)]
+pub struct Indices<'a>(pub(crate) &'a [[u8; 2]]);
+
+impl<'a> Indices<'a> {
+    /// The indices in order.
+    pub fn iter(self) -> impl ExactSizeIterator<Item = usize> + Clone + 'a {
+        self.0.iter().map(|b| usize::from(u16::from_le_bytes(*b)))
+    }
+
+    pub(crate) fn at(self, position: usize) -> usize {
+        self.0.get(position).map_or(0, |b| usize::from(u16::from_le_bytes(*b)))
+    }
+}
+
+/// How a variable enters, before it is scaled to [-1, 1] over its range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Transform {
+    /// g(x) = x
+    Identity,
+    /// g(x) = 1/x, for ranges without zero
+    Reciprocal,
+    /// g(x) = ln x, for positive ranges
+    Log,
+}
+
+impl Transform {
+    pub(crate) fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(Self::Identity),
+            1 => Some(Self::Reciprocal),
+            2 => Some(Self::Log),
+            _ => None,
+        }
+    }
+}
+
+/// Radial kernels of r, the length of (scaled variables minus centre) times the inverse length scales.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kernel {
+    /// r² ln r
+    ThinPlate,
+    /// r³
+    Cubic,
+    /// sqrt(1 + r²)
+    Multiquadric,
+    /// exp(-r²)
+    Gaussian,
+}
+
+impl Kernel {
+    pub(crate) fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(Self::ThinPlate),
+            1 => Some(Self::Cubic),
+            2 => Some(Self::Multiquadric),
+            3 => Some(Self::Gaussian),
+            _ => None,
+        }
+    }
+}
+
+/// Polynomials of one or more points over the same terms. For a point with a radial part this is
+/// its tail.
+#[derive(Debug, Clone, Copy)]
+pub struct Polynomial<'a> {
+    pub(crate) transforms: &'a [u8],
+    /// The points, one row of coefficients each.
+    pub points: Indices<'a>,
+    /// One exponent per variable and term, term by term.
+    pub exponents: &'a [u8],
+    /// One row of coefficients per point, one coefficient per term.
+    pub coefficients: Numbers<'a>,
+    /// How many terms.
+    pub terms: usize,
+    /// Largest exponent of any variable.
+    pub(crate) degree: usize,
+}
+
+impl Polynomial<'_> {
+    /// How variable `index` enters.
+    #[must_use]
+    pub fn transform(&self, index: usize) -> Transform {
+        transform(self.transforms, index)
+    }
+}
+
+/// A radial basis and the weights of the points that use it.
+#[derive(Debug, Clone, Copy)]
+pub struct Basis<'a> {
+    pub(crate) transforms: &'a [u8],
+    /// The kernel.
+    pub kernel: Kernel,
+    /// Inverse length scale per variable, multiplying the scaled variable.
+    pub scales: Numbers<'a>,
+    /// Coordinates in scaled variables: all centres for the first variable, then for the second.
+    pub centres: Numbers<'a>,
+    /// How many centres.
+    pub count: usize,
+    /// The points, one row of weights each.
+    pub points: Indices<'a>,
+    /// One row of weights per point, one weight per centre.
+    pub weights: Numbers<'a>,
+}
+
+impl Basis<'_> {
+    /// How variable `index` enters.
+    #[must_use]
+    pub fn transform(&self, index: usize) -> Transform {
+        transform(self.transforms, index)
+    }
+}
+
+fn transform(codes: &[u8], index: usize) -> Transform {
+    codes.get(index).copied().and_then(Transform::from_code).unwrap_or(Transform::Identity)
+}
+
+impl<'a> Surrogate<'a> {
+    /// How many condition variables.
+    #[must_use]
+    pub fn variable_count(&self) -> usize {
+        self.variables.len()
+    }
+
+    /// How many measurement points.
+    #[must_use]
+    pub fn point_count(&self) -> usize {
+        self.points.len()
+    }
+
+    /// How many limits.
+    #[must_use]
+    pub fn limit_count(&self) -> usize {
+        self.limits.len()
+    }
+
+    /// Variable `index`, in the order of a query.
+    #[must_use]
+    pub fn variable(&self, index: usize) -> Option<Variable<'a>> {
+        let (name, unit) = self.two_texts(self.variables.get(index)?);
+        Some(Variable { name, unit, low: self.low(index), high: self.high(index) })
+    }
+
+    /// Point `index`.
+    #[must_use]
+    pub fn point(&self, index: usize) -> Option<Point<'a>> {
+        let (name, unit) = self.two_texts(self.points.get(index)?);
+        Some(Point { name, unit, half_width: self.half_width(index) })
+    }
+
+    /// Limit `index`.
+    #[must_use]
+    pub fn limit(&self, index: usize) -> Option<Limit<'a>> {
+        let record = self.limits.get(index)?;
+        let name = self.text_at(u32_at(record, 0), u16_at(record, 4));
+        let list = Indices(part(self.indices, u32_at(record, 8), u16_at(record, 12)));
+        let kind = match record[6] {
+            0 => LimitKind::Maximum { point: list.at(0) },
+            1 => LimitKind::Rise { point: list.at(0), variable: list.at(1) },
+            2 => LimitKind::Difference { first: list.at(0), second: list.at(1) },
+            _ => LimitKind::Spread(list),
+        };
+        let maximum = self.numbers.at(2 * self.variables.len() + self.points.len() + index);
+        Some(Limit { name, kind, maximum })
+    }
+
+    /// The variables, in the order of a query.
+    pub fn variables(&self) -> impl Iterator<Item = Variable<'a>> + '_ {
+        (0..self.variables.len()).filter_map(|i| self.variable(i))
+    }
+
+    /// The measurement points, in the order of the values of a query.
+    pub fn points(&self) -> impl Iterator<Item = Point<'a>> + '_ {
+        (0..self.points.len()).filter_map(|i| self.point(i))
+    }
+
+    /// The limits.
+    pub fn limits(&self) -> impl Iterator<Item = Limit<'a>> + '_ {
+        (0..self.limits.len()).filter_map(|i| self.limit(i))
+    }
+
+    /// Provenance: key and value.
+    pub fn provenance(&self) -> impl Iterator<Item = (&'a str, &'a str)> + '_ {
+        self.provenance.iter().map(|record| self.two_texts(record))
+    }
+
+    /// The polynomials. Every point is in exactly one of them.
+    pub fn polynomials(&self) -> impl Iterator<Item = Polynomial<'a>> + '_ {
+        self.polynomials.iter().map(|record| self.polynomial(record))
+    }
+
+    /// The radial bases. A point is in one of them at most.
+    pub fn bases(&self) -> impl Iterator<Item = Basis<'a>> + '_ {
+        self.bases.iter().map(|record| self.basis(record))
+    }
+
+    pub(crate) fn polynomial(&self, record: &'a [u8; POLYNOMIAL_RECORD]) -> Polynomial<'a> {
+        let (terms, rows) = (u16_at(record, 8), u16_at(record, 10));
+        Polynomial {
+            transforms: part(record, 0, MAX_VARIABLES),
+            points: Indices(part(self.indices, u32_at(record, 20), rows)),
+            exponents: part(self.exponents, u32_at(record, 16), terms * self.variables.len()),
+            coefficients: self.numbers.part(u32_at(record, 24), rows * terms),
+            terms,
+            degree: u16_at(record, 12),
+        }
+    }
+
+    pub(crate) fn basis(&self, record: &'a [u8; MEDIUM_RECORD]) -> Basis<'a> {
+        let (variables, rows, start) = (self.variables.len(), u16_at(record, 4), u32_at(record, 12));
+        let (transforms, count, first) = match self.sets.get(u16_at(record, 2)) {
+            Some(set) => (part(set, 0, MAX_VARIABLES), u16_at(set, 8), u32_at(set, 12)),
+            None => (&[][..], 0, 0),
+        };
+        Basis {
+            transforms,
+            kernel: Kernel::from_code(record[0]).unwrap_or(Kernel::ThinPlate),
+            scales: self.numbers.part(start, variables),
+            centres: self.numbers.part(first, variables * count),
+            count,
+            points: Indices(part(self.indices, u32_at(record, 8), rows)),
+            weights: self.numbers.part(start.saturating_add(variables), rows * count),
+        }
+    }
+
+    pub(crate) fn low(&self, variable: usize) -> f64 {
+        self.numbers.at(2 * variable)
+    }
+
+    pub(crate) fn high(&self, variable: usize) -> f64 {
+        self.numbers.at(2 * variable + 1)
+    }
+
+    pub(crate) fn half_width(&self, point: usize) -> f64 {
+        self.numbers.at(2 * self.variables.len() + point)
+    }
+
+    /// Two texts that follow each other.
+    pub(crate) fn two_texts(&self, record: &[u8; SMALL_RECORD]) -> (&'a str, &'a str) {
+        let (start, first, second) = (u32_at(record, 0), u16_at(record, 4), u16_at(record, 6));
+        (self.text_at(start, first), self.text_at(start + first, second))
+    }
+
+    pub(crate) fn text_at(&self, start: usize, length: usize) -> &'a str {
+        start.checked_add(length).and_then(|end| self.text.get(start..end)).unwrap_or("")
+    }
+}

@@ -1,0 +1,181 @@
+//! The inverse question: which value of one variable makes a condition acceptable?
+//!
+//! The slack of a condition is the smallest distance of a limit from the upper end of its band; the
+//! condition is acceptable where it is not negative. Over the range of the free variable the slack
+//! need be neither monotone nor of one sign, so it is sampled, its extrema between samples are
+//! refined where they could hide a change of sign, and the changes of sign are bisected.
+
+use coldplate_runtime::Surrogate;
+
+use super::{Answer, Outside, outside, query};
+use crate::error::{Error, Result};
+
+/// Intervals of the scan over the fitted range. Twelve, the highest degree of a polynomial, would
+/// resolve one; radial functions have at most some tens of centres along one axis.
+const INTERVALS: usize = 1024;
+/// Where bisection and the search for extrema stop, as a fraction of the fitted range.
+const RESOLUTION: f64 = 1e-9;
+
+/// The answer to the inverse question.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Inverse {
+    /// The condition becomes acceptable.
+    Found {
+        /// The smallest acceptable value in the fitted range, in the variable's unit.
+        smallest: f64,
+        /// Every value from `smallest` to this one is acceptable.
+        until: f64,
+        /// The answer at `smallest`.
+        answer: Answer,
+    },
+    /// No value in the fitted range makes it acceptable.
+    Nowhere {
+        /// The value that comes closest.
+        best: f64,
+        /// Index of the limit that stands in the way there.
+        limit: usize,
+        /// By how much the upper end of its band exceeds it there, in its unit.
+        excess: f64,
+        /// The answer at `best`.
+        answer: Answer,
+    },
+    /// The other variables lie outside the fitted range, where nothing is acceptable for sure.
+    OutsideRange(Vec<Outside>),
+}
+
+/// The smallest value of variable `free` in its fitted range that makes the condition acceptable, the
+/// other variables being those of `x` (`x[free]` is not looked at).
+///
+/// # Errors
+/// A variable that does not exist or was held fixed, a condition of wrong length, a surrogate
+/// without limits.
+pub fn free(surrogate: &Surrogate<'_>, x: &[f64], free: usize) -> Result<Inverse> {
+    let Some(variable) = surrogate.variable(free).filter(|_| x.len() == surrogate.variable_count()) else {
+        return Err(Error::input("a condition of this surrogate has another number of values").read(x.len()));
+    };
+    if surrogate.limit_count() == 0 {
+        return Err(Error::input("this surrogate holds no limits, so nothing says what is acceptable"));
+    }
+    let (low, high) = (variable.low, variable.high);
+    if low == high {
+        return Err(Error::input(format!("'{}' was held at {low} {} when the surrogate was fitted", variable.name, variable.unit))
+            .at_key(variable.name)
+            .help("free a variable that was varied"));
+    }
+    let mut line = Line { surrogate, x: x.to_vec(), values: vec![0.0; surrogate.point_count()], free };
+    line.x[free] = low;
+    let missing = outside(surrogate, &line.x);
+    if !missing.is_empty() {
+        return Ok(Inverse::OutsideRange(missing));
+    }
+
+    let samples = line.samples(low, high);
+    let Some(first) = samples.iter().position(|s| s.slack >= 0.0) else {
+        let best = samples.iter().max_by(|a, b| a.slack.total_cmp(&b.slack)).map_or(low, |s| s.at);
+        let (slack, limit) = line.slack(best);
+        return Ok(Inverse::Nowhere { best, limit, excess: -slack, answer: query(surrogate, &line.x)? });
+    };
+    let resolution = RESOLUTION * (high - low);
+    let smallest = match first.checked_sub(1) {
+        Some(before) => line.edge(samples[before].at, samples[first].at, resolution),
+        None => low,
+    };
+    let until = match samples[first..].windows(2).find(|pair| pair[1].slack < 0.0) {
+        Some(pair) => line.edge(pair[1].at, pair[0].at, resolution),
+        None => high,
+    };
+    line.x[free] = smallest;
+    Ok(Inverse::Found { smallest, until, answer: query(surrogate, &line.x)? })
+}
+
+#[derive(Clone, Copy)]
+struct Sample {
+    at: f64,
+    slack: f64,
+}
+
+/// A condition with one variable free.
+struct Line<'a, 'b> {
+    surrogate: &'a Surrogate<'b>,
+    x: Vec<f64>,
+    values: Vec<f64>,
+    free: usize,
+}
+
+impl Line<'_, '_> {
+    /// The slack at a value of the free variable, and the limit that has it; minus infinity where a
+    /// limit has no finite value.
+    fn slack(&mut self, at: f64) -> (f64, usize) {
+        self.x[self.free] = at;
+        if self.surrogate.evaluate(&self.x, &mut self.values).is_err() {
+            return (f64::NEG_INFINITY, 0);
+        }
+        let slack = |i| {
+            let limit = self.surrogate.limit_value(i, &self.x, &self.values)?;
+            Some(limit.maximum - limit.high).filter(|s: &f64| s.is_finite())
+        };
+        let slacks = (0..self.surrogate.limit_count()).map(|i| (slack(i).unwrap_or(f64::NEG_INFINITY), i));
+        slacks.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0))
+    }
+
+    /// Samples in order: the scan, with the extrema between its samples that reach for the other sign.
+    fn samples(&mut self, low: f64, high: f64) -> Vec<Sample> {
+        let at = |i: usize| if i == INTERVALS { high } else { low + (high - low) * (i as f64 / INTERVALS as f64) };
+        let scan: Vec<Sample> = (0..=INTERVALS).map(|i| Sample { at: at(i), slack: self.slack(at(i)).0 }).collect();
+        let mut samples = Vec::with_capacity(scan.len() + 8);
+        for (i, here) in scan.iter().enumerate() {
+            let mut extremum = None;
+            if let Some([before, _, after]) = i.checked_sub(1).and_then(|start| scan.get(start..start + 3)) {
+                // sign: +1 looks for a maximum below zero, -1 for a minimum above it
+                let sign = if here.slack < 0.0 { 1.0 } else { -1.0 };
+                let turns = sign * here.slack >= sign * before.slack && sign * here.slack >= sign * after.slack;
+                let flat = before.slack == here.slack && here.slack == after.slack;
+                if turns && !flat && here.slack.is_finite() {
+                    extremum = Some(self.extremum(before.at, after.at, sign, RESOLUTION * (high - low)));
+                }
+            }
+            match extremum {
+                Some(e) if e.at < here.at => samples.extend([e, *here]),
+                Some(e) if e.at > here.at => samples.extend([*here, e]),
+                _ => samples.push(*here),
+            }
+        }
+        // Extrema of neighbouring samples share an interval and may come out of order.
+        samples.sort_by(|a, b| a.at.total_cmp(&b.at));
+        samples
+    }
+
+    /// The maximum (`sign` 1) or minimum (`sign` -1) of the slack between two places, by golden section.
+    fn extremum(&mut self, mut a: f64, mut b: f64, sign: f64, resolution: f64) -> Sample {
+        let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
+        let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+        let (mut at_c, mut at_d) = (self.slack(c).0, self.slack(d).0);
+        while b - a > resolution {
+            if sign * at_c > sign * at_d {
+                (b, d, at_d) = (d, c, at_c);
+                c = b - golden * (b - a);
+                at_c = self.slack(c).0;
+            } else {
+                (a, c, at_c) = (c, d, at_d);
+                d = a + golden * (b - a);
+                at_d = self.slack(d).0;
+            }
+            if !(a < c && c < d && d < b) {
+                break; // the places no longer differ in double precision
+            }
+        }
+        if sign * at_c > sign * at_d { Sample { at: c, slack: at_c } } else { Sample { at: d, slack: at_d } }
+    }
+
+    /// The change of sign between a place that is not acceptable and one that is; the acceptable side of it.
+    fn edge(&mut self, mut bad: f64, mut good: f64, resolution: f64) -> f64 {
+        while (good - bad).abs() > resolution {
+            let middle = 0.5 * (good + bad);
+            if middle == good || middle == bad {
+                break;
+            }
+            if self.slack(middle).0 >= 0.0 { good = middle } else { bad = middle }
+        }
+        good
+    }
+}

@@ -1,0 +1,325 @@
+//! `coldplate query`: temperatures, verdict and margins from a surrogate file.
+
+use std::path::{Path, PathBuf};
+
+use serde_json::{Map, Value, json};
+
+use super::condition::ConditionArgs;
+use super::output::Output;
+use super::text::table;
+use crate::accept::{self, Answer, Inverse, Outside, State, Surrogate, batch, condition};
+use crate::error::{Error, Result};
+use crate::fit::file;
+use crate::units::{self, Dimension};
+
+/// Arguments of `coldplate query`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status: 0 acceptable; 1 not acceptable; 2 bad input; 3 uncertain (too close to call, outside the \
+                        fitted range, or no limits to judge by). With --csv: 0 if all are acceptable, 1 if any is not, else 3.")]
+pub struct Args {
+    /// Surrogate file
+    #[arg(value_name = "SURROGATE")]
+    pub surrogate: PathBuf,
+    /// The condition.
+    #[command(flatten)]
+    pub condition: ConditionArgs,
+    /// Find the smallest value of this variable that makes the condition acceptable
+    #[arg(long, value_name = "NAME", conflicts_with = "csv")]
+    pub free: Option<String>,
+    /// Answer every row of a CSV file; its header names variables with units, as in "coolant_flow [L/min]"
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+}
+
+/// Answers the query and returns the exit status.
+///
+/// # Errors
+/// A file that cannot be read or is damaged; a wrong, doubled or missing variable; a value without
+/// its unit.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let bytes = std::fs::read(&args.surrogate).map_err(|e| Error::file("read", &args.surrogate, &e))?;
+    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
+    let given = args.condition.values()?;
+    match (&args.csv, &args.free) {
+        (Some(csv), _) => many(&surrogate, csv, &given, out),
+        (None, Some(name)) => inverse(&surrogate, name, &given, out),
+        (None, None) => {
+            let answer = accept::query(&surrogate, &condition::condition(&surrogate, &given)?)?;
+            out.report(&text(&surrogate, &answer), &Value::Object(json(&answer)?));
+            Ok(status(answer.verdict))
+        }
+    }
+}
+
+fn status(verdict: State) -> u8 {
+    match verdict {
+        State::Acceptable => 0,
+        State::NotAcceptable => 1,
+        State::Uncertain => 3,
+    }
+}
+
+fn verdict_name(verdict: State) -> &'static str {
+    match verdict {
+        State::Acceptable => "acceptable",
+        State::NotAcceptable => "not_acceptable",
+        State::Uncertain => "uncertain",
+    }
+}
+
+fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], out: Output) -> Result<u8> {
+    let content = std::fs::read_to_string(csv).map_err(|e| Error::file("read", csv, &e))?;
+    let rows = batch::read(surrogate, &content, csv, given)?;
+    let labelled = rows.iter().any(|r| r.label.is_some());
+    let mut lines = vec![csv_header(surrogate, labelled)];
+    let mut objects = Vec::new();
+    let (mut refused, mut open) = (false, false);
+    for row in &rows {
+        let answer = accept::query(surrogate, &row.condition)?;
+        refused |= answer.verdict == State::NotAcceptable;
+        open |= answer.verdict == State::Uncertain;
+        if out.json {
+            let mut object = json(&answer)?;
+            object.insert("line".into(), json!(row.line));
+            if let Some(label) = &row.label {
+                object.insert("test".into(), json!(label));
+            }
+            let names = surrogate.variables().zip(&row.condition);
+            object.insert("condition".into(), names.map(|(v, x)| (v.name.to_owned(), json!({ "value": x, "unit": v.unit }))).collect());
+            objects.push(Value::Object(object));
+        } else {
+            lines.push(csv_row(&answer, labelled.then(|| row.label.clone().unwrap_or_default())));
+        }
+    }
+    out.report(&lines.join("\n"), &json!({ "conditions": objects }));
+    Ok(if refused {
+        1
+    } else if open {
+        3
+    } else {
+        0
+    })
+}
+
+fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], out: Output) -> Result<u8> {
+    let index = condition::index_of(surrogate, name)?;
+    let Some(variable) = surrogate.variable(index) else { return Err(Error::input("no such variable").at_key(name)) };
+    let mut x = condition::partial(surrogate, given)?;
+    if x[index].is_some() {
+        return Err(Error::input(format!("'{}' is given and asked for at once", variable.name))
+            .at_key(variable.name)
+            .help("leave out its value, or --free"));
+    }
+    x[index] = Some(variable.low);
+    let x = condition::complete(surrogate, x)?;
+    let (unit, range) = (variable.unit, format!("{} to {} {}", plain(variable.low), plain(variable.high), variable.unit));
+    match accept::free(surrogate, &x, index)? {
+        Inverse::Found { smallest, until, answer } => {
+            let mut object = json(&answer)?;
+            object.insert(
+                "free".into(),
+                json!({ "variable": variable.name, "unit": unit, "value": smallest, "low": smallest, "high": until }),
+            );
+            let end = if until == variable.high { "the end of the fitted range" } else { "where a limit stops it" };
+            let head = format!(
+                "{}: {} {unit} is the smallest acceptable value; acceptable from there to {} {unit}, {end}.\n\n",
+                variable.name,
+                rounded_up(smallest, until, variable.high - variable.low),
+                rounded_down(smallest, until, variable.high - variable.low),
+            );
+            out.report(&(head + &text(surrogate, &answer)), &Value::Object(object));
+            Ok(status(answer.verdict))
+        }
+        Inverse::Nowhere { best, limit, excess, answer } => {
+            let mut object = json(&answer)?;
+            let name = answer.limits.get(limit).map_or("", |l| l.name.as_str());
+            let limit_unit = answer.limits.get(limit).map_or("", |l| l.unit.as_str());
+            let free = json!({
+                "variable": variable.name, "unit": unit, "value": null, "best": best, "binding": name, "excess": excess, "excess_unit": limit_unit,
+            });
+            object.insert("free".into(), free);
+            let head = format!(
+                "{}: no value from {range} makes this acceptable. It comes closest at {} {unit}, where '{name}' with its band is \
+                 over its limit by {} {limit_unit}.\n\n",
+                variable.name,
+                plain(best),
+                plain(excess)
+            );
+            out.report(&(head + &text(surrogate, &answer)), &Value::Object(object));
+            Ok(status(answer.verdict))
+        }
+        Inverse::OutsideRange(outside) => {
+            let answer = accept::query(surrogate, &x)?;
+            let mut object = json(&answer)?;
+            // The condition has no value for the free variable, so that nothing was evaluated.
+            object.insert("temperatures".into(), json!({}));
+            object.insert("limits".into(), json!([]));
+            object.insert("binding".into(), Value::Null);
+            object.insert("free".into(), json!({ "variable": variable.name, "unit": unit, "value": null }));
+            let text = outside.iter().map(outside_sentence).collect::<String>() + "Uncertain: the surrogate says nothing there.\n";
+            out.report(&text, &Value::Object(object));
+            Ok(status(State::Uncertain))
+        }
+    }
+}
+
+/// The answer as the contract's JSON object. Temperatures are in degC whatever the file uses.
+fn json(answer: &Answer) -> Result<Map<String, Value>> {
+    let mut temperatures = Map::new();
+    for point in &answer.temperatures {
+        let (unit, [value, low, high]) = in_celsius(&point.unit, [point.value, point.low, point.high])?;
+        temperatures.insert(point.name.clone(), json!({ unit: value, "low": low, "high": high }));
+    }
+    let limits: Vec<Value> = answer
+        .limits
+        .iter()
+        .map(|l| json!({ "name": l.name, "value": l.value, "limit": l.limit, "margin": l.margin, "low": l.low, "high": l.high, "unit": l.unit }))
+        .collect();
+    let outside: Vec<Value> = answer
+        .outside
+        .iter()
+        .map(|o| json!({ "variable": o.name, "unit": o.unit, "value": o.value, "low": o.low, "high": o.high }))
+        .collect();
+    let mut object = Map::new();
+    object.insert("temperatures".into(), Value::Object(temperatures));
+    object.insert("verdict".into(), json!(verdict_name(answer.verdict)));
+    object.insert("limits".into(), json!(limits));
+    object.insert("binding".into(), json!(answer.binding_name()));
+    object.insert("in_domain".into(), json!(answer.in_domain));
+    if !outside.is_empty() {
+        object.insert("outside".into(), json!(outside));
+    }
+    Ok(object)
+}
+
+/// Kelvins become degrees Celsius; values in other units stay as they are.
+fn in_celsius(unit: &str, values: [f64; 3]) -> Result<(String, [f64; 3])> {
+    if unit != "K" || values.iter().any(|v| !v.is_finite()) {
+        return Ok((if unit.is_empty() { "value".into() } else { unit.replace("°C", "degC") }, values));
+    }
+    let mut celsius = [0.0; 3];
+    for (to, kelvin) in celsius.iter_mut().zip(values) {
+        *to = units::express(kelvin, "degC", Dimension::TEMPERATURE)?;
+    }
+    Ok(("degC".into(), celsius))
+}
+
+fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
+    let condition = surrogate.variables().zip(&answer.condition).map(|(v, x)| format!("{} {} {}", v.name, plain(*x), v.unit));
+    let mut text = condition.collect::<Vec<_>>().join(", ") + "\n\n";
+    let rows: Vec<Vec<String>> =
+        answer.temperatures.iter().map(|p| vec![p.name.clone(), fixed(p.value), fixed(p.low), fixed(p.high), p.unit.clone()]).collect();
+    text += &table(&["point", "value", "low", "high", "unit"], &rows);
+    if !answer.limits.is_empty() {
+        let mark = |i: usize| if answer.binding == Some(i) { "binding" } else { "" };
+        let rows: Vec<Vec<String>> = answer
+            .limits
+            .iter()
+            .enumerate()
+            .map(|(i, l)| {
+                let band = format!("{} to {}", fixed(l.low), fixed(l.high));
+                vec![l.name.clone(), fixed(l.value), band, fixed(l.limit), fixed(l.margin), l.unit.clone(), mark(i).into()]
+            })
+            .collect();
+        text += "\n";
+        text += &table(&["limit", "value", "band", "maximum", "margin", "unit", ""], &rows);
+    }
+    text += "\n";
+    text.extend(answer.outside.iter().map(outside_sentence));
+    text + &sentence(answer)
+}
+
+fn outside_sentence(outside: &Outside) -> String {
+    let Outside { name, unit, value, low, high } = outside;
+    if low == high {
+        return format!("{name} = {} {unit} is not the {} {unit} at which the surrogate was fitted.\n", plain(*value), plain(*low));
+    }
+    format!("{name} = {} {unit} is outside the fitted range, {} to {} {unit}.\n", plain(*value), plain(*low), plain(*high))
+}
+
+fn sentence(answer: &Answer) -> String {
+    let binding = answer.binding.and_then(|i| answer.limits.get(i));
+    match (answer.verdict, binding) {
+        (State::Uncertain, _) if !answer.in_domain => "Uncertain: outside the fitted range the values are a guess.\n".into(),
+        (State::Uncertain, None) => "Uncertain: there is no limit to judge by.\n".into(),
+        (State::Acceptable, Some(l)) => {
+            format!("Acceptable: '{}' has the smallest margin, {} {} of {}.\n", l.name, fixed(l.margin), l.unit, fixed(l.limit))
+        }
+        (State::NotAcceptable, Some(l)) => {
+            format!("Not acceptable: '{}' is over its limit of {} {} by {}.\n", l.name, fixed(l.limit), l.unit, fixed(-l.margin))
+        }
+        (State::Uncertain, Some(l)) => format!(
+            "Uncertain, too close to call: the band of '{}', {} to {}, holds its limit of {} {}.\n",
+            l.name,
+            fixed(l.low),
+            fixed(l.high),
+            fixed(l.limit),
+            l.unit
+        ),
+        (State::Acceptable, None) => "Acceptable.\n".into(),
+        (State::NotAcceptable, None) => "Not acceptable.\n".into(),
+    }
+}
+
+fn csv_header(surrogate: &Surrogate<'_>, labelled: bool) -> String {
+    let mut cells: Vec<String> = if labelled { vec!["test".into()] } else { vec![] };
+    cells.extend(surrogate.variables().map(|v| format!("{} [{}]", v.name, v.unit)));
+    for point in surrogate.points() {
+        cells.extend([format!("{} [{}]", point.name, point.unit), format!("{} low", point.name), format!("{} high", point.name)]);
+    }
+    cells.extend(surrogate.limits().map(|l| format!("margin of {}", l.name)));
+    cells.extend(["verdict", "binding", "in_domain"].map(String::from));
+    cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",")
+}
+
+fn csv_row(answer: &Answer, label: Option<String>) -> String {
+    let mut cells: Vec<String> = label.into_iter().collect();
+    cells.extend(answer.condition.iter().map(f64::to_string));
+    cells.extend(answer.temperatures.iter().flat_map(|p| [p.value, p.low, p.high]).map(|v| v.to_string()));
+    cells.extend(answer.limits.iter().map(|l| l.margin.to_string()));
+    cells.extend([verdict_name(answer.verdict).into(), answer.binding_name().unwrap_or("").to_owned(), answer.in_domain.to_string()]);
+    cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",")
+}
+
+fn quoted(cell: &str) -> String {
+    if cell.contains([',', '"']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
+}
+
+/// Temperatures and margins, to the millikelvin.
+fn fixed(value: f64) -> String {
+    format!("{value:.3}")
+}
+
+/// A number with six significant digits, without the zeros behind it.
+fn plain(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() || !(1e-4..1e9).contains(&value.abs()) {
+        return format!("{value:.4e}").replace("0.0000e0", "0");
+    }
+    let decimals = (5 - value.abs().log10().floor() as i32).max(0) as usize;
+    trimmed(format!("{value:.decimals$}"))
+}
+
+/// An end of an interval to some 1e-5 of the fitted range, rounded into the interval, so that a
+/// reader who types it in gets what was promised.
+fn rounded_up(low: f64, high: f64, range: f64) -> String {
+    rounded(low, high, range, f64::ceil, low)
+}
+
+fn rounded_down(low: f64, high: f64, range: f64) -> String {
+    rounded(low, high, range, f64::floor, high)
+}
+
+fn rounded(low: f64, high: f64, range: f64, round: fn(f64) -> f64, end: f64) -> String {
+    let decimals = (4.0 - range.log10().floor()).clamp(0.0, 12.0);
+    let step = 10.0_f64.powf(decimals);
+    let value = round(end * step) / step;
+    if !(low..=high).contains(&value) {
+        return end.to_string();
+    }
+    trimmed(format!("{value:.*}", decimals as usize))
+}
+
+/// Without the zeros that end a decimal fraction.
+fn trimmed(text: String) -> String {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}

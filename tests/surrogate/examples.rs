@@ -1,0 +1,185 @@
+//! The surrogates that the tests and the runtime's benchmark use.
+
+use coldplate::fit::model::*;
+
+/// SplitMix64: a small generator with a fixed sequence.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    pub fn below(&mut self, bound: usize) -> usize {
+        (self.next() % bound.max(1) as u64) as usize
+    }
+
+    /// Uniform in [-1, 1).
+    pub fn signed(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / 2.0_f64.powi(52) - 1.0
+    }
+}
+
+pub fn variable(name: &str, unit: &str, low: f64, high: f64) -> Variable {
+    Variable { name: name.into(), unit: unit.into(), low, high }
+}
+
+pub fn point(name: &str, model: Model, half_width: f64) -> Point {
+    Point { name: name.into(), unit: "degC".into(), model, half_width }
+}
+
+pub fn limit(name: &str, kind: LimitKind, maximum: f64) -> Limit {
+    Limit { name: name.into(), kind, maximum }
+}
+
+pub fn polynomial(transforms: &[Transform], terms: &[&[u8]], coefficients: &[f64]) -> Polynomial {
+    Polynomial { transforms: transforms.to_vec(), terms: terms.iter().map(|t| t.to_vec()).collect(), coefficients: coefficients.to_vec() }
+}
+
+/// The file of the runtime's example: motor and screw over flow, coolant and ambient temperature.
+pub fn small() -> Surrogate {
+    use Transform::{Identity, Reciprocal};
+    let transforms = [Reciprocal, Identity, Identity];
+    let motor = polynomial(&transforms, &[&[0, 0, 0], &[1, 0, 0], &[0, 1, 0], &[0, 0, 1], &[1, 1, 0]], &[26.0, -2.5, 4.5, 0.5, 0.125]);
+    let screw = polynomial(&transforms, &[&[0, 0, 0], &[1, 0, 0], &[0, 1, 0], &[0, 0, 2]], &[22.5, -0.75, 3.5, 0.25]);
+    Surrogate {
+        variables: vec![
+            variable("coolant_flow", "L/min", 2.0, 12.0),
+            variable("coolant_temperature", "degC", 15.0, 25.0),
+            variable("ambient_temperature", "degC", 18.0, 26.0),
+        ],
+        bases: vec![],
+        points: vec![point("motor", Model::Polynomial(motor), 0.0625), point("screw nut", Model::Polynomial(screw), 0.03125)],
+        limits: vec![
+            limit("motor maximum", LimitKind::Maximum(0), 28.0),
+            limit("motor over ambient", LimitKind::Rise(0, 2), 6.0),
+            limit("motor over screw", LimitKind::Difference(0, 1), 5.0),
+            limit("spread", LimitKind::Spread(vec![0, 1]), 5.5),
+        ],
+        provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
+    }
+}
+
+/// All terms up to a total degree.
+fn all_terms(variables: usize, degree: u8) -> Vec<Vec<u8>> {
+    let mut terms = vec![vec![]];
+    for _ in 0..variables {
+        let extended = terms.iter().flat_map(|t: &Vec<u8>| {
+            let left = degree - t.iter().sum::<u8>();
+            (0..=left).map(move |e| t.iter().copied().chain([e]).collect())
+        });
+        terms = extended.collect();
+    }
+    terms
+}
+
+fn four_variables() -> Vec<Variable> {
+    vec![
+        variable("coolant_flow", "L/min", 2.0, 12.0),
+        variable("coolant_temperature", "degC", 15.0, 25.0),
+        variable("motor_speed", "rpm", 100.0, 3000.0),
+        variable("ambient_temperature", "degC", 18.0, 26.0),
+    ]
+}
+
+const FLOW_RECIPROCAL: [Transform; 4] = [Transform::Reciprocal, Transform::Identity, Transform::Identity, Transform::Identity];
+
+fn limits_of_ten() -> Vec<Limit> {
+    let mut limits: Vec<Limit> = (0..10).map(|p| limit(&format!("maximum {p}"), LimitKind::Maximum(p), 40.0)).collect();
+    limits.push(limit("rise", LimitKind::Rise(0, 3), 15.0));
+    limits.push(limit("spread", LimitKind::Spread((0..10).collect()), 12.0));
+    limits
+}
+
+/// Ten points, four variables, every term to degree four: 70 terms.
+pub fn ten_polynomials() -> Surrogate {
+    let mut random = Random(70);
+    let terms = all_terms(4, 4);
+    let points = (0..10).map(|p| {
+        let coefficients = terms.iter().map(|t| if t.iter().all(|e| *e == 0) { 25.0 } else { random.signed() / 4.0 }).collect();
+        let polynomial = Polynomial { transforms: FLOW_RECIPROCAL.to_vec(), terms: terms.clone(), coefficients };
+        point(&format!("point {p}"), Model::Polynomial(polynomial), 0.01)
+    });
+    Surrogate {
+        variables: four_variables(),
+        bases: vec![],
+        points: points.collect(),
+        limits: limits_of_ten(),
+        provenance: vec![("machine".into(), "none".into())],
+    }
+}
+
+/// Ten points, four variables, 200 centres, a linear tail; one basis for all points, or one each.
+pub fn ten_radial(kernel: Kernel, shared: bool) -> Surrogate {
+    let mut random = Random(200);
+    let centres: Vec<Vec<f64>> = (0..200).map(|_| (0..4).map(|_| random.signed()).collect()).collect();
+    let bases = (0..if shared { 1 } else { 10 }).map(|b| RbfBasis {
+        kernel,
+        transforms: FLOW_RECIPROCAL.to_vec(),
+        scales: vec![1.0, 0.75, 0.5, 0.25 + 0.125 * f64::from(b)],
+        centres: centres.clone(),
+    });
+    let bases = bases.collect();
+    let points = (0..10).map(|p| {
+        let tail = polynomial(
+            &FLOW_RECIPROCAL,
+            &[&[0; 4], &[1, 0, 0, 0], &[0, 1, 0, 0], &[0, 0, 1, 0], &[0, 0, 0, 1]],
+            &[25.0, 2.0, 4.0, 1.5, 0.5],
+        );
+        let weights = (0..200).map(|_| random.signed() / 8.0).collect();
+        point(&format!("point {p}"), Model::Rbf { basis: if shared { 0 } else { p }, weights, tail }, 0.01)
+    });
+    Surrogate {
+        variables: four_variables(),
+        bases,
+        points: points.collect(),
+        limits: limits_of_ten(),
+        provenance: vec![("machine".into(), "none".into())],
+    }
+}
+
+/// Everything the format knows in a few hundred bytes: two polynomials, two centre sets, three
+/// bases of different kernels, every kind of limit, a fixed variable.
+pub fn mixed() -> Surrogate {
+    use Transform::{Identity, Log, Reciprocal};
+    let mut random = Random(3);
+    let centres = |random: &mut Random, n: usize| -> Vec<Vec<f64>> { (0..n).map(|_| (0..3).map(|_| random.signed()).collect()).collect() };
+    let (five, four) = (centres(&mut random, 5), centres(&mut random, 4));
+    let basis = |kernel, transforms: [Transform; 3], centres: &Vec<Vec<f64>>| RbfBasis {
+        kernel,
+        transforms: transforms.to_vec(),
+        scales: vec![1.0, 0.5, 0.0],
+        centres: centres.clone(),
+    };
+    let tail = |c: f64| polynomial(&[Identity; 3], &[&[0, 0, 0], &[0, 1, 0]], &[c, 1.5]);
+    let mut weights = |n: usize| -> Vec<f64> { (0..n).map(|_| random.signed()).collect() };
+    Surrogate {
+        variables: vec![
+            variable("coolant_flow", "L/min", 2.0, 12.0),
+            variable("feed", "mm/s", 0.0, 100.0),
+            variable("ambient_temperature", "degC", 20.0, 20.0),
+        ],
+        bases: vec![
+            basis(Kernel::ThinPlate, [Log, Identity, Identity], &five),
+            basis(Kernel::Gaussian, [Log, Identity, Identity], &five),
+            basis(Kernel::Cubic, [Reciprocal, Identity, Identity], &four),
+        ],
+        points: vec![
+            point("a", Model::Polynomial(polynomial(&[Reciprocal, Identity, Identity], &[&[0, 0, 0], &[3, 9, 0]], &[30.0, 0.5])), 0.05),
+            point("b", Model::Rbf { basis: 0, weights: weights(5), tail: tail(25.0) }, 0.1),
+            point("c", Model::Rbf { basis: 1, weights: weights(5), tail: tail(24.0) }, 0.0),
+            point("d", Model::Rbf { basis: 2, weights: weights(4), tail: tail(23.0) }, 0.2),
+        ],
+        limits: vec![
+            limit("a", LimitKind::Maximum(0), 35.0),
+            limit("b over ambient", LimitKind::Rise(1, 2), 10.0),
+            limit("c minus d", LimitKind::Difference(2, 3), 4.0),
+            limit("spread", LimitKind::Spread(vec![3, 0, 1]), 9.0),
+        ],
+        provenance: vec![("program".into(), "coldplate".into())],
+    }
+}
