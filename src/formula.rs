@@ -256,7 +256,7 @@ impl Formula {
 /// A better error where a condition variable is used in an expression without its unit.
 fn names_with_unit(error: &Error, text: &str, names: &Names) -> Option<Error> {
     let used = program::names_in(text);
-    let name = used.iter().find(|name| names.bare.contains_key(*name) && error.what().contains(&format!("'{name}'")))?;
+    let name = used.into_iter().find(|name| names.bare.contains_key(*name) && error.what().contains(&format!("'{name}'")))?;
     let with_unit: Vec<&str> = names.in_expressions().into_iter().filter(|n| n.starts_with(&format!("{name}_"))).collect();
     Some(Error::input(format!("in an expression, '{name}' needs its unit")).help(format!("write {}", with_unit.join(" or "))))
 }

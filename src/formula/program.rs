@@ -185,10 +185,11 @@ fn tokens(text: &str) -> Result<Vec<(usize, Token)>> {
 const HELP: &str =
     "a formula is made of numbers, names, + - * / ^ ( ), sqrt exp ln log10 abs sin cos tan tanh, min(a, b), max(a, b) and pi";
 
-/// The names in `text` that are not functions or constants.
-pub(super) fn names_in(text: &str) -> Vec<String> {
-    let name = |(_, token)| if let Token::Name(name) = token { Some(name) } else { None };
-    tokens(text).unwrap_or_default().into_iter().filter_map(name).filter(|n| n != "pi" && !FUNCTIONS.contains(&n.as_str())).collect()
+/// The names in `text` that are not functions or constants; `text` need not be a valid formula.
+pub(super) fn names_in(text: &str) -> Vec<&str> {
+    let words = text.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+    let starts_as_name = |word: &&str| word.starts_with(|c: char| c.is_alphabetic() || c == '_');
+    words.filter(starts_as_name).filter(|name| *name != "pi" && !FUNCTIONS.contains(name)).collect()
 }
 
 /// Compiles `text`; `slot` finds the slot of a name.

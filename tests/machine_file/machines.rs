@@ -82,6 +82,20 @@ fn every_table_is_read_into_si() {
 }
 
 #[test]
+fn the_example_of_the_reference_is_a_machine() {
+    let reference = include_str!("../../docs/machine-file.md");
+    let example = reference.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    let m: Machine = example.parse().unwrap();
+    assert_eq!((m.parts.len(), m.channels.len(), m.sensors.len(), m.assumptions.len()), (2, 1, 3, 1));
+    let library = include_str!("../../data/materials.toml");
+    for line in library.lines().filter_map(|line| line.strip_prefix("[material.")) {
+        let name = line.trim_end_matches(']').trim_matches('"');
+        assert!(reference.contains(&format!("`{name}`")), "{name} is not in the reference");
+        with("part.motor.material", name).unwrap();
+    }
+}
+
+#[test]
 fn formulas_see_variables_drives_and_definitions() {
     let m = full();
     let at = |pairs: &[(&str, &str)]| m.values(&m.condition(pairs).unwrap()).unwrap();
@@ -140,6 +154,7 @@ fn conditions_take_defaults_and_refuse_the_rest() {
 
 #[test]
 fn mistakes_name_their_place_and_a_remedy() {
+    let mut wrong = Vec::new();
     // key to set, value, what the message must contain
     for (key, value, needle) in [
         ("part.motor.material", "aluminum 6061", "did you mean 'aluminium 6061'"),
@@ -147,8 +162,9 @@ fn mistakes_name_their_place_and_a_remedy() {
         ("part.motor.box[1]", "130", "bare number"),
         ("part.motor.on", "motor plate", "face of a part"),
         ("part.motor.on", "motor plate.z", "its sides: -x +x -y +y -z +z"),
-        ("part.motor.on", "shaft.+z", "has no side"),
-        ("part.motor.on", "shaft.end", "in a circle"),
+        ("part.motor.on", "shaft.+z", "in a circle"),
+        ("part.shaft.on", "motor.end", "its sides: -x +x"),
+        ("part.motor.on", "bed[3].+z", "no block number 3"),
         ("part.motor.on", "mtor plate.+z", "did you mean 'motor plate'"),
         ("part.motor.at", "['0 m', '0 m', '0 m']", "exclude each other"),
         ("part.bed.at", "['0.9 m', '0.9 m', '-50 mm']", "overlap"),
@@ -176,7 +192,7 @@ fn mistakes_name_their_place_and_a_remedy() {
         ("contacts.default.conductance", "-5 W/(m2 K)", "larger than zero"),
         ("channel.left.path[2]", "['0.6 m', '0.1 m', '50 mm']", "leaves the part 'bed'"),
         ("channel.left.path[2]", "['0 m', '0.1 m', '50 mm']", "coincide"),
-        ("channel.left.in", "bad", "did you mean 'bed'"),
+        ("channel.left.in", "bedd", "did you mean 'bed'"),
         ("channel.left.film", "laminar", "correlation"),
         ("channel.plate.serpentine.passes", "12", "do not fit"),
         ("channel.plate.serpentine.across", "+x", "same axis"),
@@ -213,12 +229,14 @@ fn mistakes_name_their_place_and_a_remedy() {
         ("descripton", "x", "did you mean 'description'"),
         ("node.motor.capacity", "1 J/K", "no 'motor'"),
     ] {
-        let error = with(key, value).map(|_| ()).expect_err(&format!("{key} = {value} was accepted"));
+        let error = with(key, value).map(|_| ()).err().unwrap_or_else(|| panic!("{key} = {value} was accepted"));
         let message = error.to_string();
-        assert!(message.contains(needle), "{key} = {value}:\n{message}");
-        assert_eq!(error.kind(), Kind::Input);
-        assert!(error.location().file.is_some() && error.location().key.is_some() && error.remedy().is_some(), "{key}:\n{message}");
+        let placed = error.location().file.is_some() && error.location().key.is_some() && error.remedy().is_some();
+        if !(message.contains(needle) && placed && error.kind() == Kind::Input) {
+            wrong.push(format!("{key} = {value}, expected {needle}:\n{message}"));
+        }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
 #[test]
@@ -285,7 +303,7 @@ fn mutated_files_never_panic() {
         "\"[\"",
     ];
     let (mut accepted, mut refused) = (0, 0);
-    for _ in 0..6000 {
+    for _ in 0..3000 {
         let mut text = FULL.to_string();
         for _ in 0..=random.below(3) {
             let lines: Vec<&str> = text.lines().collect();
@@ -323,7 +341,7 @@ fn mutated_files_never_panic() {
             }
         }
     }
-    assert!(accepted > 100 && refused > 1000, "{accepted} accepted, {refused} refused");
+    assert!(accepted > 100 && refused > 500, "{accepted} accepted, {refused} refused");
 }
 
 #[test]

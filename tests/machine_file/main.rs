@@ -2,4 +2,5 @@
 
 mod formulas;
 mod machines;
+mod overlaps;
 mod reading;
