@@ -99,7 +99,7 @@ impl<'a> Solver<'a> {
             if !imbalance.is_finite() {
                 return Err(Error::numerics(format!("the temperatures are no longer finite after {newton} Newton steps")));
             }
-            let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through.max(1e-6)).max(self.system.rounding(&temperatures));
+            let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through.max(1e-6)).max(self.system.rounding(network, &streams, &temperatures));
             if is_balanced && last_step <= STEP_TOLERANCE {
                 let balance = balance(network, load, &streams, &temperatures);
                 if balance.relative > BALANCE_TOLERANCE {

@@ -9,8 +9,6 @@ use crate::physics::radiation::SIGMA;
 pub struct System {
     /// Pattern; its values are the constant conductors' part.
     constant: Csr,
-    /// Sum of the conductances of all constant conductors, W/K, counted from both ends.
-    total_conductance: f64,
 }
 
 impl System {
@@ -43,15 +41,7 @@ impl System {
         for (a, b, g) in &network.conductors {
             add_conductance(&mut constant, *a, *b, *g);
         }
-        let total_conductance = network.conductors.iter().map(|(_, _, g)| 2.0 * g).sum();
-        Self { constant, total_conductance }
-    }
-
-    /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
-    /// to one unit in the last place of either. No iteration brings the residual below it.
-    pub fn rounding(&self, temperatures: &[f64]) -> f64 {
-        let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
-        f64::EPSILON * hottest * self.total_conductance
+        Self { constant }
     }
 
     /// Jacobian of the residual at `temperatures`. With `symmetric` the derivatives of conductances and
