@@ -1,0 +1,42 @@
+//! The two teaching machines by hand.
+
+use super::{Solved, USUAL};
+
+/// 40 W over 0.008 m² of joint, less what the block radiates.
+#[test]
+fn slab() {
+    let slab = Solved::new("slab.toml", &[], &USUAL, None);
+    let joint = slab.contact("joint");
+    assert!((joint.area - 0.008).abs() < 1e-12);
+    assert!((joint.drop - joint.heat / 8.0).abs() < 1e-9);
+    // Top of the block over the plate: joint, then a uniform source above an insulated top, q L / 2 k.
+    let over = slab.read("block") - slab.read("plate");
+    let by_hand = joint.heat / 8.0 + joint.heat / 0.008 * 0.040 / (2.0 * 60.5);
+    assert!((over - by_hand).abs() < 0.25, "{over} {by_hand}");
+    // 20.8 cm² of top and 144 cm² of sides of emissivity 0.8, about 6 K above the wall.
+    let radiated = 40.0 - joint.heat;
+    let area = 0.1 * 0.08 + 2.0 * (0.1 + 0.08) * 0.04;
+    let top = slab.read("block") + 273.15;
+    let most = 0.8 * 5.670374e-8 * area * (top.powi(4) - 296.15f64.powi(4));
+    assert!(radiated > 0.8 * most && radiated < most, "{radiated} {most}");
+}
+
+#[test]
+fn spindle() {
+    let spindle = Solved::new("spindle.toml", &[], &USUAL, None);
+    let streams = &spindle.state.solution.streams;
+    let flow: f64 = streams.iter().map(|s| s.flow).sum();
+    assert!((flow - 4e-3 / 60.0).abs() < 1e-12);
+    assert!((streams[0].pressure_drop / streams[1].pressure_drop - 1.0).abs() < 1e-6, "parallel channels share a pressure drop");
+    assert!(streams[0].flow > 1.3 * streams[1].flow, "the short channel takes more");
+    // The screen touches nothing: what warms it above the wall came across the gap.
+    assert!(spindle.read("screen") > 23.0 + 0.05 * (spindle.read("tool") - 23.0), "{}", spindle.read("screen"));
+    assert!(spindle.read("screen") < spindle.read("tool"));
+    // 2 W of grease at 2000 rpm, falling with the power 1.6.
+    assert!((spindle.power("bearing") - 2.0 * 0.5f64.powf(1.6)).abs() < 1e-9);
+    // Rough foot by Cooper, Mikic and Yovanovich: 1.25 k m/sigma (p/H)^0.95 with k the mean of 15.0 and 167.
+    let foot = spindle.contact("foot");
+    let k: f64 = 2.0 * 15.0 * 167.0 / (15.0 + 167.0);
+    let spots = 1.25 * k * 0.15 / 2.3e-6 * (2e6f64 / 1.3e9).powf(0.95);
+    assert!((foot.conductance / foot.area / spots - 1.0).abs() < 0.02, "{} {spots}", foot.conductance / foot.area);
+}
