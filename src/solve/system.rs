@@ -44,6 +44,18 @@ impl System {
         Self { constant }
     }
 
+    /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
+    /// to one unit in the last place of either. No iteration brings the residual below it.
+    pub fn rounding(&self, network: &Network, streams: &[StreamState], temperatures: &[f64]) -> f64 {
+        let t = |n: u32| temperatures[n as usize];
+        let linear: f64 = network.conductors.iter().map(|(_, _, g)| g).sum();
+        let joints: f64 = network.joints.iter().map(|j| network.joint_state(j, t(j.a), t(j.b)).conductance).sum();
+        let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
+        let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
+        // Each conductance stands in the balances of two nodes.
+        2.0 * f64::EPSILON * hottest * (linear + joints + water)
+    }
+
     /// Jacobian of the residual at `temperatures`. With `symmetric` the derivatives of conductances and
     /// the one-way terms of the streams are left out: the matrix the preconditioner is made from.
     pub fn jacobian(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64], symmetric: bool) -> Csr {
