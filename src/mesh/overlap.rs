@@ -213,11 +213,11 @@ fn indices_between(edges: &[f64], low: f64, high: f64) -> std::ops::Range<usize>
     first..last.max(first)
 }
 
-/// The annular tile of an end face as a polygon in the plane (u, v); arcs in steps of at most 2 degrees.
+/// The annular tile of an end face as a polygon in the plane (u, v); arcs in steps of at most 0.2 degrees.
 fn tile_polygon(grid: &Grid, c: [usize; 3], u: usize, v: usize) -> Vec<[f64; 2]> {
     let (ri, ro) = (grid.edges[0][c[0]], grid.edges[0][c[0] + 1]);
     let (start, width) = (grid.edges[1][c[1]], grid.width(1, c[1]));
-    let steps = ((width / 0.035).ceil() as usize).max(1);
+    let steps = ((width / 0.0035).ceil() as usize).max(1);
     let at = |r: f64, i: usize| {
         let point = grid.to_machine([r, start + width * i as f64 / steps as f64, 0.0]);
         [point[u], point[v]]

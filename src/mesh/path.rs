@@ -41,7 +41,8 @@ pub fn stations(mesh: &Mesh, channel: &Channel, part_name: &str) -> Result<Vec<S
         }
         let direction = along.map(|x| x / length);
         let step = local_width(mesh, channel, leg[0], direction).min(length);
-        let pieces = (length / step).ceil() as usize;
+        // A leg of whole cells must not get one piece more by rounding.
+        let pieces = ((length / step - 1e-6).ceil() as usize).max(1);
         for i in 0..pieces {
             let at = |t: f64| [0, 1, 2].map(|d| leg[0][d] + along[d] * t);
             let (from, to) = (i as f64 / pieces as f64, (i + 1) as f64 / pieces as f64);

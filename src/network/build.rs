@@ -241,8 +241,7 @@ impl Builder<'_> {
                 })?;
                 return Ok(vec![(self.lumped(n), area, 0.0, NONE)]);
             }
-            Place::Face(face) => vec![face],
-            Place::Part(part) => Side::ALL.map(|side| Face { part, block: None, side }).to_vec(),
+            place => faces_of(place),
         };
         let gather = |open: bool| {
             let mut cells: Vec<Foot> = Vec::new();
@@ -358,15 +357,24 @@ impl Builder<'_> {
             for (feet, e, area, view) in [(&first, link.emissivity[0], area_1, link.view_factor), (&second, link.emissivity[1], area_2, back)] {
                 let resistance = (1.0 - e) / (e * area) + 0.5 / (area_1 * link.view_factor);
                 for foot in feet {
-                    self.network.radiative.push((foot.0, middle, foot.1 / area / resistance));
+                    let surface = self.surface_node(*foot);
+                    self.network.radiative.push((surface, middle, foot.1 / area / resistance));
                 }
                 let place = if std::ptr::eq(feet, &first) { link.between[0] } else { link.between[1] };
-                if let Place::Face(face) = place {
-                    self.view_left.push((face, 1.0 - view));
-                }
+                self.view_left.extend(faces_of(place).into_iter().map(|face| (face, 1.0 - view)));
             }
         }
         Ok(())
+    }
+
+    /// The node of a foot's surface: behind half a cell of conduction, or the node itself where it is lumped.
+    fn surface_node(&mut self, (node, area, length, property): Foot) -> u32 {
+        if property == NONE || length == 0.0 {
+            return node;
+        }
+        let surface = self.arithmetic_node();
+        self.network.joints.push(joint_between((node, area, length, property), (surface, area, 0.0, NONE), NONE));
+        surface
     }
 
     fn surfaces(&mut self) -> Result<()> {
@@ -555,6 +563,15 @@ impl Builder<'_> {
             self.network.sensor_names.push(sensor.name.clone());
         }
         Ok(())
+    }
+}
+
+/// The faces of a place: all six sides of a part, none of a lumped node.
+fn faces_of(place: Place) -> Vec<Face> {
+    match place {
+        Place::Node(_) => Vec::new(),
+        Place::Face(face) => vec![face],
+        Place::Part(part) => Side::ALL.map(|side| Face { part, block: None, side }).to_vec(),
     }
 }
 

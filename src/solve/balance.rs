@@ -52,7 +52,7 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
         // The work of the pump enters and leaves with the water; it is listed on both sides.
         found.dissipation += dissipated;
     }
-    found.held = network.fixed.iter().map(|(node, _)| held_heat(network, *node, temperatures)).collect();
+    found.held = network.fixed.iter().map(|(node, _)| held_heat(network, load, *node, temperatures)).collect();
     let flux = |(b, q): (usize, &f64)| (matches!(load.boundaries[b], BoundaryState::Flux(_)), *q);
     let terms = found.sources.iter().copied().chain([found.radiation, found.gas]);
     let terms = terms.chain(found.boundaries.iter().enumerate().map(|t| flux(t).1)).chain(found.circuits.iter().copied()).chain(found.held.iter().copied());
@@ -64,8 +64,9 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
     found
 }
 
-/// Heat that a held node gives to its neighbours, W.
-fn held_heat(network: &Network, node: u32, temperatures: &[f64]) -> f64 {
+/// Heat that holding a node puts into the machine, W: what it gives to neighbours and surroundings less
+/// what sources bring it.
+fn held_heat(network: &Network, load: &Load, node: u32, temperatures: &[f64]) -> f64 {
     let t = |n: u32| temperatures[n as usize];
     let sign = |a: u32, b: u32| if a == node { 1.0 } else if b == node { -1.0 } else { 0.0 };
     let joints: f64 = network
@@ -80,7 +81,12 @@ fn held_heat(network: &Network, node: u32, temperatures: &[f64]) -> f64 {
         .filter(|(a, b, _)| *a == node || *b == node)
         .map(|(a, b, area)| sign(*a, *b) * SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)))
         .sum();
-    joints + linked
+    let surfaces = network.surfaces.iter().filter(|s| s.node == node);
+    let lost: f64 = surfaces.map(|s| s.state(t(node), &network.properties, load).heat).sum();
+    let brought = |(source, power): (&Vec<(u32, f64)>, &f64)| -> f64 {
+        source.iter().filter(|(n, _)| *n == node).map(|(_, share)| power * share).sum()
+    };
+    joints + linked + lost - network.sources.iter().zip(&load.powers).map(brought).sum::<f64>()
 }
 
 /// Heat through a contact, W, from its first side to its second, and its conductance hA, W/K
