@@ -1,9 +1,12 @@
 //! The command line: one file per subcommand, arguments in, a library call, a report out.
 
+pub mod chart;
 pub mod check;
 pub mod condition;
+pub mod fit;
 pub mod output;
 pub mod query;
+pub mod run;
 pub mod solve;
 pub mod sweep;
 pub mod text;
@@ -34,12 +37,18 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Everything: sweep, fit, charts, surrogate, report
+    Run(run::Args),
     /// Inventory of a machine file: parts, contacts with true areas and hA, channels, sources; warnings
     Check(check::Args),
     /// Steady temperatures at one condition
     Solve(solve::Args),
     /// Design of experiments: run every condition of a sweep file, resuming what is there
     Sweep(sweep::Args),
+    /// A surrogate from any table of conditions and outputs
+    Fit(fit::Args),
+    /// Figures of a surrogate file or of a folder of results
+    Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
     Query(query::Args),
 }
@@ -53,9 +62,12 @@ pub fn main() -> ExitCode {
         let _ = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
     }
     let result = match &cli.command {
+        Command::Run(args) => run::run(args, out),
         Command::Check(args) => check::run(args, out),
         Command::Solve(args) => solve::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),
+        Command::Fit(args) => fit::run(args, out),
+        Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
     };
     match result {

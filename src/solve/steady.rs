@@ -30,7 +30,7 @@ pub struct Solver<'a> {
     system: System,
     multigrid: Multigrid,
     is_symmetric: bool,
-    reference: Vec<f64>,
+    reference: (Load, Solution),
 }
 
 /// A steady state.
@@ -63,9 +63,18 @@ impl<'a> Solver<'a> {
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(leading_block(&system.jacobian(network, reference, &streams, &start, true), network.solids))?;
         let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty();
-        let mut solver = Self { network, system, multigrid, is_symmetric, reference: start };
+        let unsolved = Solution {
+            temperatures: start,
+            streams,
+            balance: Balance::default(),
+            newton_iterations: 0,
+            krylov_iterations: 0,
+            assemble_seconds: 0.0,
+            solve_seconds: 0.0,
+        };
+        let mut solver = Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved) };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
-        solver.reference = solver.steady(reference)?.temperatures;
+        solver.reference.1 = solver.iterate(reference)?;
         Ok(solver)
     }
 
@@ -80,8 +89,13 @@ impl<'a> Solver<'a> {
     /// No convergence, a temperature that is not finite, or a heat balance left open: each says by how
     /// much. A result that is returned is converged and balanced.
     pub fn steady(&self, load: &Load) -> Result<Solution> {
+        if *load == self.reference.0 { Ok(self.reference.1.clone()) } else { self.iterate(load) }
+    }
+
+    /// Newton's method from the reference temperatures.
+    fn iterate(&self, load: &Load) -> Result<Solution> {
         let network = self.network;
-        let mut temperatures = self.reference.clone();
+        let mut temperatures = self.reference.1.temperatures.clone();
         for (node, index) in &network.fixed {
             temperatures[*node as usize] = load.fixed[*index as usize];
         }

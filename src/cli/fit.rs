@@ -1,0 +1,99 @@
+//! `coldplate fit`: a surrogate from any table, simulated or measured.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde_json::json;
+
+use super::output::Output;
+use super::text::{significant, table};
+use crate::error::Result;
+use crate::fit::{Options, file};
+use crate::job::{fitting, model_text};
+use crate::machine::Machine;
+use crate::table::Table;
+
+/// A surrogate from any table of conditions and outputs
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Table, CSV or Parquet, with units in the header: coolant_flow [L/min], ..., SENSOR [degC], ...
+    table: PathBuf,
+    /// Surrogate file to write (default: beside the table, ending in .cps)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Machine file whose limits go into the surrogate
+    #[arg(long, value_name = "FILE")]
+    machine: Option<PathBuf>,
+    /// Columns that are condition variables, beside the four that always are
+    #[arg(long = "input", value_name = "NAME")]
+    inputs: Vec<String>,
+    /// Columns that are neither conditions nor to be fitted
+    #[arg(long = "ignore", value_name = "NAME")]
+    ignored: Vec<String>,
+    /// Largest total degree of a polynomial
+    #[arg(long, value_name = "N", default_value_t = Options::default().max_degree)]
+    max_degree: usize,
+    /// Seed of the folds of the cross-validation
+    #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
+    seed: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// A table that cannot be read or fitted, or a file that cannot be written.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let start = Instant::now();
+    let mut samples = Table::read(&args.table)?;
+    for name in &args.ignored {
+        samples.column(name)?;
+    }
+    let inputs: usize = samples.conditions().iter().filter(|c| args.ignored.contains(&c.name)).count();
+    samples.columns.retain(|c| !args.ignored.contains(&c.name));
+    samples.inputs -= inputs;
+    if !args.inputs.is_empty() {
+        let known: Vec<String> = samples.conditions().iter().map(|c| c.name.clone()).collect();
+        let all: Vec<&str> = known.iter().chain(&args.inputs).map(String::as_str).collect();
+        samples.make_inputs(&all)?;
+    }
+    let machine = args.machine.as_ref().map(|path| Machine::read(path, &[])).transpose()?;
+    let options = Options { max_degree: args.max_degree, seed: args.seed, ..Options::default() };
+    let fit = fitting::fit_table(&samples, machine.as_ref(), &options).map_err(|e| e.in_file(&args.table))?;
+    let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
+    file::write(&fit.surrogate, &path)?;
+    let bytes = std::fs::metadata(&path).map_or(0, |m| m.len());
+    for note in &fit.notes {
+        out.note(note);
+    }
+    let rows: Vec<Vec<String>> = (fit.points.iter().enumerate())
+        .map(|(i, p)| {
+            vec![
+                p.name.clone(),
+                model_text(&fit.surrogate, i),
+                p.rows.to_string(),
+                significant(p.chosen.leave_one_out.rms, 2),
+                p.chosen.k_fold.map(|k| significant(k.rms, 2)).unwrap_or_default(),
+                p.chosen.k_fold.map(|k| significant(k.max, 2)).unwrap_or_default(),
+                significant(p.half_width, 2),
+            ]
+        })
+        .collect();
+    let heading = ["point", "model", "rows", "leave-one-out rms", "k-fold rms", "k-fold max", "band +-"];
+    let text = format!("{}\nwrote {} ({bytes} bytes)\n", table(&heading, &rows), path.display());
+    let points: Vec<_> = (fit.points.iter().enumerate())
+        .map(|(i, p)| {
+            json!({
+                "name": p.name,
+                "unit": p.unit,
+                "model": model_text(&fit.surrogate, i),
+                "rows": p.rows,
+                "leave_one_out": { "rms": p.chosen.leave_one_out.rms, "max": p.chosen.leave_one_out.max },
+                "k_fold": p.chosen.k_fold.map(|k| json!({ "rms": k.rms, "max": k.max })),
+                "half_width": p.half_width,
+            })
+        })
+        .collect();
+    let json = json!({ "file": path.display().to_string(), "bytes": bytes, "points": points, "notes": fit.notes, "seconds": start.elapsed().as_secs_f64() });
+    out.report(&text, &json);
+    Ok(0)
+}

@@ -1,0 +1,130 @@
+//! `coldplate run`: everything, from a sweep file to a folder with tables, surrogate, figures and report.
+
+use std::path::PathBuf;
+
+use serde_json::json;
+
+use super::condition::pair_of;
+use super::output::Output;
+use super::sweep::default_folder;
+use super::text::{significant, table};
+use crate::error::Result;
+use crate::job::{self, Summary, TARGET};
+use crate::sweep::Options;
+use crate::sweep::bridge::Sweep;
+
+/// Everything: sweep, fit, charts, surrogate, report
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Sweep file
+    sweep: PathBuf,
+    /// Folder for the results (default: out/NAME, after the sweep file)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// About how many cells (default: the sweep file's, or else the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+    /// Change a value of the machine file, KEY=VALUE
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Run conditions again that failed before
+    #[arg(long)]
+    retry_failed: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, numerics that failed everywhere, or a folder that cannot be written.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
+    out.note(&format!("{}: {} conditions on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.model.mesh.cells));
+    let options = Options { threads: None, progress: !out.quiet, retry_failed: args.retry_failed };
+    let summary = job::run(&sweep, &folder, options, &|what| out.note(what))?;
+    for note in &summary.notes {
+        out.note(note);
+    }
+    for failure in &summary.failures {
+        out.note(&format!("condition {} ({}) failed: {}", failure.row + 1, failure.group, failure.reason));
+    }
+    out.report(&text(&summary), &to_json(&summary));
+    Ok(0)
+}
+
+fn to_json(summary: &Summary) -> serde_json::Value {
+    let points: Vec<_> = summary
+        .points
+        .iter()
+        .map(|p| {
+            json!({
+                "name": p.name,
+                "model": p.model,
+                "leave_one_out_rms_K": p.leave_one_out,
+                "k_fold_rms_K": p.k_fold,
+                "half_width_K": p.half_width,
+                "held_out": p.held_out.map(|(max, rms, inside)| json!({ "max_K": max, "rms_K": rms, "share_in_band": inside })),
+            })
+        })
+        .collect();
+    let formulas: Vec<_> = (summary.formulas.iter())
+        .map(|f| json!({ "sweep": f.group, "variable": f.variable, "point": f.point, "formula": f.text, "r_squared": f.r_squared, "rms_K": f.rms }))
+        .collect();
+    json!({
+        "folder": summary.folder.display().to_string(),
+        "conditions": summary.conditions.0,
+        "resumed": summary.conditions.1,
+        "failed": summary.failures.len(),
+        "points": points,
+        "formulas": formulas,
+        "files": summary.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
+        "seconds": { "sweep": summary.seconds[0], "fit": summary.seconds[1], "figures_and_report": summary.seconds[2] },
+    })
+}
+
+fn text(summary: &Summary) -> String {
+    let mut text = format!(
+        "{} conditions, {} of them from the journal, {} failed\n\n",
+        summary.conditions.0,
+        summary.conditions.1,
+        summary.failures.len()
+    );
+    if !summary.points.is_empty() {
+        let rows: Vec<Vec<String>> = summary
+            .points
+            .iter()
+            .map(|p| {
+                let held = |f: fn(&(f64, f64, f64)) -> f64| p.held_out.as_ref().map(|h| significant(f(h), 2)).unwrap_or_default();
+                vec![
+                    p.name.clone(),
+                    p.model.clone(),
+                    p.k_fold.map(|k| significant(k, 2)).unwrap_or_default(),
+                    significant(p.half_width, 2),
+                    held(|h| h.0),
+                    held(|h| h.1),
+                    p.held_out.map(|h| format!("{:.1} %", 100.0 * h.2)).unwrap_or_default(),
+                ]
+            })
+            .collect();
+        text += &table(&["measurement point", "model", "k-fold rms K", "band +-K", "held-out max K", "rms K", "in band"], &rows);
+        let worst = summary.points.iter().filter_map(|p| p.held_out).fold(0.0, |m: f64, h| m.max(h.0));
+        if summary.points.iter().any(|p| p.held_out.is_some()) {
+            text += &format!("\nlargest held-out error {worst:.4} K (aim: {TARGET} K)\n");
+        }
+    }
+    let mut group = "";
+    for formula in &summary.formulas {
+        if formula.group != group {
+            group = &formula.group;
+            text += &format!("\n{group}: y in degC, x is {}\n", formula.variable);
+        }
+        text += &format!("  {:<24} {}   R2 {:.5}, rms {} K\n", formula.point, formula.text, formula.r_squared, significant(formula.rms, 2));
+    }
+    let [sweep, fit, drawing] = summary.seconds;
+    text += &format!("\nsweep {sweep:.1} s, fit {fit:.1} s, figures and report {drawing:.1} s\n");
+    for file in summary.files.iter().filter(|f| !f.parent().is_some_and(|p| p.ends_with("charts"))) {
+        text += &format!("wrote {}\n", file.display());
+    }
+    text + &format!("wrote {}\n", summary.folder.join("charts").display())
+}

@@ -1,0 +1,97 @@
+//! `coldplate sweep`: every condition of a sweep file.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use serde_json::json;
+
+use super::condition::pair_of;
+use super::output::Output;
+use crate::error::Result;
+use crate::sweep::bridge::Sweep;
+use crate::sweep::{Options, Swept};
+
+/// Design of experiments: run every condition of a sweep file, resuming what is there
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Sweep file
+    sweep: PathBuf,
+    /// Folder for the tables and the journal (default: out/NAME, after the sweep file)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// About how many cells (default: the sweep file's, or else the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// Run conditions again that failed before
+    #[arg(long)]
+    retry_failed: bool,
+}
+
+/// The folder for the results of a sweep file where the user names none: `out/NAME`.
+pub fn default_folder(sweep: &Path) -> PathBuf {
+    Path::new("out").join(sweep.file_stem().unwrap_or("sweep".as_ref()))
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, a folder that cannot be written, or every condition failed.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let start = Instant::now();
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
+    let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
+    let options = Options { threads: None, progress: !out.quiet, retry_failed: args.retry_failed };
+    let swept = sweep.run(&folder, options)?;
+    notes(&swept, out);
+    let total = sweep.plan.conditions.len();
+    let files: Vec<String> = swept.files.iter().map(|f| f.display().to_string()).collect();
+    let failures: Vec<_> =
+        swept.failures.iter().map(|f| json!({ "row": f.row + 1, "group": f.group, "reason": f.reason })).collect();
+    let groups: Vec<_> = (sweep.plan.groups.iter())
+        .map(|g| json!({ "name": g.name, "design": g.description, "conditions": g.rows.len() }))
+        .collect();
+    let report = json!({
+        "conditions": total,
+        "resumed": swept.resumed,
+        "failed": swept.failures.len(),
+        "groups": groups,
+        "failures": failures,
+        "files": files,
+        "cells": sweep.model.mesh.cells,
+        "seconds": start.elapsed().as_secs_f64(),
+    });
+    let mut text = format!("{}\n\n", sweep.plan.name);
+    for group in &sweep.plan.groups {
+        text += &format!("{}: {}\n", group.name, group.description);
+    }
+    text += &format!(
+        "\n{total} conditions on {} cells: {} solved now, {} taken from the journal, {} failed, {:.1} s\n",
+        sweep.model.mesh.cells,
+        total - swept.resumed.min(total),
+        swept.resumed,
+        swept.failures.len(),
+        start.elapsed().as_secs_f64()
+    );
+    for file in &files {
+        text += &format!("wrote {file}\n");
+    }
+    out.report(&text, &report);
+    Ok(0)
+}
+
+/// What the user should know beside the result.
+pub fn notes(swept: &Swept, out: Output) {
+    for line in &swept.damaged_lines {
+        out.note(&format!("note: line {line} of the journal was damaged; its condition was run again"));
+    }
+    for failure in swept.failures.iter().take(3) {
+        out.note(&format!("warning: condition {} of '{}' failed: {}", failure.row + 1, failure.group, failure.reason));
+    }
+    if swept.failures.len() > 3 {
+        out.note(&format!("warning: {} more conditions failed, see failures.csv", swept.failures.len() - 3));
+    }
+}
