@@ -162,8 +162,8 @@ impl Grid {
     }
 
     /// Conduction length from a cell's temperature to one of its faces: flux = k (T - T_face) / length.
-    /// Exact for one-dimensional conduction without sources along each axis; for the core of a solid
-    /// cylinder exact for a uniform source and the cell's mean temperature.
+    /// Exact for one-dimensional conduction without sources along each axis. In r this is the logarithm of
+    /// a tube; a solid cylinder has no such solution, and its lengths are exact for a uniform source instead.
     pub fn half_length(&self, c: [usize; 3], side: Side) -> f64 {
         let d = side.axis();
         let half = self.width(d, c[d]) / 2.0;
@@ -171,8 +171,10 @@ impl Grid {
             return half;
         }
         let (ri, ro) = (self.edges[0][c[0]], self.edges[0][c[0] + 1]);
+        let is_solid = self.edges[0][0] == 0.0;
         match (d, side.is_high()) {
-            (0, true) if ri == 0.0 => ro / 4.0,
+            (0, true) if is_solid => (ro * ro - ri * ri) / (4.0 * ro),
+            (0, false) if is_solid && ri > 0.0 => (ro * ro - ri * ri) / (4.0 * ri),
             (0, true) => ro * (ro / self.centre(0, c[0])).ln(),
             (0, false) if ri == 0.0 => ro / 2.0, // a face without area
             (0, false) => ri * (self.centre(0, c[0]) / ri).ln(),

@@ -25,6 +25,9 @@ pub struct Station {
     /// Conduction length factor between cells and wall: resistance = shape / (k x length), K/W; may be
     /// slightly negative on grids finer than the channel, where the sampled ring overestimates it.
     pub shape: f64,
+    /// Weights of the logarithms of the three conductivities (along the block's axes) in the one across the
+    /// channel, whose geometric mean acts; they sum to one.
+    pub across: [f64; 3],
 }
 
 /// Cuts a channel into stations about one cell long.
@@ -112,7 +115,21 @@ fn station(
         rings.push(ring);
     }
     let mean = rings.iter().map(|ring| log_mean_distance(mesh, ring, e1, e2)).sum::<f64>() / rings.len() as f64;
-    Ok(Station { length, cells, shape: (mean - radius.ln()) / std::f64::consts::TAU })
+    let frame = mesh.grids[rings[0][0].0].frame;
+    Ok(Station { length, cells, shape: (mean - radius.ln()) / std::f64::consts::TAU, across: across(frame, direction) })
+}
+
+/// Weights of the axes across a direction: half for each of two axes normal to it.
+fn across(frame: Frame, direction: [f64; 3]) -> [f64; 3] {
+    match frame {
+        Frame::Cartesian => direction.map(|e| (1.0 - e * e) / 2.0),
+        Frame::Cylindrical { axis, .. } => {
+            // What does not run along the axis is taken to run as much in r as in theta.
+            let along = direction[axis.index()] * direction[axis.index()];
+            let radial = (1.0 - (1.0 - along) / 2.0) / 2.0;
+            [radial, radial, (1.0 - along) / 2.0]
+        }
+    }
 }
 
 /// Mean over all pairs of sampled points of the logarithm of the distance between the cells they fall

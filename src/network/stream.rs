@@ -26,7 +26,7 @@ pub struct Stream {
     pub first_node: u32,
     /// Streams whose mixed outflow enters; empty means the circuit's inlet.
     pub upstream: Vec<usize>,
-    /// Conductivity of the wall: index into the network's properties.
+    /// Conductivities of the wall: index of the first of three in the network's properties.
     pub property: u32,
     /// Hydraulic diameter, m.
     pub diameter: f64,
@@ -198,7 +198,9 @@ impl Network {
                 let spread = if stream.property == NONE {
                     0.0
                 } else {
-                    station.shape / (self.properties[stream.property as usize].at(cell) * station.length)
+                    let k = |axis: usize| self.properties[stream.property as usize + axis].at(cell);
+                    let across: f64 = (0..3).map(|axis| station.across[axis] * k(axis).ln()).sum();
+                    station.shape / (across.exp() * station.length)
                 };
                 let ua = 1.0 / (film_resistance + spread).max(0.2 * film_resistance);
                 if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 }

@@ -1,0 +1,13 @@
+//! Exact solutions: each test writes a machine file for a case with a known answer, solves it on one
+//! or several meshes and compares at the case's own tolerance.
+//!
+//! `V..` is the number of the reference case; inputs and reference values stand in the test. A case in
+//! other units is carried over to SI with the factors stated there. `cargo test --release --test exact
+//! -- --nocapture` prints the table of docs/verification.md.
+
+mod bench;
+mod channel;
+mod cylinder;
+mod plane;
+mod radiation;
+mod slab;
