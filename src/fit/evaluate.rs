@@ -1,0 +1,98 @@
+//! Values of a surrogate at a condition, straight from its owned data: the plain statement of what the surrogate file
+//! means, against which the runtime crate is tested.
+
+use super::model::{Kernel, Model, Polynomial, Surrogate, Transform, Variable};
+use crate::error::{Error, Result};
+
+impl Transform {
+    /// g(x).
+    pub fn apply(self, x: f64) -> f64 {
+        match self {
+            Self::Identity => x,
+            Self::Reciprocal => 1.0 / x,
+            Self::Log => libm::log(x),
+        }
+    }
+
+    /// Whether g is finite and monotonic on [low, high].
+    pub fn allowed(self, low: f64, high: f64) -> bool {
+        match self {
+            Self::Identity => true,
+            Self::Reciprocal => low > 0.0 || high < 0.0,
+            Self::Log => low > 0.0,
+        }
+    }
+}
+
+impl Kernel {
+    /// Value as a function of the squared distance r².
+    pub fn of_square(self, r2: f64) -> f64 {
+        match self {
+            Self::ThinPlate => {
+                if r2 > 0.0 {
+                    0.5 * r2 * libm::log(r2)
+                } else {
+                    0.0
+                }
+            }
+            Self::Cubic => r2 * libm::sqrt(r2),
+            Self::Multiquadric => libm::sqrt(1.0 + r2),
+            Self::Gaussian => libm::exp(-r2),
+        }
+    }
+}
+
+/// u = 2 (g(x) - g(low)) / (g(high) - g(low)) - 1; 0 where the variable has no range.
+pub fn scaled(variable: &Variable, transform: Transform, x: f64) -> f64 {
+    let (low, high) = (transform.apply(variable.low), transform.apply(variable.high));
+    if high == low { 0.0 } else { 2.0 * (transform.apply(x) - low) / (high - low) - 1.0 }
+}
+
+/// A condition in scaled variables.
+pub fn scale_row(variables: &[Variable], transforms: &[Transform], x: &[f64]) -> Vec<f64> {
+    variables.iter().zip(transforms).zip(x).map(|((variable, transform), x)| scaled(variable, *transform, *x)).collect()
+}
+
+/// Product of powers of the scaled variables.
+pub(super) fn monomial(exponents: &[u8], u: &[f64]) -> f64 {
+    exponents.iter().zip(u).fold(1.0, |product, (e, u)| (0..*e).fold(product, |p, _| p * u))
+}
+
+fn polynomial_value(polynomial: &Polynomial, variables: &[Variable], x: &[f64]) -> f64 {
+    let u = scale_row(variables, &polynomial.transforms, x);
+    polynomial.terms.iter().zip(&polynomial.coefficients).map(|(term, c)| c * monomial(term, &u)).sum()
+}
+
+/// Value of point `point` at the condition `x`, in the point's unit.
+///
+/// # Errors
+/// A point or basis that does not exist, or a condition of the wrong length, as bad input.
+pub fn evaluate(surrogate: &Surrogate, point: usize, x: &[f64]) -> Result<f64> {
+    let Some(point) = surrogate.points.get(point) else {
+        return Err(Error::input(format!("point {point} is asked for, the surrogate has {}", surrogate.points.len())));
+    };
+    if x.len() != surrogate.variables.len() {
+        return Err(Error::input(format!("a condition of this surrogate has {} values", surrogate.variables.len())).read(x.len()));
+    }
+    match &point.model {
+        Model::Polynomial(polynomial) => Ok(polynomial_value(polynomial, &surrogate.variables, x)),
+        Model::Rbf { basis, weights, tail } => {
+            let Some(basis) = surrogate.bases.get(*basis) else {
+                return Err(Error::input("a point names a radial basis the surrogate does not hold").at_key(point.name.clone()));
+            };
+            let u = scale_row(&surrogate.variables, &basis.transforms, x);
+            let radial: f64 = basis
+                .centres
+                .iter()
+                .zip(weights)
+                .map(|(centre, w)| w * basis.kernel.of_square(distance_square(&basis.scales, &u, centre)))
+                .sum();
+            Ok(radial + polynomial_value(tail, &surrogate.variables, x))
+        }
+    }
+}
+
+/// Σ (s_k (a_k - b_k))².
+pub(super) fn distance_square(scales: &[f64], a: &[f64], b: &[f64]) -> f64 {
+    scales.iter().zip(a).zip(b).map(|((s, a), b)| (s * (a - b)).powi(2)).sum()
+}

@@ -1,0 +1,261 @@
+//! Polynomials in one raw variable, printed as formulas: the form of Tables 7 to 10 of the paper (cubic in flow, quadratic
+//! in coolant temperature, motor speed and ambient temperature).
+//!
+//! The fit is made in Legendre polynomials of the variable scaled to [-1, 1], where least squares is well conditioned, and
+//! expanded into powers of the raw variable in double-double arithmetic, so high degrees and narrow ranges far from zero
+//! keep their digits.
+
+use std::fmt;
+
+use super::double_double::DoubleDouble;
+use super::least_squares::{accurate_least_squares, max_abs, rms};
+use crate::error::{Error, Result};
+
+/// y = c₀ + c₁ x + c₂ x² + ... in the raw variable.
+#[derive(Debug, Clone)]
+pub struct OneFactor {
+    /// Coefficients of x⁰, x¹, ...
+    pub coefficients: Vec<f64>,
+    /// Standard deviation of each coefficient for independent errors of equal variance.
+    pub standard_errors: Vec<f64>,
+    /// Share of the variance about the mean that the fit explains.
+    pub r_squared: f64,
+    /// sqrt(sum of squared residuals / (rows - coefficients)).
+    pub residual_deviation: f64,
+    /// Root mean square of the residuals.
+    pub rms: f64,
+    /// Root mean square of the leave-one-out residuals; infinite where the fit needs a row.
+    pub loo_rms: f64,
+    /// Largest leave-one-out residual.
+    pub loo_max: f64,
+    /// Rows used (those where both x and y are present).
+    pub rows: usize,
+}
+
+impl OneFactor {
+    /// Fits `degree` to the pairs of `x` and `y`; pairs with a missing (NaN) value are left out.
+    ///
+    /// # Errors
+    /// Fewer distinct values of x than coefficients, a value that is infinite, or lists of different lengths, as bad input.
+    pub fn fit(x: &[f64], y: &[f64], degree: usize) -> Result<Self> {
+        if x.len() != y.len() {
+            return Err(Error::input(format!("{} values of x but {} of y", x.len(), y.len())));
+        }
+        let (x, y): (Vec<f64>, Vec<f64>) = x.iter().zip(y).filter(|(x, y)| !x.is_nan() && !y.is_nan()).unzip();
+        if x.iter().chain(&y).any(|v| v.is_infinite()) {
+            return Err(Error::input("a value to fit is infinite"));
+        }
+        let mut distinct = x.clone();
+        distinct.sort_by(f64::total_cmp);
+        distinct.dedup();
+        let (Some(low), Some(high)) = (distinct.first(), distinct.last()) else {
+            return Err(Error::input("no rows to fit: every one misses a value"));
+        };
+        if distinct.len() <= degree {
+            return Err(Error::input(format!("degree {degree} needs {} distinct values of the variable", degree + 1))
+                .read(distinct.len())
+                .help("give more conditions, or a lower degree"));
+        }
+        let centre = 0.5 * (low + high);
+        let half = if high > low { 0.5 * (high - low) } else { 1.0 };
+        let u: Vec<DoubleDouble> =
+            x.iter().map(|x| (DoubleDouble::from(*x) - DoubleDouble::from(centre)) / DoubleDouble::from(half)).collect();
+        let columns: Vec<Vec<DoubleDouble>> = (0..=degree).map(|k| u.iter().map(|u| accurate_legendre(k, *u)).collect()).collect();
+        let (solution, in_legendre) = accurate_least_squares(&columns, &y)?;
+        let coefficients = raw_powers(&in_legendre, centre, half);
+        let columns: Vec<Vec<f64>> = columns.iter().map(|c| c.iter().map(|x| x.value()).collect()).collect();
+        Ok(Self {
+            standard_errors: raw_standard_errors(&columns, &solution.residuals, degree, centre, half),
+            coefficients,
+            r_squared: solution.r_squared,
+            residual_deviation: solution.residual_deviation,
+            rms: rms(&solution.residuals),
+            loo_rms: rms(&solution.left_out),
+            loo_max: max_abs(&solution.left_out),
+            rows: y.len(),
+        })
+    }
+
+    /// Value at `x`.
+    pub fn value(&self, x: f64) -> f64 {
+        self.coefficients.iter().rev().fold(0.0, |y, c| y * x + c)
+    }
+
+    /// The formula with `digits` significant digits, for example
+    /// `y = -3.178e-5 x^3 + 0.00117 x^2 - 0.02727 x + 25.76486`.
+    pub fn formula(&self, y: &str, x: &str, digits: usize) -> String {
+        let mut text = format!("{y} =");
+        let mut first = true;
+        for (k, c) in self.coefficients.iter().enumerate().rev() {
+            if *c == 0.0 && self.coefficients.len() > 1 {
+                continue;
+            }
+            match (first, *c < 0.0) {
+                (true, true) => text.push_str(" -"),
+                (true, false) => text.push(' '),
+                (false, true) => text.push_str(" - "),
+                (false, false) => text.push_str(" + "),
+            }
+            text.push_str(&significant(c.abs(), digits));
+            match k {
+                0 => {}
+                1 => text.push_str(&format!(" {x}")),
+                _ => text.push_str(&format!(" {x}^{k}")),
+            }
+            first = false;
+        }
+        if first {
+            text.push_str(" 0");
+        }
+        text
+    }
+}
+
+impl fmt::Display for OneFactor {
+    /// The formula in `y` and `x` with seven significant digits.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.formula("y", "x", 7))
+    }
+}
+
+/// A number with `digits` significant digits, without trailing zeros: plain from 1e-4 to 1e7, else with an exponent.
+fn significant(value: f64, digits: usize) -> String {
+    let digits = digits.clamp(1, 17);
+    let text = format!("{value:.*e}", digits - 1);
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trim = |text: &str| if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() };
+    if value == 0.0 || (-4..7).contains(&exponent) {
+        // The mantissa is already rounded; parsing the rounded number keeps plain and exponent forms the same.
+        let rounded: f64 = text.parse().unwrap_or(value);
+        trim(&format!("{rounded:.*}", (digits as i32 - 1 - exponent).max(0) as usize))
+    } else {
+        format!("{}e{exponent}", trim(mantissa))
+    }
+}
+
+/// Legendre polynomial P_k(u) by its three-term recurrence.
+pub(super) fn legendre(k: usize, u: f64) -> f64 {
+    let (mut p, mut next) = (1.0, u);
+    for j in 1..=k {
+        (p, next) = (next, ((2 * j + 1) as f64 * u * next - j as f64 * p) / (j + 1) as f64);
+    }
+    p
+}
+
+/// P_k(u) to twice the working precision.
+fn accurate_legendre(k: usize, u: DoubleDouble) -> DoubleDouble {
+    let number = |n: usize| DoubleDouble::from(n as f64);
+    let (mut p, mut next) = (number(1), u);
+    for j in 1..=k {
+        (p, next) = (next, (number(2 * j + 1) * u * next - number(j) * p) / number(j + 1));
+    }
+    p
+}
+
+/// Coefficients of P_k in powers of u.
+pub(super) fn legendre_powers(k: usize) -> Vec<f64> {
+    let (mut p, mut next) = (vec![1.0], vec![0.0, 1.0]);
+    for j in 1..=k {
+        let mut after = vec![0.0; j + 2];
+        for (power, c) in next.iter().enumerate() {
+            after[power + 1] += (2 * j + 1) as f64 * c / (j + 1) as f64;
+        }
+        for (power, c) in p.iter().enumerate() {
+            after[power] -= j as f64 * c / (j + 1) as f64;
+        }
+        (p, next) = (next, after);
+    }
+    p
+}
+
+/// Rows of the matrix that turns Legendre coefficients in u = (x - centre) / half into powers of x: T[power][k].
+fn to_raw(degree: usize, centre: f64, half: f64) -> Vec<Vec<DoubleDouble>> {
+    let zero = DoubleDouble::from(0.0);
+    let (centre, half) = (DoubleDouble::from(centre), DoubleDouble::from(half));
+    let mut table = vec![vec![zero; degree + 1]; degree + 1];
+    let times_u = |p: &[DoubleDouble]| {
+        let mut q = vec![zero; p.len() + 1];
+        for (power, c) in p.iter().enumerate() {
+            let scaled = *c / half;
+            q[power + 1] = q[power + 1] + scaled;
+            q[power] = q[power] - scaled * centre;
+        }
+        q
+    };
+    let mut p = vec![DoubleDouble::from(1.0)];
+    let mut next = times_u(&p);
+    for k in 0..=degree {
+        for (power, c) in p.iter().enumerate() {
+            table[power][k] = *c;
+        }
+        let j = DoubleDouble::from(k as f64 + 1.0);
+        let mut after = times_u(&next);
+        let (up, down) = (DoubleDouble::from(2.0 * k as f64 + 3.0), j);
+        let divisor = DoubleDouble::from(k as f64 + 2.0);
+        after.iter_mut().for_each(|c| *c = *c * up / divisor);
+        for (power, c) in p.iter().enumerate() {
+            after[power] = after[power] - *c * down / divisor;
+        }
+        (p, next) = (next, after);
+    }
+    table
+}
+
+fn raw_powers(legendre: &[DoubleDouble], centre: f64, half: f64) -> Vec<f64> {
+    let Some(degree) = legendre.len().checked_sub(1) else { return Vec::new() };
+    to_raw(degree, centre, half)
+        .iter()
+        .map(|row| {
+            let zero = DoubleDouble::from(0.0);
+            row.iter().zip(legendre).fold(zero, |sum, (t, c)| sum + *t * *c).value()
+        })
+        .collect()
+}
+
+/// Standard deviations of the raw coefficients: the rows of T R⁻¹, T from Legendre to raw powers.
+fn raw_standard_errors(columns: &[Vec<f64>], residuals: &[f64], degree: usize, centre: f64, half: f64) -> Vec<f64> {
+    let freedom = residuals.len().saturating_sub(degree + 1);
+    let variance = if freedom > 0 { residuals.iter().map(|e| e * e).sum::<f64>() / freedom as f64 } else { 0.0 };
+    let mut basis = super::least_squares::Orthonormal::new();
+    columns.iter().for_each(|column| {
+        basis.push(column);
+    });
+    let table = to_raw(degree, centre, half);
+    let mut sums = vec![0.0; degree + 1];
+    for k in 0..=degree {
+        let mut unit = vec![0.0; degree + 1];
+        unit[k] = 1.0;
+        let inverse_column = basis.back_substitute(&unit);
+        for (sum, row) in sums.iter_mut().zip(&table) {
+            let t = row.iter().zip(&inverse_column).fold(DoubleDouble::from(0.0), |s, (t, c)| s + *t * DoubleDouble::from(*c));
+            *sum += t.value().powi(2);
+        }
+    }
+    sums.iter().map(|s| (s * variance).sqrt()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_print_with_their_significant_digits() {
+        assert_eq!(significant(3.178e-5, 4), "3.178e-5");
+        assert_eq!(significant(0.00117, 7), "0.00117");
+        assert_eq!(significant(25.76486, 7), "25.76486");
+        assert_eq!(significant(1234567.8, 3), "1230000");
+        assert_eq!(significant(9.9999e-5, 2), "0.0001");
+        assert_eq!(significant(0.0, 5), "0");
+    }
+
+    #[test]
+    fn legendre_powers_agree_with_the_recurrence() {
+        for k in 0..12 {
+            for u in [-1.0, -0.3, 0.0, 0.7, 1.0] {
+                let by_powers = legendre_powers(k).iter().rev().fold(0.0, |y, c| y * u + c);
+                assert!((by_powers - legendre(k, u)).abs() < 1e-12, "P_{k}({u})");
+            }
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Polynomials in the scaled variables, their terms chosen by leave-one-out.
+//!
+//! Terms are products of Legendre polynomials, nearly orthogonal on a space-filling design, so one term says little about
+//! another and few are needed. A forward search adds the term that reduces the residual most after both are made orthogonal
+//! to the terms already in (orthogonal least squares: Chen, Billings, Luo 1989); the leave-one-out error of every length of
+//! that path comes from the hat matrix. The chosen terms are expanded into monomials at the end.
+
+use super::evaluate::{monomial, scale_row};
+use super::least_squares::{Orthonormal, axpy, dot, left_out, rms};
+use super::model::{Polynomial, Transform, Variable};
+use super::one_factor::{legendre, legendre_powers};
+
+/// Transforms are tried only where the largest value is at least this many times the smallest: below, 1/x and ln x are
+/// straight to within what a quadratic takes up.
+const TRANSFORM_RATIO: f64 = 2.0;
+/// A transform must beat the identity, a longer model a shorter one, by this share of the leave-one-out error.
+const CLEARLY: f64 = 0.95;
+/// Most rows a term may cost: no more than this share of the rows becomes terms.
+const MOST_TERMS: f64 = 0.5;
+/// The forward search ends when this many further terms have not improved on the best length.
+const PATIENCE: usize = 12;
+
+/// A polynomial as fitted, before expansion.
+#[derive(Debug, Clone)]
+pub struct Fitted {
+    /// One per variable.
+    pub transforms: Vec<Transform>,
+    /// Legendre degrees, one row per term.
+    pub terms: Vec<Vec<u8>>,
+    /// One per term.
+    pub coefficients: Vec<f64>,
+    /// Leave-one-out residual of each row, the terms held fixed.
+    pub left_out: Vec<f64>,
+}
+
+impl Fitted {
+    /// Value at a condition.
+    pub fn value(&self, variables: &[Variable], x: &[f64]) -> f64 {
+        let u = scale_row(variables, &self.transforms, x);
+        self.terms.iter().zip(&self.coefficients).map(|(term, c)| c * legendre_product(term, &u)).sum()
+    }
+
+    /// Largest total degree of a term.
+    pub fn degree(&self) -> usize {
+        self.terms.iter().map(|t| total_degree(t)).max().unwrap_or(0)
+    }
+
+    /// In monomials of the scaled variables, terms by total degree.
+    pub fn expanded(&self) -> Polynomial {
+        let mut sums: std::collections::BTreeMap<(usize, Vec<u8>), f64> = std::collections::BTreeMap::new();
+        for (term, c) in self.terms.iter().zip(&self.coefficients) {
+            let mut parts = vec![(Vec::new(), *c)];
+            for degree in term {
+                let powers = legendre_powers(usize::from(*degree));
+                parts = parts
+                    .iter()
+                    .flat_map(|(exponents, c)| {
+                        powers.iter().enumerate().filter(|(_, p)| **p != 0.0).map(move |(power, p)| {
+                            let mut exponents: Vec<u8> = exponents.clone();
+                            exponents.push(power as u8);
+                            (exponents, c * p)
+                        })
+                    })
+                    .collect();
+            }
+            for (exponents, c) in parts {
+                *sums.entry((total_degree(&exponents), exponents)).or_insert(0.0) += c;
+            }
+        }
+        let (terms, coefficients) = sums.into_iter().map(|((_, exponents), c)| (exponents, c)).unzip();
+        Polynomial { transforms: self.transforms.clone(), terms, coefficients }
+    }
+}
+
+/// What the search may use.
+#[derive(Debug, Clone, Copy)]
+pub struct Search<'a> {
+    /// The variables, with their ranges.
+    pub variables: &'a [Variable],
+    /// Which of them vary; the others never enter.
+    pub active: &'a [bool],
+    /// Largest total degree.
+    pub max_degree: usize,
+}
+
+impl Search<'_> {
+    /// Every total-degree set of exponents of the active variables, lower degrees first.
+    pub fn terms(&self, degree: usize) -> Vec<Vec<u8>> {
+        let mut terms = vec![Vec::new()];
+        for active in self.active {
+            terms = terms
+                .into_iter()
+                .flat_map(|term: Vec<u8>| {
+                    let room = if *active { degree - total_degree(&term) } else { 0 };
+                    (0..=room).map(move |e| {
+                        let mut term = term.clone();
+                        term.push(e as u8);
+                        term
+                    })
+                })
+                .collect();
+        }
+        terms.sort_by_key(|term| (total_degree(term), std::cmp::Reverse(term.clone())));
+        terms
+    }
+
+    /// Number of terms of total degree `degree`: (active + degree)! / active! degree!.
+    fn count(&self, degree: usize) -> usize {
+        let active = self.active.iter().filter(|a| **a).count();
+        (1..=degree).fold(1, |n, k| n * (active + k) / k)
+    }
+
+    /// Largest degree whose full set has at most `most` terms.
+    fn degree_within(&self, most: usize) -> usize {
+        (0..=self.max_degree).rev().find(|d| self.count(*d) <= most).unwrap_or(0)
+    }
+
+    /// Every combination of transforms worth trying, the identity first.
+    pub fn transforms(&self) -> Vec<Vec<Transform>> {
+        let choices: Vec<Vec<Transform>> = self
+            .variables
+            .iter()
+            .zip(self.active)
+            .map(|(v, active)| {
+                let wide = *active && v.low > 0.0 && v.high >= TRANSFORM_RATIO * v.low;
+                let all = if wide { &[Transform::Identity, Transform::Reciprocal, Transform::Log][..] } else { &[Transform::Identity] };
+                all.iter().copied().filter(|t| t.allowed(v.low, v.high)).collect()
+            })
+            .collect();
+        let mut all = vec![Vec::new()];
+        // More than four wide variables: the further ones keep the identity, 3^n combinations would be too many.
+        for (k, choice) in choices.iter().enumerate() {
+            let wide_before = choices[..k].iter().filter(|c| c.len() > 1).count();
+            let choice = if wide_before >= 4 { &choice[..1] } else { &choice[..] };
+            all = all
+                .into_iter()
+                .flat_map(|row: Vec<Transform>| {
+                    choice.iter().map(move |t| {
+                        let mut row = row.clone();
+                        row.push(*t);
+                        row
+                    })
+                })
+                .collect();
+        }
+        all
+    }
+
+    fn columns(&self, rows: &[&[f64]], transforms: &[Transform], terms: &[Vec<u8>]) -> Vec<Vec<f64>> {
+        let most = terms.iter().flatten().copied().max().unwrap_or(0);
+        let tables: Vec<Vec<Vec<f64>>> = rows
+            .iter()
+            .map(|x| {
+                let u = scale_row(self.variables, transforms, x);
+                u.iter().map(|u| (0..=usize::from(most)).map(|k| legendre(k, *u)).collect()).collect()
+            })
+            .collect();
+        terms
+            .iter()
+            .map(|term| tables.iter().map(|row| term.iter().zip(row).map(|(e, powers)| powers[usize::from(*e)]).product()).collect())
+            .collect()
+    }
+
+    /// Root mean square leave-one-out error of the full polynomial of moderate degree (a quarter as many terms as rows),
+    /// for each combination of transforms and each output: `scores[combination][output]`.
+    pub fn transform_scores(&self, rows: &[&[f64]], outputs: &[Vec<f64>]) -> Vec<(Vec<Transform>, Vec<f64>)> {
+        let terms = self.terms(self.degree_within(rows.len() / 4));
+        self.transforms()
+            .into_iter()
+            .map(|transforms| {
+                let mut basis = Orthonormal::new();
+                for column in self.columns(rows, &transforms, &terms) {
+                    basis.push(&column);
+                }
+                let h = basis.leverages(rows.len());
+                let scores = outputs
+                    .iter()
+                    .map(|y| {
+                        let mut residuals = y.clone();
+                        basis.project_out(&mut residuals);
+                        rms(&left_out(&residuals, &h))
+                    })
+                    .collect();
+                (transforms, scores)
+            })
+            .collect()
+    }
+
+    /// The whole procedure for one output: transforms, degree and terms by leave-one-out. `scores` are those of
+    /// [`Search::transform_scores`] for this output on these rows.
+    pub fn fit(&self, rows: &[&[f64]], y: &[f64], scores: &[(Vec<Transform>, f64)]) -> Fitted {
+        let Some((identity, plain)) = scores.first() else { return self.constant(y) };
+        let best = scores.iter().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < CLEARLY * plain);
+        let transforms = best.map_or(identity, |(transforms, _)| transforms).clone();
+        let most = ((rows.len() as f64 * MOST_TERMS) as usize).max(1);
+        let mut chosen: Option<(f64, Fitted)> = None;
+        // A small dictionary first: a larger one may only replace it by being clearly better.
+        let mut degrees: Vec<usize> = vec![self.degree_within(rows.len() / 4), self.degree_within(rows.len() / 2), self.max_degree];
+        degrees.dedup();
+        for degree in degrees {
+            let terms = self.terms(degree);
+            let columns = self.columns(rows, &transforms, &terms);
+            let (score, picked) = forward(&columns, y, most);
+            if chosen.as_ref().is_none_or(|(best, _)| score < CLEARLY * best) {
+                let fitted = solve(&columns, &terms, &picked, y, &transforms);
+                chosen = Some((score, fitted));
+            }
+        }
+        chosen.map_or_else(|| self.constant(y), |(_, fitted)| fitted)
+    }
+
+    fn constant(&self, y: &[f64]) -> Fitted {
+        let n = y.len() as f64;
+        let mean = y.iter().sum::<f64>() / n;
+        Fitted {
+            transforms: vec![Transform::Identity; self.variables.len()],
+            terms: vec![vec![0; self.variables.len()]],
+            coefficients: vec![mean],
+            left_out: y.iter().map(|y| (y - mean) * n / (n - 1.0)).collect(),
+        }
+    }
+}
+
+/// Forward search. Returns the corrected leave-one-out error of the best length and the columns of that length, in order.
+fn forward(columns: &[Vec<f64>], y: &[f64], most: usize) -> (f64, Vec<usize>) {
+    let n = y.len();
+    let mut rest: Vec<Option<Vec<f64>>> = columns.iter().map(|c| Some(c.clone())).collect();
+    let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
+    let (mut residual, mut h) = (y.to_vec(), vec![0.0; n]);
+    let (mut picked, mut path): (Vec<usize>, Vec<f64>) = (Vec::new(), Vec::new());
+    let floor = 1e-14 * rms(y);
+    while picked.len() < most.min(columns.len()) {
+        let gain = |column: &Vec<f64>, size: f64| {
+            let left = dot(column, column);
+            // A column almost spent by those before it would bring in rounding errors.
+            if left > 1e-10 * size { dot(column, &residual).powi(2) / left } else { -1.0 }
+        };
+        // The constant comes first: every model has a level.
+        let next = if picked.is_empty() {
+            Some((0, 0.0))
+        } else {
+            let gains = rest.iter().enumerate().filter_map(|(j, c)| c.as_ref().map(|c| (j, gain(c, sizes[j]))));
+            gains.filter(|(_, g)| *g > 0.0).max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)))
+        };
+        let Some(q) = next.and_then(|(j, _)| rest[j].take().map(|q| (j, q))) else { break };
+        let (j, mut q) = q;
+        let size = dot(&q, &q).sqrt();
+        q.iter_mut().for_each(|x| *x /= size);
+        let c = dot(&q, &residual);
+        axpy(&mut residual, -c, &q);
+        h.iter_mut().zip(&q).for_each(|(h, q)| *h += q * q);
+        for column in rest.iter_mut().flatten() {
+            let c = dot(&q, column);
+            axpy(column, -c, &q);
+        }
+        picked.push(j);
+        let p = picked.len() as f64;
+        // Terms were picked by the same rows; n / (n - p) keeps the path's score from rewarding that.
+        path.push(rms(&left_out(&residual, &h)) * (n as f64 / (n as f64 - p).max(1.0)).sqrt());
+        let best = path.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k);
+        if path.len() > best + PATIENCE || rms(&residual) < floor {
+            break;
+        }
+    }
+    let best = path.iter().copied().fold(f64::INFINITY, f64::min);
+    // The shortest path that is as good as the best to within five per cent.
+    let length = path.iter().position(|s| *s * CLEARLY <= best).map_or(picked.len(), |k| k + 1);
+    let score = path.get(length.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
+    picked.truncate(length);
+    (score, picked)
+}
+
+fn solve(columns: &[Vec<f64>], terms: &[Vec<u8>], picked: &[usize], y: &[f64], transforms: &[Transform]) -> Fitted {
+    let mut order = picked.to_vec();
+    order.sort_unstable();
+    let mut basis = Orthonormal::new();
+    order.retain(|j| basis.push(&columns[*j]));
+    let mut residuals = y.to_vec();
+    let c = basis.project_out(&mut residuals);
+    Fitted {
+        transforms: transforms.to_vec(),
+        coefficients: basis.back_substitute(&c),
+        left_out: left_out(&residuals, &basis.leverages(y.len())),
+        terms: order.iter().map(|j| terms[*j].clone()).collect(),
+    }
+}
+
+fn total_degree(term: &[u8]) -> usize {
+    term.iter().map(|e| usize::from(*e)).sum()
+}
+
+fn legendre_product(term: &[u8], u: &[f64]) -> f64 {
+    term.iter().zip(u).map(|(k, u)| legendre(usize::from(*k), *u)).product()
+}
+
+/// Monomials of total degree up to `degree` in scaled rows, as columns: the tail of radial functions.
+pub(super) fn monomial_columns(rows: &[Vec<f64>], terms: &[Vec<u8>]) -> Vec<Vec<f64>> {
+    terms.iter().map(|term| rows.iter().map(|u| monomial(term, u)).collect()).collect()
+}

@@ -1,0 +1,270 @@
+//! Radial functions with a polynomial tail, for several outputs at once, and their leave-one-out error without refitting.
+//!
+//! With φ the kernel of scaled distances, K_ij = φ(|S (u_i - u_j)|) over the rows, F the tail's monomials at the rows and λ
+//! the smoothing, the weights w and the tail's coefficients c solve the saddle system
+//!
+//! ```text
+//! | K + λI  F | | w |   | y |
+//! | Fᵀ      0 | | c | = | 0 |
+//! ```
+//!
+//! Householder reflections of F give an orthonormal basis N of what the tail cannot reach, and w = P y with
+//! P = N (Nᵀ (K + λI) N)⁻¹ Nᵀ, the leading block of the inverse of the saddle matrix. Nᵀ K N is positive definite for every
+//! kernel here (with the multiquadric's sign turned) once the tail is at least of the kernel's order, so this is one
+//! Cholesky factorisation and no indefinite solve.
+//!
+//! Leaving row i out means demanding w_i = 0 and letting y_i be free. Changing y_i by δ changes w_i by P_ii δ, so
+//! δ = -w_i / P_ii, and the left-out residual is e_i = w_i / P_ii. That is Rippa's formula (1999), here with tail and
+//! smoothing; a test compares it with refitting.
+//!
+//! Length scales and smoothing minimise either the restricted likelihood of the Gaussian process with that covariance, or
+//! the mean log of the left-out errors over the outputs: both with their exact gradients from dP = -P dK P, at the price of
+//! one matrix product.
+
+use nalgebra::DMatrix;
+
+use super::dense::{Reflections, SpdInverse, invert_spd};
+use super::least_squares::{Orthonormal, dot};
+use super::model::Kernel;
+use super::polynomial::monomial_columns;
+
+/// Left-out errors below this share of an output's spread count as none: nothing is gained by tuning further.
+const NEGLIGIBLE: f64 = 1e-9;
+
+impl Kernel {
+    /// Lowest degree of the tail that makes the interpolation matrix definite.
+    pub fn least_tail(self) -> usize {
+        match self {
+            Self::ThinPlate | Self::Cubic => 1,
+            Self::Multiquadric | Self::Gaussian => 0,
+        }
+    }
+
+    /// The sign that makes the kernel conditionally positive definite.
+    fn sign(self) -> f64 {
+        if self == Self::Multiquadric { -1.0 } else { 1.0 }
+    }
+
+    /// 2 dφ/d(r²), times the sign, given r² and the signed value.
+    fn slope(self, r2: f64, value: f64) -> f64 {
+        match self {
+            Self::ThinPlate if r2 > 0.0 => libm::log(r2) + 1.0,
+            Self::ThinPlate => 0.0,
+            Self::Cubic => 3.0 * r2.sqrt(),
+            Self::Multiquadric => 1.0 / value,
+            Self::Gaussian => -2.0 * value,
+        }
+    }
+}
+
+/// What a choice of length scales and smoothing is judged by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Criterion {
+    /// Mean over outputs of ln(mean squared left-out residual).
+    LeaveOneOut,
+    /// Restricted likelihood, -2 ln per row and output.
+    Likelihood,
+}
+
+/// Rows in scaled variables, outputs on them, and the tail.
+pub struct System {
+    rows: Vec<Vec<f64>>,
+    active: Vec<usize>,
+    tail: Vec<Vec<u8>>,
+    columns: Vec<Vec<f64>>,
+    reflections: Reflections,
+    outputs: Vec<Vec<f64>>,
+    floors: Vec<f64>,
+}
+
+/// Weights, tail and left-out residuals, one of each per output.
+pub struct Solved {
+    /// One weight per row.
+    pub weights: Vec<Vec<f64>>,
+    /// One coefficient per monomial of the tail.
+    pub tails: Vec<Vec<f64>>,
+    /// One residual per row.
+    pub left_out: Vec<Vec<f64>>,
+}
+
+struct Factored {
+    p: DMatrix<f64>,
+    w: DMatrix<f64>,
+    inverse: SpdInverse,
+}
+
+impl System {
+    /// `rows` in scaled variables; `active` the indices of those that vary; `tail` exponents. `None` when the rows do not
+    /// determine the tail or are fewer than three more than its terms.
+    pub fn new(rows: Vec<Vec<f64>>, active: Vec<usize>, tail: Vec<Vec<u8>>, outputs: Vec<Vec<f64>>) -> Option<Self> {
+        let columns = monomial_columns(&rows, &tail);
+        if rows.len() < tail.len() + 3 {
+            return None;
+        }
+        let reflections = Reflections::of(&columns)?;
+        let floors = outputs.iter().map(|y| (NEGLIGIBLE * spread(y)).powi(2).max(f64::MIN_POSITIVE)).collect();
+        Some(Self { rows, active, tail, columns, reflections, outputs, floors })
+    }
+
+    /// Indices of the variables that vary: one length scale each.
+    pub fn active(&self) -> &[usize] {
+        &self.active
+    }
+
+    /// Exponents of the tail's monomials.
+    pub fn tail(&self) -> &[Vec<u8>] {
+        &self.tail
+    }
+
+    /// Signed kernel matrix for inverse length scales `scales` of the active variables.
+    fn kernel_matrix(&self, kernel: Kernel, scales: &[f64]) -> DMatrix<f64> {
+        let stretched: Vec<Vec<f64>> = self.rows.iter().map(|u| self.active.iter().zip(scales).map(|(k, s)| s * u[*k]).collect()).collect();
+        let n = self.rows.len();
+        let mut k = DMatrix::zeros(n, n);
+        for j in 0..n {
+            for i in j..n {
+                let r2: f64 = stretched[i].iter().zip(&stretched[j]).map(|(a, b)| (a - b) * (a - b)).sum();
+                let value = kernel.sign() * kernel.of_square(r2);
+                k[(i, j)] = value;
+                k[(j, i)] = value;
+            }
+        }
+        k
+    }
+
+    fn outputs(&self) -> DMatrix<f64> {
+        DMatrix::from_fn(self.rows.len(), self.outputs.len(), |i, j| self.outputs[j][i])
+    }
+
+    /// P y.
+    fn apply(&self, inverse: &SpdInverse, y: DMatrix<f64>) -> DMatrix<f64> {
+        self.reflections.expand_columns(&inverse.solve(&self.reflections.reduce_columns(y)))
+    }
+
+    fn factor(&self, k: &DMatrix<f64>, smoothing: f64) -> Option<Factored> {
+        let mut m = self.reflections.reduce(k.clone());
+        for i in 0..m.nrows() {
+            m[(i, i)] += smoothing;
+        }
+        let inverse = invert_spd(&m)?;
+        let p = self.reflections.expand(&inverse.inverse);
+        let w = self.apply(&inverse, self.outputs());
+        Some(Factored { p, w, inverse })
+    }
+
+    /// The criterion and its gradient at `parameters`: the logarithms of the inverse length scales of the active variables,
+    /// then of the smoothing. `None` where the matrix is not positive definite to working precision.
+    pub fn judge(&self, kernel: Kernel, parameters: &[f64], criterion: Criterion) -> Option<(f64, Vec<f64>)> {
+        let (log_smoothing, log_scales) = parameters.split_last()?;
+        let scales: Vec<f64> = log_scales.iter().map(|s| s.exp()).collect();
+        let k = self.kernel_matrix(kernel, &scales);
+        let f = self.factor(&k, log_smoothing.exp())?;
+        let (value, sensitivity) = match criterion {
+            Criterion::LeaveOneOut => self.left_out_error(&f),
+            Criterion::Likelihood => self.likelihood(&f),
+        };
+        let mut gradient = vec![0.0; parameters.len()];
+        let n = self.rows.len();
+        for j in 0..n {
+            for i in j + 1..n {
+                let mut squares = [0.0; 16];
+                let mut r2 = 0.0;
+                for ((a, s), square) in self.active.iter().zip(&scales).zip(&mut squares) {
+                    *square = (s * (self.rows[i][*a] - self.rows[j][*a])).powi(2);
+                    r2 += *square;
+                }
+                let g = (sensitivity[(i, j)] + sensitivity[(j, i)]) * kernel.slope(r2, k[(i, j)]);
+                gradient.iter_mut().zip(&squares).take(scales.len()).for_each(|(d, square)| *d += g * square);
+            }
+        }
+        if let Some(last) = gradient.last_mut() {
+            *last = sensitivity.trace() * log_smoothing.exp();
+        }
+        (value.is_finite() && gradient.iter().all(|g| g.is_finite())).then_some((value, gradient))
+    }
+
+    /// Mean over outputs of ln(mean squared left-out residual): what kernels, tails and transforms are compared by.
+    pub fn left_out_score(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<f64> {
+        let f = self.factor(&self.kernel_matrix(kernel, scales), smoothing)?;
+        let n = self.rows.len();
+        let mean = |o: usize| (0..n).map(|i| (f.w[(i, o)] / f.p[(i, i)]).powi(2)).sum::<f64>() / n as f64;
+        let sum: f64 = (0..self.outputs.len()).map(|o| (mean(o) + self.floors[o]).ln()).sum();
+        Some(sum / self.outputs.len().max(1) as f64)
+    }
+
+    /// Mean of ln S over outputs, S = Σ e²/n, and the matrix G with d(mean) = tr(G dK):
+    /// de_i = (-(P dK w)_i + e_i (P dK P)_ii) / P_ii.
+    fn left_out_error(&self, f: &Factored) -> (f64, DMatrix<f64>) {
+        let (n, m) = (self.rows.len(), self.outputs.len());
+        let mut value = 0.0;
+        let mut a = DMatrix::zeros(n, m);
+        let mut diagonal = vec![0.0; n];
+        for o in 0..m {
+            let e: Vec<f64> = (0..n).map(|i| f.w[(i, o)] / f.p[(i, i)]).collect();
+            let sum = dot(&e, &e) / n as f64 + self.floors[o];
+            value += sum.ln() / m as f64;
+            let share = 2.0 / (sum * (n * m) as f64);
+            for i in 0..n {
+                a[(i, o)] = -share * e[i] / f.p[(i, i)];
+                diagonal[i] += share * e[i] * e[i] / f.p[(i, i)];
+            }
+        }
+        let mut weighted = f.p.clone();
+        for (mut column, d) in weighted.column_iter_mut().zip(&diagonal) {
+            column *= *d;
+        }
+        let mut g = weighted * &f.p;
+        g.gemm(1.0, &(&f.p * a), &f.w.transpose(), 1.0);
+        (value, g)
+    }
+
+    /// ln(yᵀ P y / f) averaged over outputs plus ln det(Nᵀ(K + λI)N) / f, f = rows - tail terms, and its G.
+    fn likelihood(&self, f: &Factored) -> (f64, DMatrix<f64>) {
+        let (n, m) = (self.rows.len(), self.outputs.len());
+        let freedom = (n - self.tail.len()) as f64;
+        let mut value = f.inverse.log_determinant / freedom;
+        let mut g = &f.p * (1.0 / freedom);
+        let mut scaled = f.w.clone();
+        for o in 0..m {
+            let energy = dot(&self.outputs[o], f.w.column(o).as_slice()).max(self.floors[o] * freedom);
+            value += (energy / freedom).ln() / m as f64;
+            scaled.column_mut(o).iter_mut().for_each(|w| *w /= -energy * m as f64);
+        }
+        g.gemm(1.0, &scaled, &f.w.transpose(), 1.0);
+        (value, g)
+    }
+
+    /// Solves for every output. `scales` are inverse length scales of the active variables.
+    pub fn solve(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<Solved> {
+        let k = self.kernel_matrix(kernel, scales);
+        let f = self.factor(&k, smoothing)?;
+        let mut tail = Orthonormal::new();
+        if !self.columns.iter().all(|column| tail.push(column)) {
+            return None;
+        }
+        let mut weights = f.w.clone();
+        let mut solved = Solved { weights: Vec::new(), tails: Vec::new(), left_out: Vec::new() };
+        let outputs = self.outputs();
+        // P annihilates the tail, so the residual of the kernel part alone is what a correction of the weights needs.
+        for _ in 0..2 {
+            let rest = &outputs - &k * &weights - &weights * smoothing;
+            weights += self.apply(&f.inverse, rest);
+        }
+        let rest = outputs - &k * &weights - &weights * smoothing;
+        for o in 0..self.outputs.len() {
+            let w = weights.column(o);
+            solved.left_out.push(w.iter().enumerate().map(|(i, w)| w / f.p[(i, i)]).collect());
+            solved.weights.push(w.iter().map(|w| kernel.sign() * w).collect());
+            let mut y = rest.column(o).as_slice().to_vec();
+            let c = tail.project_out(&mut y);
+            solved.tails.push(tail.back_substitute(&c));
+        }
+        Some(solved)
+    }
+}
+
+/// Standard deviation of a list.
+pub(super) fn spread(y: &[f64]) -> f64 {
+    let mean = y.iter().sum::<f64>() / y.len().max(1) as f64;
+    (y.iter().map(|y| (y - mean).powi(2)).sum::<f64>() / y.len().max(1) as f64).sqrt()
+}

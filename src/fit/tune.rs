@@ -1,0 +1,149 @@
+//! Length scales and smoothing of radial functions, by a quasi-Newton search in their logarithms.
+
+use super::model::Kernel;
+use super::rbf::{Criterion, System};
+
+/// Inverse length scales searched, in scaled variables: from hardly any influence to a tenth of the range.
+const SCALES: (f64, f64) = (0.01, 10.0);
+/// Smoothing searched, on a kernel of order one. The lower end bounds the weights, and with them what rounding does to a query.
+const SMOOTHING: (f64, f64) = (1e-11, 1.0);
+/// The search ends when a step gains less than this in the criterion (about 0.005 % of the error).
+const ENOUGH: f64 = 1e-4;
+/// Starting points: inverse length scale, smoothing. The second supposes noise, which the first may fail to find.
+const STARTS: [(f64, f64); 2] = [(0.25, 1e-6), (0.5, 1e-3)];
+
+/// Steps from each starting point before the best is chosen.
+const FIRST_STEPS: usize = 8;
+
+/// Tuned parameters of one kernel and tail.
+#[derive(Debug, Clone)]
+pub struct Tuned {
+    /// Logarithms of the inverse length scales of the active variables, then of the smoothing.
+    pub parameters: Vec<f64>,
+    /// Mean over outputs of ln(mean squared left-out residual).
+    pub score: f64,
+}
+
+impl Tuned {
+    /// Inverse length scales of the active variables.
+    pub fn scales(&self) -> Vec<f64> {
+        self.parameters.iter().take(self.parameters.len().saturating_sub(1)).map(|p| p.exp()).collect()
+    }
+
+    /// Smoothing, added to the kernel matrix' diagonal.
+    pub fn smoothing(&self) -> f64 {
+        self.parameters.last().map_or(0.0, |p| p.exp())
+    }
+}
+
+/// From scratch: a few steps from each starting point, then on from the best.
+pub fn tune(system: &System, kernel: Kernel, criterion: Criterion, steps: usize) -> Option<Tuned> {
+    let start = |(scale, smoothing): &(f64, f64)| {
+        let mut p = vec![scale.ln(); system.active().len()];
+        p.push(smoothing.ln());
+        search(system, kernel, &p, criterion, FIRST_STEPS.min(steps))
+    };
+    let (_, begin) = STARTS.iter().filter_map(start).min_by(|a, b| a.0.total_cmp(&b.0))?;
+    retune(system, kernel, criterion, &begin, steps)
+}
+
+/// From parameters that are nearly right.
+pub fn retune(system: &System, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
+    let (_, parameters) = search(system, kernel, begin, criterion, steps)?;
+    scored(system, kernel, parameters)
+}
+
+fn scored(system: &System, kernel: Kernel, parameters: Vec<f64>) -> Option<Tuned> {
+    let mut tuned = Tuned { parameters, score: f64::INFINITY };
+    tuned.score = system.left_out_score(kernel, &tuned.scales(), tuned.smoothing())?;
+    Some(tuned)
+}
+
+/// BFGS with a backtracking line search, kept in the box by a quadratic penalty outside it.
+fn search(system: &System, kernel: Kernel, begin: &[f64], criterion: Criterion, steps: usize) -> Option<(f64, Vec<f64>)> {
+    let n = begin.len();
+    let evaluate = |x: &[f64]| -> Option<(f64, Vec<f64>)> {
+        let (mut value, mut gradient) = system.judge(kernel, x, criterion)?;
+        for (k, (x, g)) in x.iter().zip(&mut gradient).enumerate() {
+            let (low, high) = if k + 1 == n { SMOOTHING } else { SCALES };
+            let outside = x - x.clamp(low.ln(), high.ln());
+            value += outside * outside;
+            *g += 2.0 * outside;
+        }
+        Some((value, gradient))
+    };
+    let mut x = begin.to_vec();
+    let (mut value, mut gradient) = evaluate(&x).or_else(|| {
+        // Too smooth for working precision: more smoothing.
+        *x.last_mut()? = (1e-4_f64).ln();
+        evaluate(&x)
+    })?;
+    let mut inverse_hessian: Vec<Vec<f64>> = identity(n);
+    let mut fresh = true;
+    for _ in 0..steps {
+        let mut direction: Vec<f64> = inverse_hessian.iter().map(|row| -dot(row, &gradient)).collect();
+        if dot(&direction, &gradient) >= 0.0 {
+            inverse_hessian = identity(n);
+            direction = gradient.iter().map(|g| -g).collect();
+            fresh = true;
+        }
+        // No parameter moves by more than a factor e^1.5 in one step.
+        let longest = direction.iter().fold(0.0_f64, |m, d| m.max(d.abs()));
+        let limit = if fresh { 0.5 } else { 1.5 };
+        let shrink = if longest > limit { limit / longest } else { 1.0 };
+        direction.iter_mut().for_each(|d| *d *= shrink);
+        let slope = dot(&direction, &gradient);
+        let mut step = 1.0;
+        let mut accepted = None;
+        for _ in 0..8 {
+            let trial: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
+            if let Some((v, g)) = evaluate(&trial)
+                && v <= value + 1e-4 * step * slope
+            {
+                accepted = Some((trial, v, g));
+                break;
+            }
+            step *= 0.35;
+        }
+        let Some((next, next_value, next_gradient)) = accepted else { break };
+        let s: Vec<f64> = next.iter().zip(&x).map(|(a, b)| a - b).collect();
+        let y: Vec<f64> = next_gradient.iter().zip(&gradient).map(|(a, b)| a - b).collect();
+        update(&mut inverse_hessian, &s, &y, fresh);
+        fresh = false;
+        let gain = value - next_value;
+        (x, value, gradient) = (next, next_value, next_gradient);
+        if gain < ENOUGH {
+            break;
+        }
+    }
+    Some((value, x))
+}
+
+/// The BFGS update of the inverse Hessian; left alone where the curvature along the step is not positive.
+fn update(h: &mut [Vec<f64>], s: &[f64], y: &[f64], scale_first: bool) {
+    let sy = dot(s, y);
+    let yy = dot(y, y);
+    if sy <= 1e-10 * yy.sqrt() * dot(s, s).sqrt() {
+        return;
+    }
+    if scale_first {
+        for (i, row) in h.iter_mut().enumerate() {
+            row.iter_mut().enumerate().for_each(|(j, x)| *x = if i == j { sy / yy } else { 0.0 });
+        }
+    }
+    let hy: Vec<f64> = h.iter().map(|row| dot(row, y)).collect();
+    let yhy = dot(y, &hy);
+    for (i, row) in h.iter_mut().enumerate() {
+        for (j, x) in row.iter_mut().enumerate() {
+            *x += (1.0 + yhy / sy) * s[i] * s[j] / sy - (hy[i] * s[j] + s[i] * hy[j]) / sy;
+        }
+    }
+}
+
+fn identity(n: usize) -> Vec<Vec<f64>> {
+    (0..n).map(|i| (0..n).map(|j| f64::from(u8::from(i == j))).collect()).collect()
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
