@@ -1,0 +1,224 @@
+//! The look all figures share: palette, markers, dashes, text sizes, and how units are written.
+
+/// A colour in sRGB.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Rgb(pub u8, pub u8, pub u8);
+
+impl Rgb {
+    /// Relative luminance, 0 (black) to 1 (white), by WCAG 2.1: how light it is in a grey print.
+    pub fn luminance(self) -> f64 {
+        let linear = |byte: u8| {
+            let c = f64::from(byte) / 255.0;
+            if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+        };
+        0.2126 * linear(self.0) + 0.7152 * linear(self.1) + 0.0722 * linear(self.2)
+    }
+
+    /// The same hue, darker: for lines over an area of this colour.
+    #[must_use]
+    pub fn darker(self) -> Self {
+        let less = |byte: u8| (u16::from(byte) * 11 / 20) as u8;
+        Self(less(self.0), less(self.1), less(self.2))
+    }
+
+    /// Contrast ratio to another colour, 1 to 21, by WCAG 2.1.
+    pub fn contrast(self, other: Self) -> f64 {
+        let (a, b) = (self.luminance() + 0.05, other.luminance() + 0.05);
+        if a > b { a / b } else { b / a }
+    }
+}
+
+/// Page background.
+pub const WHITE: Rgb = Rgb(255, 255, 255);
+/// Text and the heaviest lines.
+pub const INK: Rgb = Rgb(26, 26, 26);
+/// Secondary text.
+pub const MUTED: Rgb = Rgb(84, 84, 84);
+/// Axis lines and ticks.
+pub const AXIS: Rgb = Rgb(90, 90, 90);
+/// Grid lines.
+pub const GRID: Rgb = Rgb(225, 225, 225);
+/// Every second row of a table.
+pub const STRIPE: Rgb = Rgb(244, 244, 242);
+
+// The palette of Okabe and Ito, "Color Universal Design" (2008), which stays apart for the common
+// kinds of colour blindness. Its yellow is kept for areas: a yellow line on white cannot be seen.
+/// Okabe-Ito orange.
+pub const ORANGE: Rgb = Rgb(230, 159, 0);
+/// Okabe-Ito sky blue.
+pub const SKY: Rgb = Rgb(86, 180, 233);
+/// Okabe-Ito bluish green.
+pub const GREEN: Rgb = Rgb(0, 158, 115);
+/// Okabe-Ito blue.
+pub const BLUE: Rgb = Rgb(0, 114, 178);
+/// Okabe-Ito vermillion.
+pub const VERMILLION: Rgb = Rgb(213, 94, 0);
+/// Okabe-Ito reddish purple.
+pub const PURPLE: Rgb = Rgb(204, 121, 167);
+
+/// Area of acceptable conditions: bluish green, lightened so that text can be read on it.
+pub const ACCEPTABLE: Rgb = Rgb(134, 205, 180);
+/// Area of uncertain conditions: pale yellow, the lightest of the three.
+pub const UNCERTAIN: Rgb = Rgb(255, 244, 190);
+/// Area of conditions that are not acceptable: vermillion, lightened a little, the darkest.
+pub const NOT_ACCEPTABLE: Rgb = Rgb(214, 112, 48);
+
+/// Font sizes in CSS pixels.
+pub mod size {
+    /// Title of a figure.
+    pub const TITLE: f64 = 19.0;
+    /// Axis titles and legends.
+    pub const BODY: f64 = 14.0;
+    /// Tick labels and table cells.
+    pub const TICK: f64 = 13.0;
+    /// Footer: fixed conditions, notes.
+    pub const FOOTER: f64 = 12.5;
+}
+
+/// How a line is broken, as lengths on, off, on, off in CSS pixels; empty is unbroken.
+pub type Dash = &'static [f64];
+
+/// Unbroken.
+pub const SOLID: Dash = &[];
+/// Long dashes.
+pub const DASHED: Dash = &[9.0, 5.0];
+/// Dots.
+pub const DOTTED: Dash = &[2.0, 4.0];
+
+const DASHES: [Dash; 5] = [SOLID, DASHED, &[10.0, 4.0, 2.0, 4.0], DOTTED, &[5.0, 3.0]];
+const LINE_COLOURS: [Rgb; 7] = [BLUE, ORANGE, GREEN, INK, VERMILLION, SKY, PURPLE];
+
+/// Shape of a marker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Marker {
+    /// ●
+    Disc,
+    /// ▲
+    Triangle,
+    /// ■
+    Square,
+    /// ◆
+    Diamond,
+    /// ▼
+    TriangleDown,
+    /// ○
+    Ring,
+    /// ×
+    Cross,
+    /// □
+    Frame,
+}
+
+const MARKERS: [Marker; 8] =
+    [Marker::Disc, Marker::Triangle, Marker::Square, Marker::Diamond, Marker::TriangleDown, Marker::Ring, Marker::Cross, Marker::Frame];
+
+/// Colour, marker and dash of one curve among several.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeriesStyle {
+    /// Colour of line and marker.
+    pub colour: Rgb,
+    /// Marker of its samples.
+    pub marker: Marker,
+    /// Dash of its line.
+    pub dash: Dash,
+}
+
+/// The style of the curve with this index: the pair of marker and dash, which is all a grey print
+/// leaves, repeats only after 40 curves.
+pub fn series(index: usize) -> SeriesStyle {
+    SeriesStyle {
+        colour: LINE_COLOURS[index % LINE_COLOURS.len()],
+        marker: MARKERS[index % MARKERS.len()],
+        dash: DASHES[index % DASHES.len()],
+    }
+}
+
+/// A quantity on an axis or in a table: its name and its unit.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Quantity {
+    /// Name; underscores are shown as spaces.
+    pub name: String,
+    /// Unit as the files write it (`degC`, `L/min`, `m3/s`); empty for a pure number.
+    pub unit: String,
+}
+
+impl Quantity {
+    /// A quantity with its unit.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: unit.into() }
+    }
+
+    /// `coolant flow [L/min]`
+    pub fn label(&self) -> String {
+        let name = readable(&self.name);
+        if self.unit.trim().is_empty() { name } else { format!("{name} [{}]", unit_symbol(&self.unit)) }
+    }
+
+    /// `9.42 L/min`, the number as given.
+    pub fn with_value(&self, value: f64) -> String {
+        let number = number(value);
+        if self.unit.trim().is_empty() { number } else { format!("{number} {}", unit_symbol(&self.unit)) }
+    }
+}
+
+/// A name as a reader sees it: underscores become spaces.
+pub fn readable(name: &str) -> String {
+    name.replace('_', " ")
+}
+
+/// A unit as a reader sees it: `degC` becomes °C, `m3/s` becomes m³/s, `W/(m2 K)` becomes W/(m² K).
+pub fn unit_symbol(unit: &str) -> String {
+    let unit = unit.trim().replace("degC", "°C");
+    let mut out = String::with_capacity(unit.len());
+    let mut in_symbol = false;
+    for c in unit.chars() {
+        match c {
+            '^' => continue,
+            '2' if in_symbol => out.push('²'),
+            '3' if in_symbol => out.push('³'),
+            '4' if in_symbol => out.push('⁴'),
+            _ => out.push(c),
+        }
+        in_symbol = c.is_alphabetic();
+    }
+    out
+}
+
+/// A number in a text: up to six significant digits, no trailing zeros, a true minus sign.
+pub fn number(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if value == 0.0 {
+        return "0".into();
+    }
+    let exponent = value.abs().log10().floor();
+    let text = if (-4.0..6.0).contains(&exponent) {
+        let decimals = (5.0 - exponent).clamp(0.0, 9.0) as usize;
+        let text = format!("{value:.decimals$}");
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_string() } else { text }
+    } else {
+        let text = format!("{value:.4e}");
+        match text.split_once('e') {
+            Some((mantissa, power)) => {
+                let mantissa = if mantissa.contains('.') { mantissa.trim_end_matches('0').trim_end_matches('.') } else { mantissa };
+                format!("{mantissa}e{power}")
+            }
+            None => text,
+        }
+    };
+    text.replace('-', "−")
+}
+
+/// A number with a fixed count of decimals and a true minus sign; a dash where it is not finite.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    if !value.is_finite() {
+        return "–".into();
+    }
+    if value.abs() >= 1e9 {
+        return number(value);
+    }
+    let text = format!("{value:.decimals$}");
+    let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if is_zero { text.trim_start_matches('-').to_string() } else { text.replace('-', "−") }
+}

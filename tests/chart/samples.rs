@@ -1,0 +1,295 @@
+//! Figures with data like those of a real run, and with data as nasty as they come.
+
+use coldplate::chart::acceptability::{AcceptabilityMap, Here, State};
+use coldplate::chart::error_overview::{ErrorOverview, PointErrors};
+use coldplate::chart::heat::HeatFigure;
+use coldplate::chart::measured::{MeasuredFigure, SensorRow};
+use coldplate::chart::one_factor::{Curve, OneFactorFigure};
+use coldplate::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
+use coldplate::chart::parity::{ParityFigure, Sample};
+use coldplate::chart::residuals::ResidualFigure;
+use coldplate::chart::style::Quantity;
+
+/// A deterministic scatter in [-1, 1].
+pub fn scatter(k: usize) -> f64 {
+    // The mixing step of splitmix64.
+    let mut z = (k as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    2.0 * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+}
+
+pub fn flow() -> Quantity {
+    Quantity::new("coolant_flow", "L/min")
+}
+
+pub fn temperature() -> Quantity {
+    Quantity::new("temperature", "degC")
+}
+
+pub fn fixed() -> Vec<(Quantity, f64)> {
+    vec![
+        (Quantity::new("coolant_temperature", "degC"), 20.0),
+        (Quantity::new("motor_speed", "rpm"), 2500.0),
+        (Quantity::new("ambient_temperature", "degC"), 23.5),
+    ]
+}
+
+pub const POINTS: [&str; 7] =
+    ["bearing", "coupling", "motor base", "reducer water-cooling plate", "motor water-cooling plate", "reducer", "motor"];
+
+/// The paper's table 7, flow in 1e-5 m3/s there.
+const TABLE_7: [[f64; 4]; 7] = [
+    [-3.17843e-5, 0.00117, -0.02727, 25.76486],
+    [-2.45494e-5, 0.00177, -0.05388, 23.24022],
+    [-4.12138e-5, 0.00382, -0.11774, 24.4957],
+    [-5.82275e-5, 0.00486, -0.13735, 21.4901],
+    [-2.76009e-5, 0.00259, -0.08168, 20.93482],
+    [-5.74011e-5, 0.00498, -0.14447, 25.27424],
+    [5.78025e-6, 0.00106, -0.0694, 25.95404],
+];
+
+pub fn one_factor() -> OneFactorFigure {
+    let curves = TABLE_7.iter().zip(POINTS).enumerate().map(|(p, (c, name))| {
+        let f = |q: f64| {
+            let x = q / 0.6;
+            ((c[0] * x + c[1]) * x + c[2]) * x + c[3]
+        };
+        let low = 2.355;
+        let step = (18.84 - low) / 100.0;
+        Curve {
+            name: name.into(),
+            samples: (0..8).map(|k| low + step * 100.0 / 7.0 * k as f64).map(|q| (q, f(q) + 0.03 * scatter(p * 31 + q as usize))).collect(),
+            line: (0..=100).map(|k| low + step * f64::from(k)).map(|q| (q, f(q))).collect(),
+            half_width: 0.06,
+            formula: format!("T = {:+.5e} q³ {:+.5} q² {:+.5} q {:+.5}", c[0] / 0.216, c[1] / 0.36, c[2] / 0.6, c[3]).replace('-', "−"),
+        }
+    });
+    OneFactorFigure {
+        title: "Coolant flow and the temperatures of the Y axis".into(),
+        x: flow(),
+        y: temperature(),
+        curves: curves.collect(),
+        fixed: fixed(),
+        notes: vec!["q is the coolant flow in L/min. Shaded: the band that covers 95 % of new conditions.".into()],
+    }
+}
+
+pub const LIMITS: [&str; 4] = [
+    "motor shell at most 45 °C",
+    "bearing seat, rise over ambient at most 4 K",
+    "spread of the lead screw supports at most 2.5 K",
+    "coolant outlet at most 30 °C",
+];
+
+pub fn map() -> AcceptabilityMap {
+    let x_values: Vec<f64> = (0..81).map(|i| 2.4 + 0.2 * f64::from(i)).collect();
+    let y_values: Vec<f64> = (0..61).map(|j| 18.0 + 0.2 * f64::from(j)).collect();
+    let (mut margin, mut half_width, mut state, mut binding) = (vec![], vec![], vec![], vec![]);
+    for y in &y_values {
+        for x in &x_values {
+            let margins = [
+                45.0 - (y + 5.0 + 60.0 / x),
+                4.0 - (0.35 * (y - 18.0) + 6.0 / x),
+                2.5 - (0.02 * (y - 22.0).powi(2) + 2.2 * (x / 18.0).powi(4) + 0.4),
+            ];
+            let (b, m) = margins.iter().copied().enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+            let h = 0.15 + 0.02 * (x - 10.0).abs();
+            margin.push(m);
+            half_width.push(h);
+            binding.push(b);
+            state.push(if m > h {
+                State::Acceptable
+            } else if m < -h {
+                State::NotAcceptable
+            } else {
+                State::Uncertain
+            });
+        }
+    }
+    AcceptabilityMap {
+        title: "Is a condition acceptable? Coolant flow and coolant temperature".into(),
+        x: flow(),
+        y: Quantity::new("coolant_temperature", "degC"),
+        x_values,
+        y_values,
+        margin,
+        margin_unit: "K".into(),
+        half_width,
+        state,
+        binding,
+        limits: LIMITS.iter().map(|l| (*l).to_string()).collect(),
+        fixed: fixed()[1..].to_vec(),
+        here: Some(Here { x: 9.42, y: 20.5, label: "working condition 1".into() }),
+        notes: vec!["Uncertain: closer to a limit than the surrogate's 95 % band.".into()],
+    }
+}
+
+pub fn parity() -> ParityFigure {
+    let samples = (0..260).map(|k| {
+        let reference = 26.0 + 7.0 * scatter(k);
+        let held_out = k >= 160;
+        Sample { reference, predicted: reference + if held_out { 0.012 } else { 0.006 } * scatter(k + 999), held_out }
+    });
+    ParityFigure {
+        title: "Surrogate over simulation: bearing seat of the motor side".into(),
+        quantity: temperature(),
+        reference: String::new(),
+        samples: samples.collect(),
+        half_width: 0.011,
+        notes: vec!["Model: radial basis functions (thin plate), 160 training runs.".into()],
+    }
+}
+
+pub fn residuals() -> ResidualFigure {
+    let n = 200;
+    ResidualFigure {
+        title: "Residuals of the fit: bearing seat of the motor side".into(),
+        quantity: temperature(),
+        variables: vec![
+            flow(),
+            Quantity::new("coolant_temperature", "degC"),
+            Quantity::new("motor_speed", "rpm"),
+            Quantity::new("ambient_temperature", "degC"),
+        ],
+        conditions: (0..n)
+            .map(|k| {
+                vec![
+                    10.0 + 8.0 * scatter(k),
+                    21.0 + 3.0 * scatter(k + 1000),
+                    1375.0 + 1125.0 * scatter(k + 2000),
+                    21.0 + 3.0 * scatter(k + 3000),
+                ]
+            })
+            .collect(),
+        predicted: (0..n).map(|k| 26.0 + 6.0 * scatter(k + 5000)).collect(),
+        residuals: (0..n).map(|k| 0.008 * scatter(k + 7000) + 0.004 * scatter(k).powi(2)).collect(),
+        held_out: (0..n).map(|k| k % 4 == 0).collect(),
+        half_width: 0.011,
+        notes: vec!["Residual: simulated minus predicted, leave-one-out for the training conditions.".into()],
+    }
+}
+
+pub fn errors() -> ErrorOverview {
+    ErrorOverview {
+        title: "How good the surrogate is, point by point".into(),
+        unit: "K".into(),
+        points: POINTS
+            .iter()
+            .enumerate()
+            .map(|(k, name)| PointErrors {
+                name: (*name).into(),
+                leave_one_out: Some(0.002 * (1.5 + scatter(k))),
+                k_fold: Some(0.0025 * (1.6 + scatter(k))),
+                held_out_max: Some(0.008 * (1.6 + scatter(k + 3))),
+                half_width: Some(0.005 * (1.5 + scatter(k + 8))),
+            })
+            .collect(),
+        target: Some(0.02),
+        notes: vec!["200 training runs, 200 held-out conditions.".into()],
+    }
+}
+
+pub fn heat() -> HeatFigure {
+    HeatFigure {
+        title: "Where the heat goes: Y axis at 2500 rpm".into(),
+        sources: vec![
+            ("motor Y".into(), 113.7),
+            ("reducer Y".into(), 51.2),
+            ("rails of the Y axis".into(), 4.17),
+            ("lead screw and nut".into(), 1.74),
+            ("bearings".into(), 0.518),
+            ("warming by the chamber wall".into(), 2.9),
+        ],
+        sinks: vec![
+            ("coolant of the motor plate".into(), 111.0),
+            ("coolant of the reducer plate".into(), 48.3),
+            ("radiation to the chamber wall".into(), 11.4),
+            ("residual gas".into(), 3.528),
+        ],
+        fixed: fixed(),
+        notes: vec![],
+    }
+}
+
+pub fn measured() -> MeasuredFigure {
+    let rows = [
+        ("X1 motor water-cooling plate", 20.9, Some(20.7), None),
+        ("X1 bearing seat", 22.3, Some(22.9), None),
+        ("Y motor water-cooling plate", 20.9, Some(20.6), Some(20.5)),
+        ("Y reducer water-cooling plate", 20.9, Some(20.6), Some(20.5)),
+        ("Y bearing seat", 26.6, Some(25.4), Some(26.5)),
+        ("Z motor water-cooling plate (second entry)", 21.1, None, None),
+        ("A bearing connecting plate", 22.4, Some(22.1), None),
+    ];
+    MeasuredFigure {
+        title: "Whole-machine test: predicted beside measured".into(),
+        quantity: temperature(),
+        sensors: rows
+            .iter()
+            .map(|(name, measured, predicted, other)| SensorRow {
+                name: (*name).into(),
+                measured: Some(*measured),
+                uncertainty: Some(0.5),
+                predicted: *predicted,
+                band: Some(0.12),
+                other: *other,
+            })
+            .collect(),
+        other_name: "simulation of the paper".into(),
+        fixed: vec![
+            (flow(), 9.42),
+            (Quantity::new("coolant_temperature", "degC"), 20.5),
+            (Quantity::new("ambient_temperature", "degC"), 23.5),
+        ],
+        notes: vec![],
+    }
+}
+
+pub fn sheet() -> OperatorSheet {
+    let speeds = vec![250.0, 750.0, 1250.0, 1750.0, 2500.0];
+    let temperatures = vec![18.0, 19.0, 20.0, 21.0, 22.0, 23.0];
+    let cells = speeds
+        .iter()
+        .flat_map(|s| temperatures.iter().map(move |t| (*s, *t)))
+        .map(|(s, t)| {
+            let need: f64 = 2.0 + s / 400.0 + (t - 17.0f64).powi(2) * s / 5000.0;
+            if need < 3.0 {
+                FlowCell { text: "any".into(), state: State::Acceptable }
+            } else if need < 15.0 {
+                FlowCell { text: format!("{need:.1}"), state: State::Acceptable }
+            } else if need < 18.8 {
+                FlowCell { text: format!("{need:.1} ?"), state: State::Uncertain }
+            } else {
+                FlowCell { text: "none".into(), state: State::NotAcceptable }
+            }
+        })
+        .collect();
+    OperatorSheet {
+        machine: "Five-axis machine in vacuum".into(),
+        subtitle: "Cooling of the Y axis: which conditions are acceptable".into(),
+        maps: vec![AcceptabilityMap { title: "Coolant flow and temperature at 2500 rpm".into(), ..map() }],
+        table: Some(FlowTable {
+            title: "Smallest coolant flow [L/min]".into(),
+            row: Quantity::new("motor_speed", "rpm"),
+            rows: speeds,
+            column: Quantity::new("coolant_temperature", "degC"),
+            columns: temperatures,
+            cells,
+        }),
+        limits: vec![
+            ("motor shell".into(), "at most 45 °C".into()),
+            ("bearing seat".into(), "at most 4 K over ambient".into()),
+            ("lead screw supports".into(), "spread at most 2.5 K".into()),
+            ("coolant outlet".into(), "at most 30 °C".into()),
+        ],
+        how_to_read: vec![
+            "Green: run. Yellow, thin lines: closer to a limit than the prediction is sure; measure. Red, dense lines: do not run.".into(),
+            "The letter in an area names the limit that is reached first there. The table holds for an ambient of 23.5 °C; set at least the flow given.".into(),
+        ],
+        provenance: "coldplate 0.1.0 · machine five_axis.toml sha256 3f1a90c2… · sweep y_axis_4d.toml, 200 runs at 120,000 cells · 2026-11-21".into(),
+    }
+}
+
+/// Values that break naive code.
+pub const NASTY: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, 1e308, -1e308, 5e-324];
