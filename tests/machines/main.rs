@@ -2,6 +2,7 @@
 
 mod five_axis;
 mod rig;
+mod sweeps;
 mod teaching;
 
 use std::path::{Path, PathBuf};
@@ -97,7 +98,6 @@ fn assumptions_and_measurements() {
     for (name, least, readings) in [("rig.toml", 15, [4, 4].as_slice()), ("five_axis.toml", 60, &[16])] {
         let machine = Machine::read(folder("machines").join(name), &[]).unwrap();
         assert!(machine.assumptions.len() >= least, "{name}: {}", machine.assumptions.len());
-        assert!(machine.assumptions.iter().all(|a| a.reason.len() > 5), "{name}");
         assert_eq!(machine.measurements.iter().map(|m| m.readings.len()).collect::<Vec<_>>(), readings, "{name}");
     }
 }

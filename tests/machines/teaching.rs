@@ -13,7 +13,7 @@ fn slab() {
     let over = slab.read("block") - slab.read("plate");
     let by_hand = joint.heat / 8.0 + joint.heat / 0.008 * 0.040 / (2.0 * 60.5);
     assert!((over - by_hand).abs() < 0.25, "{over} {by_hand}");
-    // 20.8 cm² of top and 144 cm² of sides of emissivity 0.8, about 6 K above the wall.
+    // 80 cm² of top and 144 cm² of sides of emissivity 0.8.
     let radiated = 40.0 - joint.heat;
     let area = 0.1 * 0.08 + 2.0 * (0.1 + 0.08) * 0.04;
     let top = slab.read("block") + 273.15;
@@ -26,14 +26,15 @@ fn spindle() {
     let spindle = Solved::new("spindle.toml", &[], &USUAL, None);
     let streams = &spindle.state.solution.streams;
     let flow: f64 = streams.iter().map(|s| s.flow).sum();
-    assert!((flow - 4e-3 / 60.0).abs() < 1e-12);
+    // Volume at each channel's own mean temperature; the mass is what was fed.
+    assert!((flow / (4e-3 / 60.0) - 1.0).abs() < 1e-3, "{flow}");
     assert!((streams[0].pressure_drop / streams[1].pressure_drop - 1.0).abs() < 1e-6, "parallel channels share a pressure drop");
     assert!(streams[0].flow > 1.3 * streams[1].flow, "the short channel takes more");
     // The screen touches nothing: what warms it above the wall came across the gap.
     assert!(spindle.read("screen") > 23.0 + 0.05 * (spindle.read("tool") - 23.0), "{}", spindle.read("screen"));
     assert!(spindle.read("screen") < spindle.read("tool"));
-    // 2 W of grease at 2000 rpm, falling with the power 1.6.
-    assert!((spindle.power("bearing") - 2.0 * 0.5f64.powf(1.6)).abs() < 1e-9);
+    // 12 W of grease at 2000 rpm, falling with the power 1.6.
+    assert!((spindle.power("bearing") - 12.0 * 0.5f64.powf(1.6)).abs() < 1e-9);
     // Rough foot by Cooper, Mikic and Yovanovich: 1.25 k m/sigma (p/H)^0.95 with k the mean of 15.0 and 167.
     let foot = spindle.contact("foot");
     let k: f64 = 2.0 * 15.0 * 167.0 / (15.0 + 167.0);
