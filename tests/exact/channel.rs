@@ -252,7 +252,7 @@ fn v39_parallel_branches() {
 /// the mesh runs from cells three times as wide as the bore to twelve across it: the answer must stay.
 #[test]
 fn bore_in_a_square_bar() {
-    let (w, d, length, k, h): (f64, f64, f64, f64, f64) = (0.06, 0.01, 0.2, 16.3, 2000.0);
+    let (w, d, length, k, h): (f64, f64, f64, f64, f64) = (0.06, 0.01, 0.03, 16.3, 2000.0);
     let text = format!(
         r#"
         [material.steel]

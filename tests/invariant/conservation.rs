@@ -267,22 +267,20 @@ part = "block"
     close(solve(&text(""), 0.05).celsius("block"), expected(0.06), 10.0, 1e-6);
     close(solve(&text(insulated), 0.05).celsius("block"), expected(0.05), 10.0, 1e-6);
     // A second block with which the first exchanges by two whole faces: none of the two is left for the chamber.
-    let facing = format!(
-        r#"
+    let facing = r#"
 [part.other]
 material = "ideal"
 box = ["0.1 m", "0.1 m", "0.1 m"]
 at = ["0.11 m", "0 m", "0 m"]
-surface = {{ emissivity = 1.0 }}
+surface = { emissivity = 1.0 }
 [radiation_link.gap]
 between = ["block.+x", "other.-x"]
 view_factor = 1.0
 emissivity = [1.0, 1.0]
 [sensor.other]
 part = "other"
-"#
-    );
-    let run = solve(&text(&facing), 0.05);
+"#;
+    let run = solve(&text(facing), 0.05);
     let (t1, t2) = (run.kelvin("block"), run.kelvin("other"));
     let exchange = sigma * 0.01 * (t1.powi(4) - t2.powi(4));
     close(exchange, sigma * 0.05 * (t2.powi(4) - 273.15f64.powi(4)), 30.0, 1e-6);
