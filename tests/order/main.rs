@@ -273,7 +273,7 @@ fn normal(grid: &Grid, c: [usize; 3], side: Side) -> ([f64; 3], [f64; 3]) {
     manufactured::face(grid, c, side)
 }
 
-/// The helper that everything above rests on: faces lie where they should and look outwards.
+/// What everything above rests on: faces lie where they should and look outwards.
 #[test]
 fn faces_of_the_helper() {
     let text = r#"
