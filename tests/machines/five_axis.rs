@@ -63,9 +63,16 @@ fn heats_of_every_axis() {
 #[test]
 fn heats_of_table_4() {
     let machine = Solved::new("five_axis.toml", &[("variables.table_4.default", "1")], &TEST, COARSE);
-    for (source, expected) in
-        [("y_motor", 113.7), ("y_reducer", 51.7), ("y_bearing", 0.89), ("y_far_bearing", 0.89), ("y_nut", 3.05), ("y_screw", 3.05), ("y_sliders", 2.05), ("y_rails", 2.05)]
-    {
+    for (source, expected) in [
+        ("y_motor", 113.7),
+        ("y_reducer", 51.7),
+        ("y_bearing", 0.89),
+        ("y_far_bearing", 0.89),
+        ("y_nut", 3.05),
+        ("y_screw", 3.05),
+        ("y_sliders", 2.05),
+        ("y_rails", 2.05),
+    ] {
         assert!((machine.power(source) - expected).abs() < 1e-9, "{source}: {}", machine.power(source));
     }
 }
@@ -101,7 +108,12 @@ fn another_axis_can_move() {
 #[test]
 fn variables_act_as_they_should() {
     let at = |name: &str, value: &'static str| {
-        let mut condition = [("coolant_flow", "1.57e-4 m3/s"), ("coolant_temperature", "20 degC"), ("motor_speed", "1250 rpm"), ("ambient_temperature", "23.5 degC")];
+        let mut condition = [
+            ("coolant_flow", "1.57e-4 m3/s"),
+            ("coolant_temperature", "20 degC"),
+            ("motor_speed", "1250 rpm"),
+            ("ambient_temperature", "23.5 degC"),
+        ];
         condition.iter_mut().find(|(n, _)| *n == name).unwrap().1 = value;
         Solved::new("five_axis.toml", &[], &condition, COARSE)
     };

@@ -8,12 +8,8 @@ const WC1: [(&str, &str); 4] = [
     ("motor_speed", "2500 rpm"),
     ("ambient_temperature", "28.5 degC"),
 ];
-const WC2: [(&str, &str); 4] = [
-    ("coolant_flow", "6.67e-5 m3/s"),
-    ("coolant_temperature", "26 degC"),
-    ("motor_speed", "1250 rpm"),
-    ("ambient_temperature", "29 degC"),
-];
+const WC2: [(&str, &str); 4] =
+    [("coolant_flow", "6.67e-5 m3/s"), ("coolant_temperature", "26 degC"), ("motor_speed", "1250 rpm"), ("ambient_temperature", "29 degC")];
 
 /// One of the two chains wall - block - contact - plate - water, plate at one temperature.
 struct Chain {
@@ -76,7 +72,9 @@ fn plates_where_the_sensors_sit() {
 /// Tables 2 and 3: 113.73 W; Table 2: 51.178 W (Table 3 prints 51.12).
 #[test]
 fn heats_of_the_tables() {
-    for (speed, motor, reducer) in [("250 rpm", 11.373, 5.118), ("750 rpm", 34.119, 15.353), ("1250 rpm", 56.865, 25.589), ("2500 rpm", 113.729, 51.178)] {
+    for (speed, motor, reducer) in
+        [("250 rpm", 11.373, 5.118), ("750 rpm", 34.119, 15.353), ("1250 rpm", 56.865, 25.589), ("2500 rpm", 113.729, 51.178)]
+    {
         let mut condition = WC1;
         condition[2].1 = speed;
         let rig = Solved::new("rig.toml", &[], &condition, Some(500));
