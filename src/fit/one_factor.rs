@@ -186,8 +186,8 @@ fn to_raw(degree: usize, centre: f64, half: f64) -> Vec<Vec<DoubleDouble>> {
     let mut p = vec![DoubleDouble::from(1.0)];
     let mut next = times_u(&p);
     for k in 0..=degree {
-        for (power, c) in p.iter().enumerate() {
-            table[power][k] = *c;
+        for (row, c) in table.iter_mut().zip(&p) {
+            row[k] = *c;
         }
         let j = DoubleDouble::from(k as f64 + 1.0);
         let mut after = times_u(&next);

@@ -144,39 +144,31 @@ impl<'a> Group<'a> {
         };
         let usable =
             !self.options.kernels.is_empty() && most_bases > 0 && self.rows.len() <= MOST_CENTRES && self.search.active.contains(&true);
-        let radial = if usable { self.radial(&scores, most_bases) } else { None };
+        let radial = if usable { self.radial(&scores, polynomial_held_out.as_ref(), most_bases) } else { None };
         let shared_basis = bases.len();
         let mut own_bases: BTreeMap<usize, usize> = BTreeMap::new();
         let mut shared_used = false;
         let mut result = Vec::new();
         for (k, o) in self.outputs.iter().enumerate() {
             let mut candidates = Vec::new();
-            // (held-out residuals, model) of the best so far.
-            let mut chosen: Option<(usize, &[f64])> = None;
+            // What may be chosen: index of the candidate, its held-out residuals, the share by which it must beat those before.
+            let mut choices: Vec<(usize, &[f64], f64)> = Vec::new();
             if let (Some(fitted), Some(held_out)) = (&polynomials, &polynomial_held_out) {
                 candidates.push(polynomial_candidate(&fitted[k], &held_out[k]));
-                chosen = Some((0, &held_out[k]));
+                choices.push((0, &held_out[k], 1.0));
             }
             if let Some(radial) = &radial {
-                let better = |held_out: &[f64], than: Option<(usize, &[f64])>, share: f64| {
-                    than.is_none_or(|(_, best)| rms(held_out) < share * rms(best))
-                };
                 for (index, one) in radial.considered.iter().enumerate() {
-                    let held_out = (index == 0).then_some(&radial.held_out[k]);
-                    candidates.push(self.radial_candidate(one, false, &radial.left_out[index][k], held_out.map(Vec::as_slice)));
-                    if let Some(held_out) = held_out
-                        && better(held_out, chosen, RADIAL_MUST_BEAT)
-                    {
-                        chosen = Some((candidates.len() - 1, held_out));
-                    }
+                    let held_out = (index == 0).then_some(radial.held_out[k].as_slice());
+                    candidates.push(self.radial_candidate(one, false, &radial.left_out[index][k], held_out));
+                    choices.extend(held_out.map(|held_out| (candidates.len() - 1, held_out, RADIAL_MUST_BEAT)));
                 }
                 if let Some(own) = radial.own.get(&k) {
                     candidates.push(self.radial_candidate(&own.radial, true, &own.solved.left_out[0], Some(&own.held_out)));
-                    if better(&own.held_out, chosen, RADIAL_MUST_BEAT) {
-                        chosen = Some((candidates.len() - 1, &own.held_out));
-                    }
+                    choices.push((candidates.len() - 1, &own.held_out, RADIAL_MUST_BEAT));
                 }
             }
+            let chosen = choose(&choices, |_| true).map(|index| (index, self.held_out_of_choice(&choices)));
             let output = &self.samples.outputs[*o];
             let Some((index, held_out)) = chosen else {
                 return Err(Error::numerics("no model could be fitted").at_key(output.name.clone()));
@@ -201,7 +193,7 @@ impl<'a> Group<'a> {
                 unit: output.unit.clone(),
                 rows: self.rows.len(),
                 chosen: candidates[index].clone(),
-                half_width: half_width(held_out, self.options.coverage).max(floor),
+                half_width: half_width(&held_out, self.options.coverage).max(floor),
                 candidates,
             };
             result.push((*o, model, report));
@@ -218,6 +210,16 @@ impl<'a> Group<'a> {
             }
         }
         Ok(result)
+    }
+
+    /// Held-out residuals of choosing as well: each fold's come from the model that the other folds' residuals would choose.
+    fn held_out_of_choice(&self, choices: &[(usize, &[f64], f64)]) -> Vec<f64> {
+        let by_fold: Vec<Option<usize>> = (0..self.fold_count).map(|fold| choose(choices, |row| self.folds[row] != fold)).collect();
+        let residual = |row: usize| {
+            let index = by_fold.get(self.folds[row]).copied().flatten()?;
+            choices.iter().find(|c| c.0 == index)?.1.get(row).copied()
+        };
+        (0..self.rows.len()).map(|row| residual(row).unwrap_or(f64::INFINITY)).collect()
     }
 
     // ---- polynomials ----
@@ -296,7 +298,7 @@ impl<'a> Group<'a> {
         }
     }
 
-    fn radial(&self, scores: &[(Vec<Transform>, Vec<f64>)], most_bases: usize) -> Option<RadialResult> {
+    fn radial(&self, scores: &[(Vec<Transform>, Vec<f64>)], rival: Option<&Rows>, most_bases: usize) -> Option<RadialResult> {
         let rows = self.tuning_rows();
         let candidates = |shapes: Vec<Shape>| -> Vec<Radial> {
             shapes
@@ -336,7 +338,10 @@ impl<'a> Group<'a> {
         let held_out = self.radial_folds(&shortlist, &self.y);
         let left_out = solved.iter().map(|s| s.left_out.clone()).collect();
         let solved = solved.into_iter().next()?;
-        let own = self.own(&considered[0], &solved, &held_out, &rows, most_bases.saturating_sub(1));
+        // Scales of their own are tried where radial functions win already.
+        let wins = |k: usize| rival.is_none_or(|rival| rms(&held_out[k]) < RADIAL_MUST_BEAT * rms(&rival[k]));
+        let open: Vec<usize> = (0..self.y.len()).filter(|k| wins(*k)).collect();
+        let own = self.own(&considered[0], &solved, &held_out, (&rows, &open), most_bases.saturating_sub(1));
         Some(RadialResult { considered, left_out, solved, held_out, own })
     }
 
@@ -375,24 +380,31 @@ impl<'a> Group<'a> {
         })
     }
 
-    /// Outputs for which scales of their own are clearly better, at most `most` of them.
-    fn own(&self, shared: &Radial, solved: &Solved, held_out: &Rows, rows: &[usize], most: usize) -> BTreeMap<usize, Own> {
+    /// Those among the outputs `open` for which scales of their own, tuned on `rows`, are clearly better; at most `most`.
+    fn own(
+        &self,
+        shared: &Radial,
+        solved: &Solved,
+        held_out: &Rows,
+        (rows, open): (&[usize], &[usize]),
+        most: usize,
+    ) -> BTreeMap<usize, Own> {
         if most == 0 || self.y.len() < 2 {
             return BTreeMap::new();
         }
-        let tried: Vec<Option<(f64, Radial, Solved)>> = (0..self.y.len())
-            .into_par_iter()
+        let tried: Vec<Option<(usize, f64, Radial, Solved)>> = open
+            .par_iter()
             .map(|k| {
+                let k = *k;
                 let y = std::slice::from_ref(&self.y[k]);
                 let tuned = self.tune_on(rows, &shared.shape, y, Some(&shared.tuned.parameters), STEPS)?;
                 let radial = Radial { shape: shared.shape.clone(), tuned };
                 let own = self.solve(&radial, y)?;
                 let share = rms(&own.left_out[0]) / rms(&solved.left_out[k]);
-                (share < OWN_MUST_REACH && rms(&own.left_out[0]) > 1e-9 * spread(&self.y[k])).then_some((share, radial, own))
+                (share < OWN_MUST_REACH && rms(&own.left_out[0]) > 1e-9 * spread(&self.y[k])).then_some((k, share, radial, own))
             })
             .collect();
-        let mut better: Vec<(usize, f64, Radial, Solved)> =
-            tried.into_iter().enumerate().filter_map(|(k, t)| t.map(|(share, r, s)| (k, share, r, s))).collect();
+        let mut better: Vec<(usize, f64, Radial, Solved)> = tried.into_iter().flatten().collect();
         better.sort_by(|a, b| a.1.total_cmp(&b.1));
         better.truncate(most);
         better
@@ -461,6 +473,19 @@ struct Own {
     radial: Radial,
     solved: Solved,
     held_out: Vec<f64>,
+}
+
+/// Index of the candidate to take, judged by its held-out residuals on the rows that `counts` admits.
+fn choose(choices: &[(usize, &[f64], f64)], counts: impl Fn(usize) -> bool) -> Option<usize> {
+    let error = |residuals: &[f64]| rms(&residuals.iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, e)| *e).collect::<Vec<_>>());
+    let mut best: Option<(usize, f64)> = None;
+    for (index, residuals, share) in choices {
+        let error = error(residuals);
+        if best.is_none_or(|(_, least)| error < share * least) {
+            best = Some((*index, error));
+        }
+    }
+    best.map(|(index, _)| index)
 }
 
 fn polynomial_candidate(fitted: &Fitted, held_out: &[f64]) -> Candidate {

@@ -17,7 +17,7 @@ struct Certified {
 }
 
 fn read(name: &str) -> Certified {
-    let path = format!("{}/tests/certified/nist/{name}.dat", data_root());
+    let path = format!("{}/tests/certified/nist/{name}.dat", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
     let mut set = Certified { coefficients: vec![], deviations: vec![], residual: f64::NAN, r_squared: None, y: vec![], x: vec![] };
     for line in text.lines().filter(|l| !l.starts_with('#')) {
@@ -39,10 +39,6 @@ fn read(name: &str) -> Certified {
         }
     }
     set
-}
-
-fn data_root() -> String {
-    std::env::var("COLDPLATE_TEST_ROOT").unwrap_or_else(|_| env!("CARGO_MANIFEST_DIR").to_owned())
 }
 
 /// Decimal digits that agree; a certified zero counts digits of the absolute error.
@@ -111,7 +107,7 @@ fn nist_longley() {
 /// Every kernel, with several shapes, smoothings and tails, on fixed data: values at other places as scipy gives them.
 #[test]
 fn scipy_radial_functions() {
-    let text = std::fs::read_to_string(format!("{}/tests/certified/scipy/rbf.csv", data_root())).unwrap();
+    let text = std::fs::read_to_string(format!("{}/tests/certified/scipy/rbf.csv", env!("CARGO_MANIFEST_DIR"))).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().filter(|l| !l.starts_with('#')).map(|l| l.split(',').collect()).collect();
     let numbers = |row: &[&str]| row.iter().map(|n| n.parse::<f64>().unwrap()).collect::<Vec<_>>();
     let of_kind = |kind: &str| rows.iter().filter(|r| r[0] == kind).collect::<Vec<_>>();

@@ -62,8 +62,11 @@ pub fn stretched(rows: Vec<Vec<f64>>, ranges: &[(f64, f64)]) -> Vec<Vec<f64>> {
     rows.into_iter().map(|row| row.iter().zip(ranges).map(|(x, (low, high))| low + x * (high - low)).collect()).collect()
 }
 
+/// A function of a condition.
+pub type Function<'a> = &'a dyn Fn(&[f64]) -> f64;
+
 /// Samples of `functions` on `rows`, with the given variable ranges.
-pub fn samples(rows: Vec<Vec<f64>>, ranges: &[(f64, f64)], functions: &[&dyn Fn(&[f64]) -> f64]) -> Samples {
+pub fn samples(rows: Vec<Vec<f64>>, ranges: &[(f64, f64)], functions: &[Function<'_>]) -> Samples {
     let outputs = functions
         .iter()
         .enumerate()

@@ -18,7 +18,7 @@ fn machine_temperatures_stay_under_the_target() {
             Box::new(move |x: &[f64]| machine(x, 0.02 + 0.01 * k, 0.005 + 0.005 * k, 0.02 + 0.004 * k, 0.05 * k)) as Place
         })
         .collect();
-    let functions: Vec<&dyn Fn(&[f64]) -> f64> = places.iter().map(AsRef::as_ref).collect();
+    let functions: Vec<Function<'_>> = places.iter().map(AsRef::as_ref).collect();
     let start = std::time::Instant::now();
     let found = fit::fit(&samples(rows, &MACHINE_RANGES, &functions), &Options::default()).unwrap();
     println!("15 points, 200 rows: {:.1} s, {} bases", start.elapsed().as_secs_f64(), found.surrogate.bases.len());
