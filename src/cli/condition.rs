@@ -60,7 +60,7 @@ impl ConditionArgs {
 /// # Errors
 /// There is no `=`.
 pub fn pair_of(text: &str, option: &str) -> Result<(String, String)> {
-    text.split_once('=').map(|(n, v)| (n.trim().to_string(), v.trim().to_string())).ok_or_else(|| {
-        Error::input("a name and a value are needed").at_key(option).read(text).help(format!("write {option} NAME=VALUE"))
-    })
+    text.split_once('=')
+        .map(|(n, v)| (n.trim().to_string(), v.trim().to_string()))
+        .ok_or_else(|| Error::input("a name and a value are needed").at_key(option).read(text).help(format!("write {option} NAME=VALUE")))
 }

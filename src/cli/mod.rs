@@ -20,7 +20,9 @@ use output::Output;
 /// Temperatures of a water-cooled machine in vacuum: solve, sweep, fit, chart, query.
 #[derive(Debug, Parser)]
 #[command(name = "coldplate", version, propagate_version = true, arg_required_else_help = true)]
-#[command(after_help = "Exit status: 0 done (query: acceptable); 1 query: not acceptable; 2 bad input; 3 query: uncertain; 4 the numerics failed.")]
+#[command(
+    after_help = "Exit status: 0 done (query: acceptable); 1 query: not acceptable; 2 bad input; 3 query: uncertain; 4 the numerics failed."
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,

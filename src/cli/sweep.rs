@@ -49,11 +49,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     notes(&swept, out);
     let total = sweep.plan.conditions.len();
     let files: Vec<String> = swept.files.iter().map(|f| f.display().to_string()).collect();
-    let failures: Vec<_> =
-        swept.failures.iter().map(|f| json!({ "row": f.row + 1, "group": f.group, "reason": f.reason })).collect();
-    let groups: Vec<_> = (sweep.plan.groups.iter())
-        .map(|g| json!({ "name": g.name, "design": g.description, "conditions": g.rows.len() }))
-        .collect();
+    let failures: Vec<_> = swept.failures.iter().map(|f| json!({ "row": f.row + 1, "group": f.group, "reason": f.reason })).collect();
+    let groups: Vec<_> =
+        (sweep.plan.groups.iter()).map(|g| json!({ "name": g.name, "design": g.description, "conditions": g.rows.len() })).collect();
     let report = json!({
         "conditions": total,
         "resumed": swept.resumed,

@@ -3,11 +3,14 @@
 /// A table with a heading row; columns are as wide as their widest cell, numbers stand to the right.
 pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
     let columns = heading.len();
-    let width = |i: usize| {
-        rows.iter().filter_map(|r| r.get(i)).map(|c| c.chars().count()).chain([heading[i].chars().count()]).max().unwrap_or(0)
-    };
+    let width =
+        |i: usize| rows.iter().filter_map(|r| r.get(i)).map(|c| c.chars().count()).chain([heading[i].chars().count()]).max().unwrap_or(0);
     let widths: Vec<usize> = (0..columns).map(width).collect();
-    let is_number = |i: usize| rows.iter().filter_map(|r| r.get(i)).all(|c| c.is_empty() || c.starts_with(['-', '+', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9', '<']));
+    let is_number = |i: usize| {
+        rows.iter()
+            .filter_map(|r| r.get(i))
+            .all(|c| c.is_empty() || c.starts_with(['-', '+', '0', '1', '2', '3', '4', '5', '6', '7', '8', '9', '<']))
+    };
     let right: Vec<bool> = (0..columns).map(is_number).collect();
     let line = |cells: &mut dyn Iterator<Item = &str>| {
         let mut text = String::from(" ");

@@ -70,13 +70,9 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
         let transforms: Vec<Transform> = (0..variables).map(|v| transform_of(block.transform(v))).collect();
         for (row, point) in block.points.iter().enumerate() {
             let coefficients = block.coefficients.iter().skip(row * block.terms).take(block.terms);
-            let (terms, coefficients) = block
-                .exponents
-                .chunks_exact(variables)
-                .zip(coefficients)
-                .filter(|(_, c)| *c != 0.0)
-                .map(|(term, c)| (term.to_vec(), c))
-                .unzip();
+            let exponents = |term| (0..variables).map(|v| block.exponent(term, v)).collect::<Vec<u8>>();
+            let used = coefficients.enumerate().filter(|(_, c)| *c != 0.0);
+            let (terms, coefficients) = used.map(|(term, c)| (exponents(term), c)).unzip();
             tails[point] = Some(Polynomial { transforms: transforms.clone(), terms, coefficients });
         }
     }
@@ -328,11 +324,12 @@ impl Layout {
         }
         for block in &self.blocks {
             let (terms, rows) = (block.terms.len(), block.points.len());
-            let degree = block.terms.iter().flatten().max().map_or(0, |e| usize::from(*e));
+            let degree = block.terms.iter().map(|t| t.iter().map(|e| usize::from(*e)).sum()).max().unwrap_or(0);
             pools.transforms(&mut records, &block.transforms);
             u16s(&mut records, &[terms, rows, degree, 0])?;
             u32s(&mut records, &[pools.exponents.len(), pools.indices.len() / 2, pools.numbers.len()])?;
-            pools.exponents.extend(block.terms.iter().flatten());
+            let pairs = block.terms.iter().flat_map(|t| t.chunks(2));
+            pools.exponents.extend(pairs.map(|pair| pair[0] | pair.get(1).map_or(0, |odd| odd << 4)));
             u16s(&mut pools.indices, &block.points)?;
             for point in &block.points {
                 let Polynomial { terms, coefficients, .. } = polynomial(&surrogate.points[*point].model);

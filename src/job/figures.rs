@@ -106,10 +106,8 @@ pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64]) -> Result<V
         return Err(Error::input("no such variable in the surrogate"));
     };
     let along = steps(v.low, v.high, 121);
-    let mut curves: Vec<Curve> = surrogate
-        .points()
-        .map(|p| Curve { name: p.name.into(), half_width: p.half_width, ..Curve::default() })
-        .collect();
+    let mut curves: Vec<Curve> =
+        surrogate.points().map(|p| Curve { name: p.name.into(), half_width: p.half_width, ..Curve::default() }).collect();
     let mut at = x.to_vec();
     for value in along {
         at[variable] = value;
@@ -139,7 +137,8 @@ pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64]) -> Result<V
 /// The variable is not in the table, or takes too few values.
 pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> Result<Vec<OneFactorFigure>> {
     let x = table.column(variable)?;
-    let (low, high) = x.values.iter().filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let (low, high) =
+        x.values.iter().filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
     let outputs = &table.columns[table.inputs..];
     let mut curves = Vec::new();
     for output in outputs {
@@ -229,7 +228,9 @@ pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) 
     Some(ParityFigure {
         title: format!("{}: surrogate against full solver", p.name),
         quantity: Quantity::new(p.name, p.unit),
-        samples: samples.map(|((reference, predicted), held_out)| Sample { reference: *reference, predicted: *predicted, held_out: *held_out }).collect(),
+        samples: samples
+            .map(|((reference, predicted), held_out)| Sample { reference: *reference, predicted: *predicted, held_out: *held_out })
+            .collect(),
         half_width: p.half_width,
         ..ParityFigure::default()
     })
@@ -300,16 +301,26 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
             let mut at = x.clone();
             (at[speed], at[coolant]) = (*n, *t);
             cells.push(match accept::free(surrogate, &at, flow)? {
-                Inverse::Found { smallest, .. } if smallest <= ranges[flow].0 => FlowCell { text: "any".into(), state: crate::chart::acceptability::State::Acceptable },
-                Inverse::Found { smallest, .. } => FlowCell { text: decimals((smallest * 10.0).ceil() / 10.0, 1), state: crate::chart::acceptability::State::Acceptable },
-                Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => FlowCell { text: "none".into(), state: crate::chart::acceptability::State::NotAcceptable },
+                Inverse::Found { smallest, .. } if smallest <= ranges[flow].0 => {
+                    FlowCell { text: "any".into(), state: crate::chart::acceptability::State::Acceptable }
+                }
+                Inverse::Found { smallest, .. } => {
+                    FlowCell { text: decimals((smallest * 10.0).ceil() / 10.0, 1), state: crate::chart::acceptability::State::Acceptable }
+                }
+                Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => {
+                    FlowCell { text: "none".into(), state: crate::chart::acceptability::State::NotAcceptable }
+                }
             });
         }
     }
     let (flow_quantity, ambient_quantity) = (quantity(surrogate, flow), quantity(surrogate, ambient));
     Ok(OperatorSheet {
         machine: machine.into(),
-        subtitle: format!("Is this condition acceptable? Valid for flows of {} to {}.", number(ranges[flow].0), flow_quantity.with_value(ranges[flow].1)),
+        subtitle: format!(
+            "Is this condition acceptable? Valid for flows of {} to {}.",
+            number(ranges[flow].0),
+            flow_quantity.with_value(ranges[flow].1)
+        ),
         maps,
         table: Some(FlowTable {
             title: format!("Smallest {} at {} ambient", flow_quantity.label(), ambient_quantity.with_value(x[ambient])),

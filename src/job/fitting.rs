@@ -41,11 +41,7 @@ pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
         ));
     }
     let rows = (0..table.rows()).map(|row| varying.iter().map(|c| c.values[row]).collect()).collect();
-    let outputs = table
-        .outputs()
-        .iter()
-        .map(|c| Output { name: c.name.clone(), unit: c.unit.clone(), values: c.values.clone() })
-        .collect();
+    let outputs = table.outputs().iter().map(|c| Output { name: c.name.clone(), unit: c.unit.clone(), values: c.values.clone() }).collect();
     Ok((Samples { variables, rows, outputs }, held))
 }
 

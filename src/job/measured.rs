@@ -109,7 +109,8 @@ fn heat(model: &Model, state: &State, name: &str, fixed: Vec<(Quantity, f64)>) -
     let sources = (model.machine.sources.iter().zip(&balance.sources)).filter(|(_, q)| q.abs() > 1e-9).map(|(s, q)| (s.name.clone(), *q));
     let circuits = model.network.circuits.iter().zip(&balance.circuits).map(|(c, q)| (format!("coolant {}", c.circuit.name), -q));
     let boundaries = model.machine.boundaries.iter().zip(&balance.boundaries).map(|(b, q)| (b.name.clone(), -q));
-    let sinks = circuits.chain([("chamber wall".to_string(), -balance.radiation), ("residual gas".to_string(), -balance.gas)]).chain(boundaries);
+    let sinks =
+        circuits.chain([("chamber wall".to_string(), -balance.radiation), ("residual gas".to_string(), -balance.gas)]).chain(boundaries);
     HeatFigure {
         title: format!("{name}: where the heat goes"),
         sources: sources.collect(),

@@ -120,7 +120,9 @@ pub fn run(sweep: &Sweep, folder: &Path, options: sweep::Options, say: &dyn Fn(&
     for (group, table) in &one_factor {
         let degree = group.degree.unwrap_or(2);
         let variable = &sweep.plan.variables[group.varied[0]].name;
-        for (i, figure) in figures::one_factor(table, variable, degree, &format!("{}: one variable at a time", group.name))?.iter().enumerate() {
+        for (i, figure) in
+            figures::one_factor(table, variable, degree, &format!("{}: one variable at a time", group.name))?.iter().enumerate()
+        {
             gallery.add(&format!("one_factor_{}_{}", file_name(&group.name), i + 1), "one factor", figure)?;
         }
     }
@@ -141,7 +143,18 @@ pub fn run(sweep: &Sweep, folder: &Path, options: sweep::Options, say: &dyn Fn(&
         seconds: [sweep_seconds, fit_seconds, 0.0],
     };
     let report = folder.join("report.html");
-    pages::write(&report, &Material { sweep, swept: &swept, fitted: fitted.as_ref(), checked: &checked, inventory: &inventory, gallery: &gallery, summary: &summary })?;
+    pages::write(
+        &report,
+        &Material {
+            sweep,
+            swept: &swept,
+            fitted: fitted.as_ref(),
+            checked: &checked,
+            inventory: &inventory,
+            gallery: &gallery,
+            summary: &summary,
+        },
+    )?;
     summary.files = [vec![report], files, gallery.files()].concat();
     summary.seconds[2] = clock.elapsed().as_secs_f64();
     Ok(summary)
@@ -256,7 +269,8 @@ fn draw_surrogate(
             }
         }
         if ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"].iter().all(|n| index(n).is_some()) {
-            let provenance: Vec<String> = surrogate.provenance().filter(|(k, _)| ["program", "machine hash"].contains(k)).map(|(k, v)| format!("{k} {v}")).collect();
+            let provenance: Vec<String> =
+                surrogate.provenance().filter(|(k, _)| ["program", "machine hash"].contains(k)).map(|(k, v)| format!("{k} {v}")).collect();
             let sheet = figures::operator_sheet(surrogate, machine, &provenance.join("; "))?;
             gallery.add("operator_sheet", "operator sheet", &sheet)?;
         }

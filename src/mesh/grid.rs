@@ -70,16 +70,8 @@ impl Grid {
             Shape::Cylinder { axis, base, length, inner, outer, turn } => {
                 let s = base[axis.index()];
                 let [b, c] = Frame::normals(*axis);
-                let frame =
-                    Frame::Cylindrical { axis: *axis, centre: [base[b], base[c]], full_turn: turn.1 - turn.0 > TAU * (1.0 - 1e-9) };
-                (
-                    [
-                        uniform(*inner, *outer, cells[0]),
-                        uniform(turn.0, turn.1, cells[1]),
-                        uniform(s, s + length, cells[2]),
-                    ],
-                    frame,
-                )
+                let frame = Frame::Cylindrical { axis: *axis, centre: [base[b], base[c]], full_turn: turn.1 - turn.0 > TAU * (1.0 - 1e-9) };
+                ([uniform(*inner, *outer, cells[0]), uniform(turn.0, turn.1, cells[1]), uniform(s, s + length, cells[2])], frame)
             }
         };
         Self { part, block: index, edges, frame, first }

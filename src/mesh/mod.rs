@@ -85,10 +85,8 @@ impl Mesh {
             }
         }
         let interfaces = find_interfaces(machine, &grids);
-        let mut open: Vec<[Vec<f64>; 6]> = grids
-            .iter()
-            .map(|g| Side::ALL.map(|side| g.side_cells(side).map(|c| g.face_area(c, side)).collect()))
-            .collect();
+        let mut open: Vec<[Vec<f64>; 6]> =
+            grids.iter().map(|g| Side::ALL.map(|side| g.side_cells(side).map(|c| g.face_area(c, side)).collect())).collect();
         for interface in &interfaces {
             for o in &interface.overlaps {
                 for ((g, side), cell) in [(interface.a, o.a), (interface.b, o.b)] {

@@ -77,14 +77,7 @@ fn local_width(mesh: &Mesh, channel: &Channel, point: [f64; 3], direction: [f64;
     }
 }
 
-fn station(
-    mesh: &Mesh,
-    channel: &Channel,
-    part_name: &str,
-    centres: &[[f64; 3]],
-    direction: [f64; 3],
-    length: f64,
-) -> Result<Station> {
+fn station(mesh: &Mesh, channel: &Channel, part_name: &str, centres: &[[f64; 3]], direction: [f64; 3], length: f64) -> Result<Station> {
     let radius = channel.diameter / 2.0;
     let [e1, e2] = normals(direction);
     let mut cells: Vec<(usize, f64)> = Vec::new();

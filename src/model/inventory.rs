@@ -154,8 +154,7 @@ pub fn inventory(model: &Model, condition: Option<&Condition>) -> Result<Invento
             found.warnings.push(format!("channel '{}': {note}", stream.name));
         }
     }
-    found.sources =
-        machine.sources.iter().enumerate().map(|(i, s)| (s.name.clone(), load.as_ref().map(|l| l.powers[i]))).collect();
+    found.sources = machine.sources.iter().enumerate().map(|(i, s)| (s.name.clone(), load.as_ref().map(|l| l.powers[i]))).collect();
     warn_about_areas(model, &mut found);
     warn_about_contacts(model, &mut found);
     warn_about_islands(model, &mut found);

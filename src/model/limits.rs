@@ -30,7 +30,8 @@ pub fn limit_states(machine: &Machine, readings: &[f64], ambient: f64) -> Vec<Li
             LimitKind::RiseOverAmbient(s) => readings[*s] - ambient,
             LimitKind::Difference(a, b) => readings[*a] - readings[*b],
             LimitKind::Spread(several) => {
-                let (low, high) = several.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(readings[*s]), h.max(readings[*s])));
+                let (low, high) =
+                    several.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(readings[*s]), h.max(readings[*s])));
                 high - low
             }
         };

@@ -237,7 +237,9 @@ impl Builder<'_> {
         let faces: Vec<Face> = match place {
             Place::Node(n) => {
                 let area = area.ok_or_else(|| {
-                    Error::input("a lumped node has no faces of its own").at_key(key).help("state the area, for example area = \"0.0143 m2\"")
+                    Error::input("a lumped node has no faces of its own")
+                        .at_key(key)
+                        .help("state the area, for example area = \"0.0143 m2\"")
                 })?;
                 return Ok(vec![(self.lumped(n), area, 0.0, NONE)]);
             }
@@ -285,7 +287,12 @@ impl Builder<'_> {
                 (None, [true, false]) => own(contact.between[1])?,
                 (None, [false, true]) => own(contact.between[0])?,
                 (None, _) if matches!(contact.law, ContactLaw::Total(_)) => 1.0,
-                (None, _) => return Err(Error::input("the area of this contact cannot be computed").at_line(contact.line).at_key(key).help("state it, for example area = \"0.0143 m2\"")),
+                (None, _) => {
+                    return Err(Error::input("the area of this contact cannot be computed")
+                        .at_line(contact.line)
+                        .at_key(key)
+                        .help("state it, for example area = \"0.0143 m2\""));
+                }
             };
             let sides = [self.feet(contact.between[0], Some(area), &key)?, self.feet(contact.between[1], Some(area), &key)?];
             // What the contact covers no longer sees the chamber.
@@ -324,7 +331,15 @@ impl Builder<'_> {
                 }
             }
             let between = contact.between.map(|p| self.place_name(p));
-            let group = ContactGroup { name: contact.name.clone(), law: contact.law.clone(), between, area, scale, joints: joints.clone(), unnamed: false };
+            let group = ContactGroup {
+                name: contact.name.clone(),
+                law: contact.law.clone(),
+                between,
+                area,
+                scale,
+                joints: joints.clone(),
+                unnamed: false,
+            };
             self.network.contacts.push(group.clone());
             if scale == 2.0 {
                 let joints = joints.end..self.network.joints.len();
@@ -354,7 +369,9 @@ impl Builder<'_> {
                     .help(format!("with these areas at most {:.4}", area_2 / area_1)));
             }
             let middle = self.arithmetic_node();
-            for (feet, e, area, view) in [(&first, link.emissivity[0], area_1, link.view_factor), (&second, link.emissivity[1], area_2, back)] {
+            for (feet, e, area, view) in
+                [(&first, link.emissivity[0], area_1, link.view_factor), (&second, link.emissivity[1], area_2, back)]
+            {
                 let resistance = (1.0 - e) / (e * area) + 0.5 / (area_1 * link.view_factor);
                 for foot in feet {
                     let surface = self.surface_node(*foot);
@@ -385,9 +402,11 @@ impl Builder<'_> {
             let mut faces = Vec::new();
             for (g, grid) in self.mesh.grids_of(p) {
                 for side in Side::ALL {
-                    let law = self.machine.boundaries.iter().position(|b| {
-                        b.faces.iter().any(|f| f.part == p && f.side == side && f.block.is_none_or(|i| i == grid.block))
-                    });
+                    let law = self
+                        .machine
+                        .boundaries
+                        .iter()
+                        .position(|b| b.faces.iter().any(|f| f.part == p && f.side == side && f.block.is_none_or(|i| i == grid.block)));
                     let view = self
                         .view_left
                         .iter()

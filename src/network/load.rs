@@ -54,9 +54,10 @@ impl Load {
         for boundary in &machine.boundaries {
             boundaries.push(match &boundary.law {
                 BoundaryLaw::Temperature(t) => BoundaryState::Temperature(positive(t.evaluate(&values)?, "an absolute temperature")?),
-                BoundaryLaw::Film(h, t) => {
-                    BoundaryState::Film(positive(h.evaluate(&values)?, "a film coefficient")?, positive(t.evaluate(&values)?, "an absolute temperature")?)
-                }
+                BoundaryLaw::Film(h, t) => BoundaryState::Film(
+                    positive(h.evaluate(&values)?, "a film coefficient")?,
+                    positive(t.evaluate(&values)?, "an absolute temperature")?,
+                ),
                 BoundaryLaw::Flux(q) => BoundaryState::Flux(q.evaluate(&values)?),
                 BoundaryLaw::Radiation(e, t) => BoundaryState::Radiation(*e, positive(t.evaluate(&values)?, "an absolute temperature")?),
             });
@@ -68,8 +69,7 @@ impl Load {
             .map(|c| positive(c.flow.evaluate(&values)?, &format!("the flow of the circuit '{}'", c.name)))
             .collect::<Result<_>>()?;
         let inlets = machine.circuits.iter().map(|c| c.inlet.evaluate(&values)).collect::<Result<_>>()?;
-        let fixed =
-            machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
+        let fixed = machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
         let gas = gas::film(machine.chamber.pressure, chamber, machine.chamber.accommodation, machine.chamber.gap);
         Ok(Self { chamber, gas, boundaries, powers, flows, inlets, fixed })
     }

@@ -6,12 +6,12 @@
 //! over the station; the heat is shared among the cells in proportion to their conductances. What the
 //! water gains is exactly what the cells lose.
 
-use super::{Load, Network, NONE};
+use super::{Load, NONE, Network};
 use crate::error::{Kind, Result};
 use crate::machine::{Circuit, Film, Layout};
 use crate::mesh::path::Station;
-use crate::physics::water::{Liquid, State};
 use crate::physics::channel;
+use crate::physics::water::{Liquid, State};
 
 /// A coolant channel in the network.
 #[derive(Debug, Clone)]
@@ -121,8 +121,7 @@ impl Network {
                 let (_, water) = self.streams[s].mean_temperatures(temperatures);
                 liquids[s] = Some(at(water.clamp(load.inlets[c] - 1.0, load.inlets[c] + 60.0))?);
             }
-            self.distribute(&tree.layout, mass_flow, &liquids, &mut flows)
-                .map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
+            self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
             for s in members(&tree.layout) {
                 let Some(liquid) = liquids[s] else { continue };
                 states[s] = self.stream_state(s, flows[s], inlet, liquid, temperatures, tree.circuit.dissipation, &flows);
@@ -224,20 +223,13 @@ impl Stream {
     }
 
     /// Film coefficient W/(m² K), mean over the channel, and a remark where the closure leaves its range.
-    fn film_coefficient(
-        &self,
-        reynolds: f64,
-        liquid: State,
-        wall_temperature: f64,
-        kind: &Liquid,
-    ) -> (f64, Option<&'static str>) {
+    fn film_coefficient(&self, reynolds: f64, liquid: State, wall_temperature: f64, kind: &Liquid) -> (f64, Option<&'static str>) {
         match &self.film {
             Film::Given(h) => (*h, None),
             Film::Correlation { bend_factor, wall } => {
                 // Outside the range of the water formulas the wall factor is taken as one.
                 let prandtl_wall = kind.at(wall_temperature).map_or(liquid.prandtl(), |s| s.prandtl());
-                let nusselt =
-                    channel::nusselt(reynolds, liquid.prandtl(), self.diameter / self.length, *wall, false, prandtl_wall);
+                let nusselt = channel::nusselt(reynolds, liquid.prandtl(), self.diameter / self.length, *wall, false, prandtl_wall);
                 let note = channel::note(reynolds, liquid.prandtl(), self.diameter / self.length, prandtl_wall);
                 (bend_factor * nusselt * liquid.conductivity / self.diameter, note)
             }

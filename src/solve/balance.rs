@@ -55,7 +55,10 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
     found.held = network.fixed.iter().map(|(node, _)| held_heat(network, load, *node, temperatures)).collect();
     let flux = |(b, q): (usize, &f64)| (matches!(load.boundaries[b], BoundaryState::Flux(_)), *q);
     let terms = found.sources.iter().copied().chain([found.radiation, found.gas]);
-    let terms = terms.chain(found.boundaries.iter().enumerate().map(|t| flux(t).1)).chain(found.circuits.iter().copied()).chain(found.held.iter().copied());
+    let terms = terms
+        .chain(found.boundaries.iter().enumerate().map(|t| flux(t).1))
+        .chain(found.circuits.iter().copied())
+        .chain(found.held.iter().copied());
     for q in terms {
         if q >= 0.0 { found.in_watts += q } else { found.out_watts -= q }
     }
@@ -68,7 +71,15 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
 /// what sources bring it.
 fn held_heat(network: &Network, load: &Load, node: u32, temperatures: &[f64]) -> f64 {
     let t = |n: u32| temperatures[n as usize];
-    let sign = |a: u32, b: u32| if a == node { 1.0 } else if b == node { -1.0 } else { 0.0 };
+    let sign = |a: u32, b: u32| {
+        if a == node {
+            1.0
+        } else if b == node {
+            -1.0
+        } else {
+            0.0
+        }
+    };
     let joints: f64 = network
         .joints
         .iter()

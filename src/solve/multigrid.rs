@@ -79,9 +79,8 @@ impl Multigrid {
             }
         }
         let factor = Cholesky::new(dense).ok_or_else(|| {
-            Error::numerics("the network's matrix is not positive definite").help(
-                "some part has no path for its heat: connect it by a contact, or let it radiate to the chamber",
-            )
+            Error::numerics("the network's matrix is not positive definite")
+                .help("some part has no path for its heat: connect it by a contact, or let it radiate to the chamber")
         })?;
         Ok(Self { levels, coarsest: Coarsest { rows, factor } })
     }

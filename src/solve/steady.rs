@@ -160,7 +160,8 @@ impl<'a> Solver<'a> {
             }
             last_step = step.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
             // T^4 makes a step from far below overshoot: no absolute temperature may more than double or turn negative.
-            let factor = temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
+            let factor =
+                temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
             temperatures.iter_mut().zip(&step).for_each(|(t, s)| *t += factor * s);
             newton += 1;
         }
@@ -204,7 +205,8 @@ impl<'a> Solver<'a> {
 
 /// A first guess: solids and water at the mean of the given temperatures.
 fn initial(network: &Network, load: &Load) -> Vec<f64> {
-    let given: Vec<f64> = load.inlets.iter().copied().chain([load.chamber]).chain(network.fixed.iter().map(|(_, i)| load.fixed[*i as usize])).collect();
+    let given: Vec<f64> =
+        load.inlets.iter().copied().chain([load.chamber]).chain(network.fixed.iter().map(|(_, i)| load.fixed[*i as usize])).collect();
     let mean = given.iter().sum::<f64>() / given.len() as f64;
     let mut start = vec![mean; network.nodes];
     for stream in &network.streams {

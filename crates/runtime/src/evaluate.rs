@@ -9,11 +9,11 @@ use core::fmt;
 use crate::bytes::Numbers;
 use crate::format::{MAX_DEGREE, MAX_VARIABLES};
 use crate::math::{exp_minus, ln, ln_normal, sqrt};
-use crate::surrogate::{Basis, Kernel, Polynomial, Scaling, Surrogate, Transform};
+use crate::surrogate::{Basis, Indices, Kernel, Polynomial, Scaling, Surrogate, Transform};
 
 /// Terms or centres worked on at a time.
 const BLOCK: usize = 128;
-/// Places for the powers 0 to 12 of a scaled variable; a power of two, so that a mask bounds the index.
+/// Places for the powers 0 to 12 of a scaled variable: as many as four bits can name.
 const POWERS: usize = 16;
 const _: () = assert!(MAX_DEGREE < POWERS);
 
@@ -76,18 +76,12 @@ impl Surrogate<'_> {
         values.fill(0.0);
         for polynomial in self.polynomials() {
             let u = pick(polynomial.transforms, &scaled);
-            let powers = powers(&u[..x.len()], polynomial.degree);
             let mut done = 0;
             while done < polynomial.terms {
                 let mut buffer = [0.0; BLOCK];
                 let block = &mut buffer[..BLOCK.min(polynomial.terms - done)];
-                monomials(&polynomial, x.len(), done, &powers, block);
-                for (row, point) in polynomial.points.iter().enumerate() {
-                    let coefficients = polynomial.coefficients.part(row * polynomial.terms + done, block.len());
-                    if let Some(value) = values.get_mut(point) {
-                        *value += dot(block, coefficients);
-                    }
-                }
+                monomials(&polynomial, &u[..x.len()], done, block);
+                add_rows(block, polynomial.coefficients, polynomial.terms, done, polynomial.points, values);
                 done += block.len();
             }
         }
@@ -99,11 +93,7 @@ impl Surrogate<'_> {
                 let block = &mut buffer[..BLOCK.min(basis.count - done)];
                 squared_distances(&basis, &u[..x.len()], done, block);
                 kernel_values(basis.kernel, block);
-                for (row, point) in basis.points.iter().enumerate() {
-                    if let Some(value) = values.get_mut(point) {
-                        *value += dot(block, basis.weights.part(row * basis.count + done, block.len()));
-                    }
-                }
+                add_rows(block, basis.weights, basis.count, done, basis.points, values);
                 done += block.len();
             }
         }
@@ -121,11 +111,10 @@ impl Surrogate<'_> {
         let mut buffer = [0.0; BLOCK];
         if let Some((polynomial, row)) = self.polynomial_of(point) {
             let u = pick(polynomial.transforms, &scaled);
-            let powers = powers(&u[..x.len()], polynomial.degree);
             let mut done = 0;
             while done < polynomial.terms {
                 let block = &mut buffer[..BLOCK.min(polynomial.terms - done)];
-                monomials(&polynomial, x.len(), done, &powers, block);
+                monomials(&polynomial, &u[..x.len()], done, block);
                 value += dot(block, polynomial.coefficients.part(row * polynomial.terms + done, block.len()));
                 done += block.len();
             }
@@ -135,7 +124,6 @@ impl Surrogate<'_> {
             let mut done = 0;
             while done < basis.count {
                 let block = &mut buffer[..BLOCK.min(basis.count - done)];
-                block.fill(0.0);
                 squared_distances(&basis, &u[..x.len()], done, block);
                 kernel_values(basis.kernel, block);
                 value += dot(block, basis.weights.part(row * basis.count + done, block.len()));
@@ -170,19 +158,22 @@ impl Surrogate<'_> {
     }
 
     fn polynomial_slopes(&self, polynomial: &Polynomial<'_>, row: usize, u: &Scaled, variables: usize, slopes: &mut Scaled) {
-        let powers = powers(&u[..variables], polynomial.degree);
+        let mut powers = [[1.0; POWERS]; MAX_VARIABLES];
+        for (u, row) in u.iter().zip(&mut powers) {
+            for e in 1..=polynomial.degree.min(MAX_DEGREE) {
+                row[e] = row[e - 1] * u;
+            }
+        }
         let coefficients = polynomial.coefficients.part(row * polynomial.terms, polynomial.terms);
-        for (exponents, coefficient) in polynomial.exponents.chunks_exact(variables.max(1)).zip(coefficients.iter()) {
-            for (by, slope) in slopes.iter_mut().enumerate().take(variables) {
-                let mut term = coefficient;
+        for (term, coefficient) in coefficients.iter().enumerate() {
+            let mut exponents = [0; MAX_VARIABLES];
+            exponents.iter_mut().enumerate().for_each(|(v, e)| *e = usize::from(polynomial.exponent(term, v)));
+            for (by, slope) in slopes.iter_mut().enumerate().take(variables).filter(|(by, _)| exponents[*by] > 0) {
+                let mut product = coefficient * exponents[by] as f64;
                 for (v, (exponent, powers)) in exponents.iter().zip(&powers).enumerate() {
-                    term *= match (v == by, *exponent) {
-                        (true, 0) => 0.0,
-                        (true, e) => f64::from(e) * powers[usize::from(e - 1) % POWERS],
-                        (false, e) => powers[usize::from(e) % POWERS],
-                    };
+                    product *= powers[(exponent - usize::from(v == by)) % POWERS];
                 }
-                *slope += term;
+                *slope += product;
             }
         }
     }
@@ -255,52 +246,72 @@ fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
     u
 }
 
-/// Powers 0 to `degree` of each scaled variable.
-fn powers(u: &[f64], degree: usize) -> [[f64; POWERS]; MAX_VARIABLES] {
-    let mut powers = [[1.0; POWERS]; MAX_VARIABLES];
-    for (u, row) in u.iter().zip(&mut powers) {
-        let mut power = 1.0;
-        for place in row.iter_mut().skip(1).take(degree) {
-            power *= u;
-            *place = power;
+/// The monomials of the terms from `start`, as many as `out` has places.
+fn monomials(polynomial: &Polynomial<'_>, u: &[f64], start: usize, out: &mut [f64]) {
+    let bytes = u.len().div_ceil(2);
+    let exponents = polynomial.exponents.get(start * bytes..).unwrap_or(&[]);
+    match (bytes, polynomial.degree < 8) {
+        (1, true) => products::<1, 8>(exponents, u, polynomial.degree, out),
+        (2, true) => products::<2, 8>(exponents, u, polynomial.degree, out),
+        (1, false) => products::<1, POWERS>(exponents, u, polynomial.degree, out),
+        (2, false) => products::<2, POWERS>(exponents, u, polynomial.degree, out),
+        (3, _) => products::<3, POWERS>(exponents, u, polynomial.degree, out),
+        _ => products::<4, POWERS>(exponents, u, polynomial.degree, out),
+    }
+}
+
+/// One table of products of powers per pair of variables, in which the byte of both exponents names
+/// row and column; a monomial is then one product per pair. Eight powers do for most polynomials.
+fn products<const PAIRS: usize, const SIZE: usize>(exponents: &[u8], u: &[f64], degree: usize, out: &mut [f64]) {
+    let mut tables = [[[0.0; POWERS]; SIZE]; PAIRS];
+    for (table, pair) in tables.iter_mut().zip(u.chunks(2)) {
+        let (even, odd) = (pair.first().copied().unwrap_or(0.0), pair.get(1).copied().unwrap_or(0.0));
+        let mut powers = [1.0; SIZE];
+        for e in 1..SIZE {
+            powers[e] = powers[e - 1] * even;
+        }
+        let mut odd_power = 1.0;
+        for row in table.iter_mut().take(degree + 1) {
+            for e in 0..SIZE {
+                row[e] = powers[e] * odd_power;
+            }
+            odd_power *= odd;
         }
     }
-    powers
-}
-
-/// The monomials of the terms from `start`, as many as `out` has places.
-fn monomials(polynomial: &Polynomial<'_>, variables: usize, start: usize, powers: &[[f64; POWERS]; MAX_VARIABLES], out: &mut [f64]) {
-    let exponents = polynomial.exponents.get(start * variables..).unwrap_or(&[]);
-    match variables {
-        1 => products::<1>(exponents, powers, out),
-        2 => products::<2>(exponents, powers, out),
-        3 => products::<3>(exponents, powers, out),
-        4 => products::<4>(exponents, powers, out),
-        5 => products::<5>(exponents, powers, out),
-        6 => products::<6>(exponents, powers, out),
-        7 => products::<7>(exponents, powers, out),
-        _ => products::<8>(exponents, powers, out),
-    }
-}
-
-fn products<const V: usize>(exponents: &[u8], powers: &[[f64; POWERS]; MAX_VARIABLES], out: &mut [f64]) {
-    for (exponents, out) in exponents.as_chunks::<V>().0.iter().zip(out) {
+    let tables = tables.each_ref().map(|table| table.as_flattened());
+    for (exponents, out) in exponents.as_chunks::<PAIRS>().0.iter().zip(out) {
         let mut product = 1.0;
-        for v in 0..V {
-            product *= powers[v][usize::from(exponents[v]) % POWERS];
+        for (table, byte) in tables.iter().zip(exponents) {
+            product *= table[usize::from(*byte) % (SIZE * POWERS)];
         }
         *out = product;
     }
 }
 
-/// Adds the squared scaled distances to the centres from `start` to `out`, which starts at zero.
+/// The squared scaled distances to the centres from `start`, as many as `out` has places.
 fn squared_distances(basis: &Basis<'_>, u: &[f64], start: usize, out: &mut [f64]) {
-    for (v, (u, scale)) in u.iter().zip(basis.scales.iter()).enumerate() {
-        let coordinates = basis.centres.part(v * basis.count + start, out.len());
-        for (square, coordinate) in out.iter_mut().zip(coordinates.iter()) {
-            let d = (u - coordinate) * scale;
-            *square += d * d;
+    let (eights, rest) = out.as_chunks_mut::<8>();
+    let tail = start + 8 * eights.len();
+    for (i, eight) in eights.iter_mut().enumerate() {
+        let mut squares = [0.0; 8];
+        for (v, (u, scale)) in u.iter().zip(basis.scales.iter()).enumerate() {
+            let Some((coordinates, _)) = basis.centres.0.get(v * basis.count + start + 8 * i..).and_then(|c| c.split_first_chunk::<8>())
+            else {
+                return;
+            };
+            for j in 0..8 {
+                let d = (u - f64::from_le_bytes(coordinates[j])) * scale;
+                squares[j] += d * d;
+            }
         }
+        *eight = squares;
+    }
+    for (i, square) in rest.iter_mut().enumerate() {
+        let distances = u.iter().zip(basis.scales.iter()).enumerate();
+        *square = distances.fold(0.0, |sum, (v, (u, scale))| {
+            let d = (u - basis.centres.at(v * basis.count + tail + i)) * scale;
+            sum + d * d
+        });
     }
 }
 
@@ -332,17 +343,96 @@ fn normal(square: f64) -> f64 {
     if square < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { square }
 }
 
-/// Dot product in eight partial sums, which add up in a fixed order.
+/// Adds to each point's value the dot product of `block` with its row, from place `start` of the row.
+fn add_rows(block: &[f64], table: Numbers<'_>, width: usize, start: usize, points: Indices<'_>, values: &mut [f64]) {
+    let (fours, rest) = points.0.as_chunks::<4>();
+    let mut at = start;
+    let mut next = || {
+        let row = table.part(at, block.len());
+        at += width;
+        row
+    };
+    for four in fours {
+        let sums = four_dots(block, [next(), next(), next(), next()]);
+        for (point, sum) in Indices(four).iter().zip(sums) {
+            add(sum, point, values);
+        }
+    }
+    let (twos, last) = rest.as_chunks::<2>();
+    for two in twos {
+        let sums = two_dots(block, [next(), next()]);
+        for (point, sum) in Indices(two).iter().zip(sums) {
+            add(sum, point, values);
+        }
+    }
+    for point in Indices(last).iter() {
+        add(dot(block, next()), point, values);
+    }
+}
+
+fn add(sum: f64, point: usize, values: &mut [f64]) {
+    if let Some(value) = values.get_mut(point) {
+        *value += sum;
+    }
+}
+
+/// Dot product in four partial sums, which add up in a fixed order.
 fn dot(a: &[f64], b: Numbers<'_>) -> f64 {
-    let mut sums = [0.0; 8];
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<8>(), b.0.as_chunks::<8>());
+    let mut sums = [0.0; 4];
+    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.0.as_chunks::<4>());
     for (a, b) in a.iter().zip(b) {
-        for i in 0..8 {
+        for i in 0..4 {
             sums[i] += a[i] * f64::from_le_bytes(b[i]);
         }
     }
-    for (sum, (a, b)) in sums.iter_mut().zip(a_rest.iter().zip(b_rest)) {
+    add_rest(&mut sums, a_rest, b_rest);
+    total(sums)
+}
+
+/// Two dot products at once, each in the order of [`dot`].
+fn two_dots(a: &[f64], [p, q]: [Numbers<'_>; 2]) -> [f64; 2] {
+    let mut sums = [[0.0; 4]; 2];
+    let ((a, a_rest), (p, p_rest), (q, q_rest)) = (a.as_chunks::<4>(), p.0.as_chunks::<4>(), q.0.as_chunks::<4>());
+    for (a, (p, q)) in a.iter().zip(p.iter().zip(q)) {
+        for i in 0..4 {
+            sums[0][i] += a[i] * f64::from_le_bytes(p[i]);
+            sums[1][i] += a[i] * f64::from_le_bytes(q[i]);
+        }
+    }
+    for (sums, rest) in sums.iter_mut().zip([p_rest, q_rest]) {
+        add_rest(sums, a_rest, rest);
+    }
+    sums.map(total)
+}
+
+/// Four dot products at once, each in the order of [`dot`]: they share the reading of `a`, and their
+/// sums do not wait for each other.
+fn four_dots(a: &[f64], [p, q, r, s]: [Numbers<'_>; 4]) -> [f64; 4] {
+    let mut sums = [[0.0; 4]; 4];
+    let ((a, a_rest), (p, p_rest), (q, q_rest)) = (a.as_chunks::<4>(), p.0.as_chunks::<4>(), q.0.as_chunks::<4>());
+    let ((r, r_rest), (s, s_rest)) = (r.0.as_chunks::<4>(), s.0.as_chunks::<4>());
+    for (a, ((p, q), (r, s))) in a.iter().zip(p.iter().zip(q).zip(r.iter().zip(s))) {
+        for i in 0..4 {
+            sums[0][i] += a[i] * f64::from_le_bytes(p[i]);
+            sums[1][i] += a[i] * f64::from_le_bytes(q[i]);
+            sums[2][i] += a[i] * f64::from_le_bytes(r[i]);
+            sums[3][i] += a[i] * f64::from_le_bytes(s[i]);
+        }
+    }
+    for (sums, rest) in sums.iter_mut().zip([p_rest, q_rest, r_rest, s_rest]) {
+        add_rest(sums, a_rest, rest);
+    }
+    sums.map(total)
+}
+
+/// The last products, fewer than four.
+#[inline(always)]
+fn add_rest(sums: &mut [f64; 4], a: &[f64], b: &[[u8; 8]]) {
+    for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
         *sum += a * f64::from_le_bytes(*b);
     }
-    ((sums[0] + sums[4]) + (sums[2] + sums[6])) + ((sums[1] + sums[5]) + (sums[3] + sums[7]))
+}
+
+fn total(sums: [f64; 4]) -> f64 {
+    (sums[0] + sums[2]) + (sums[1] + sums[3])
 }

@@ -181,18 +181,21 @@ impl<'a> Surrogate<'a> {
             within(terms, 0, MAX_TERMS, "terms")?;
             within(rows, 1, self.points.len(), "points of a polynomial")?;
             ensure(u16_at(record, 14) == 0, OpenError::Reserved)?;
-            cursor.exponents(u32_at(record, 16), terms * variables)?;
+            let bytes = variables.div_ceil(2);
+            cursor.exponents(u32_at(record, 16), terms * bytes)?;
             cursor.indices(u32_at(record, 20), rows)?;
             cursor.numbers(u32_at(record, 24), rows * terms)?;
             self.use_transforms(part(record, 0, MAX_VARIABLES))?;
             let polynomial = self.polynomial(record);
-            ensure(polynomial.exponents.len() == terms * variables, OpenError::Length)?;
+            ensure(polynomial.exponents.len() == terms * bytes, OpenError::Length)?;
             ensure(polynomial.coefficients.len() == rows * terms, OpenError::Length)?;
             let mut degree = 0;
-            for term in polynomial.exponents.chunks_exact(variables) {
-                let total: usize = term.iter().map(|e| usize::from(*e)).sum();
+            for term in polynomial.exponents.chunks_exact(bytes) {
+                let total = term.iter().map(|pair| usize::from(pair & 15) + usize::from(pair >> 4)).sum();
                 ensure(total <= MAX_DEGREE, OpenError::Degree)?;
-                degree = term.iter().fold(degree, |largest, e| largest.max(usize::from(*e)));
+                let unpaired = variables % 2 == 1 && term.last().is_some_and(|pair| pair >> 4 != 0);
+                ensure(!unpaired, OpenError::Reserved)?;
+                degree = degree.max(total);
             }
             ensure(polynomial.degree == degree, OpenError::Degree)?;
             self.check_members(polynomial.points, rows, &mut seen)?;

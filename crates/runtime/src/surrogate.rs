@@ -161,17 +161,28 @@ pub struct Polynomial<'a> {
     pub(crate) transforms: &'a [u8],
     /// The points, one row of coefficients each.
     pub points: Indices<'a>,
-    /// One exponent per variable and term, term by term.
-    pub exponents: &'a [u8],
+    /// Term by term, two exponents per byte: that of an even variable in the lower four bits.
+    pub(crate) exponents: &'a [u8],
     /// One row of coefficients per point, one coefficient per term.
     pub coefficients: Numbers<'a>,
     /// How many terms.
     pub terms: usize,
-    /// Largest exponent of any variable.
+    /// Largest total degree of a term.
     pub(crate) degree: usize,
 }
 
 impl Polynomial<'_> {
+    /// Exponent of a variable in a term; zero where there is no such term or variable.
+    #[must_use]
+    pub fn exponent(&self, term: usize, variable: usize) -> u8 {
+        if term >= self.terms {
+            return 0;
+        }
+        let bytes = self.exponents.len() / self.terms;
+        let pair = if variable / 2 < bytes { self.exponents.get(term * bytes + variable / 2) } else { None };
+        pair.map_or(0, |pair| pair >> (4 * (variable % 2)) & 15)
+    }
+
     /// How variable `index` enters.
     #[must_use]
     pub fn transform(&self, index: usize) -> Transform {
@@ -247,15 +258,29 @@ impl<'a> Surrogate<'a> {
     pub fn limit(&self, index: usize) -> Option<Limit<'a>> {
         let record = self.limits.get(index)?;
         let name = self.text_at(u32_at(record, 0), u16_at(record, 4));
-        let list = Indices(part(self.indices, u32_at(record, 8), u16_at(record, 12)));
-        let kind = match record[6] {
-            0 => LimitKind::Maximum { point: list.at(0) },
-            1 => LimitKind::Rise { point: list.at(0), variable: list.at(1) },
-            2 => LimitKind::Difference { first: list.at(0), second: list.at(1) },
-            _ => LimitKind::Spread(list),
-        };
-        let maximum = self.numbers.at(2 * self.variables.len() + self.points.len() + index);
-        Some(Limit { name, kind, maximum })
+        Some(Limit { name, kind: self.limit_kind(record), maximum: self.maxima().at(index) })
+    }
+
+    #[inline(always)]
+    pub(crate) fn limit_kind(&self, record: &[u8; MEDIUM_RECORD]) -> LimitKind<'a> {
+        let start = u32_at(record, 8);
+        let at = |k: usize| Indices(self.indices).at(start.saturating_add(k));
+        match record[6] {
+            0 => LimitKind::Maximum { point: at(0) },
+            1 => LimitKind::Rise { point: at(0), variable: at(1) },
+            2 => LimitKind::Difference { first: at(0), second: at(1) },
+            _ => LimitKind::Spread(Indices(part(self.indices, start, u16_at(record, 12)))),
+        }
+    }
+
+    /// The largest values allowed, one per limit.
+    pub(crate) fn maxima(&self) -> Numbers<'a> {
+        self.numbers.part(2 * self.variables.len() + self.points.len(), self.limits.len())
+    }
+
+    /// The half widths of the bands, one per point.
+    pub(crate) fn half_widths(&self) -> Numbers<'a> {
+        self.numbers.part(2 * self.variables.len(), self.points.len())
     }
 
     /// The variables, in the order of a query.
@@ -293,7 +318,7 @@ impl<'a> Surrogate<'a> {
         Polynomial {
             transforms: part(record, 0, MAX_VARIABLES),
             points: Indices(part(self.indices, u32_at(record, 20), rows)),
-            exponents: part(self.exponents, u32_at(record, 16), terms * self.variables.len()),
+            exponents: part(self.exponents, u32_at(record, 16), terms * self.variables.len().div_ceil(2)),
             coefficients: self.numbers.part(u32_at(record, 24), rows * terms),
             terms,
             degree: u16_at(record, 12),

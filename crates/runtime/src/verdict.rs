@@ -1,18 +1,19 @@
 //! Limits and the verdict on a condition.
 
+use crate::bytes::Numbers;
 use crate::evaluate::ShapeError;
-use crate::format::MAX_POINTS;
-use crate::surrogate::{LimitKind, Surrogate};
+use crate::format::{MAX_POINTS, MEDIUM_RECORD};
+use crate::surrogate::{Indices, LimitKind, Surrogate};
 
-/// Whether a condition, or one limit at it, is acceptable.
+/// Whether a condition, or one limit at it, is acceptable; the numbers are in the order of severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
     /// Every limit is kept even at the upper end of its band.
-    Acceptable,
-    /// Some limit is broken even at the lower end of its band.
-    NotAcceptable,
+    Acceptable = 0,
     /// Too close to call, outside the fitted range, not a number, or no limit to judge by.
-    Uncertain,
+    Uncertain = 1,
+    /// Some limit is broken even at the lower end of its band.
+    NotAcceptable = 2,
 }
 
 /// One limit at one condition, in the points' unit.
@@ -40,7 +41,7 @@ pub struct Verdict {
     /// True if every variable lies within its fitted range.
     pub in_domain: bool,
     /// The limit that decides: among the limits in the worst state, the one with the smallest
-    /// margin. `None` without limits, or where no limit has a finite value.
+    /// margin. `None` without limits, and where the condition or a value is no finite number.
     pub binding: Option<usize>,
     /// Value of the binding limit; NaN without one.
     pub value: f64,
@@ -81,89 +82,125 @@ impl Surrogate<'_> {
         self.evaluate(x, values)?;
         let in_domain = self.in_domain(x);
         let mut verdict = Verdict { state: State::Uncertain, in_domain, binding: None, value: f64::NAN, margin: f64::NAN };
-        let mut worst = State::Acceptable;
-        for index in 0..self.limits.len() {
-            let Some(limit) = self.limit_value(index, x, values) else { continue };
-            let worse = severity(limit.state) > severity(worst);
-            if worse {
-                worst = limit.state;
-            }
-            let same = limit.state == worst;
-            let smaller = verdict.binding.is_none() || limit.margin < verdict.margin;
-            if limit.margin.is_finite() && (worse || same && smaller) {
-                (verdict.binding, verdict.value, verdict.margin) = (Some(index), limit.value, limit.margin);
+        if !(all_finite(x) && all_finite(values)) {
+            return Ok(verdict);
+        }
+        let widths = self.half_widths();
+        let (mut worst, mut margin) = (State::Acceptable as u8, f64::INFINITY);
+        for (index, (record, maximum)) in self.limits.iter().zip(self.maxima().iter()).enumerate() {
+            let (value, low, high) = self.limited(record, x, values, widths);
+            let (state, own) = (judge(low, high, maximum) as u8, maximum - value);
+            if (state > worst) | ((state == worst) & (own < margin)) {
+                (worst, margin) = (state, own);
+                (verdict.binding, verdict.value) = (Some(index), value);
             }
         }
-        if in_domain && !self.limits.is_empty() {
-            verdict.state = worst;
+        if verdict.binding.is_some() {
+            verdict.margin = margin;
+            if in_domain {
+                verdict.state = [State::Acceptable, State::Uncertain, State::NotAcceptable][usize::from(worst) % 3];
+            }
         }
         Ok(verdict)
     }
 
     /// Limit `index` at condition `x`, given the points' values there; `None` if there is no such
-    /// limit or the slices are too short for it.
+    /// limit. Its value is NaN if the slices are too short for it.
     ///
     /// The band of a maximum or a rise is the point's, that of a difference the sum of both points'.
     /// The upper end of a spread is the largest difference of any two of its points with both
     /// bands against it, and the lower end that with both bands in its favour.
     #[must_use]
     pub fn limit_value(&self, index: usize, x: &[f64], values: &[f64]) -> Option<LimitValue> {
-        let limit = self.limit(index)?;
-        let value_of = |point: usize| values.get(point).copied();
-        let (value, low, high) = match limit.kind {
-            LimitKind::Maximum { point } => around(value_of(point)?, self.half_width(point)),
-            LimitKind::Rise { point, variable } => around(value_of(point)? - x.get(variable)?, self.half_width(point)),
-            LimitKind::Difference { first, second } => {
-                around(value_of(first)? - value_of(second)?, self.half_width(first) + self.half_width(second))
-            }
-            LimitKind::Spread(points) => {
-                let (mut largest, mut smallest) = (f64::NEG_INFINITY, f64::INFINITY);
-                let (mut largest_low, mut smallest_high) = (f64::NEG_INFINITY, f64::INFINITY);
-                // The largest pair of different points needs the two best at either end.
-                let (mut top, mut bottom) = ([f64::NEG_INFINITY; 2], [f64::INFINITY; 2]);
-                let (mut top_at, mut bottom_at) = (usize::MAX, usize::MAX);
-                let mut finite = true;
-                for point in points.iter() {
-                    let (v, b) = (value_of(point)?, self.half_width(point));
-                    finite &= v.is_finite();
-                    (largest, smallest) = (largest.max(v), smallest.min(v));
-                    (largest_low, smallest_high) = (largest_low.max(v - b), smallest_high.min(v + b));
-                    if v + b > top[0] {
-                        (top, top_at) = ([v + b, top[0]], point);
-                    } else if v + b > top[1] {
-                        top[1] = v + b;
-                    }
-                    if v - b < bottom[0] {
-                        (bottom, bottom_at) = ([v - b, bottom[0]], point);
-                    } else if v - b < bottom[1] {
-                        bottom[1] = v - b;
-                    }
-                }
-                let high = if top_at == bottom_at { (top[1] - bottom[0]).max(top[0] - bottom[1]) } else { top[0] - bottom[0] };
-                if finite { (largest - smallest, (largest_low - smallest_high).max(0.0), high) } else { (f64::NAN, f64::NAN, f64::NAN) }
-            }
+        let maximum = self.maxima().get(index)?;
+        let (value, low, high) = self.limited(self.limits.get(index)?, x, values, self.half_widths());
+        let state = if value.is_finite() { judge(low, high, maximum) } else { State::Uncertain };
+        Some(LimitValue { value, low, high, maximum, margin: maximum - value, state })
+    }
+
+    /// The limited quantity and the ends of its band; NaN where `x` or `values` is too short.
+    #[inline(always)]
+    fn limited(&self, record: &[u8; MEDIUM_RECORD], x: &[f64], values: &[f64], widths: Numbers<'_>) -> (f64, f64, f64) {
+        let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
+        let (value, band) = match self.limit_kind(record) {
+            LimitKind::Maximum { point } => (of(values, point), widths.at(point)),
+            LimitKind::Rise { point, variable } => (of(values, point) - of(x, variable), widths.at(point)),
+            LimitKind::Difference { first, second } => (of(values, first) - of(values, second), widths.at(first) + widths.at(second)),
+            LimitKind::Spread(points) => return spread(points, values, widths),
         };
-        let state = if !(value.is_finite() && low.is_finite() && high.is_finite()) {
-            State::Uncertain
-        } else if high <= limit.maximum {
-            State::Acceptable
-        } else if low > limit.maximum {
-            State::NotAcceptable
-        } else {
-            State::Uncertain
-        };
-        Some(LimitValue { value, low, high, maximum: limit.maximum, margin: limit.maximum - value, state })
+        (value, value - band, value + band)
     }
 }
 
-fn around(value: f64, band: f64) -> (f64, f64, f64) {
-    (value, value - band, value + band)
+/// Value and band of a spread.
+fn spread(points: Indices<'_>, values: &[f64], widths: Numbers<'_>) -> (f64, f64, f64) {
+    let (mut largest, mut smallest) = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut largest_low, mut smallest_low) = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut largest_high, mut smallest_high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let (mut widest, mut sum) = (0.0, 0.0);
+    for point in points.iter() {
+        let (v, b) = (values.get(point).copied().unwrap_or(f64::NAN), widths.at(point));
+        let (low, high) = (v - b, v + b);
+        sum += v;
+        (largest, smallest) = (greater(v, largest), lesser(v, smallest));
+        (largest_low, smallest_low) = (greater(low, largest_low), lesser(low, smallest_low));
+        (largest_high, smallest_high) = (greater(high, largest_high), lesser(high, smallest_high));
+        widest = greater(high - low, widest);
+    }
+    if !sum.is_finite() {
+        return (f64::NAN, f64::NAN, f64::NAN);
+    }
+    let mut high = largest_high - smallest_low;
+    if widest >= high {
+        // One band may reach from end to end, but a spread is between two points.
+        high = widest_pair(points, values, widths);
+    }
+    (largest - smallest, greater(largest_low - smallest_high, 0.0), high)
 }
 
-fn severity(state: State) -> u8 {
-    match state {
-        State::Acceptable => 0,
-        State::Uncertain => 1,
-        State::NotAcceptable => 2,
+/// The largest upper end minus the smallest lower end of the bands of two different points.
+fn widest_pair(points: Indices<'_>, values: &[f64], widths: Numbers<'_>) -> f64 {
+    // The two best at either end are enough: one of the four pairs is of different points.
+    let (mut top, mut bottom) = ([f64::NEG_INFINITY; 2], [f64::INFINITY; 2]);
+    let (mut top_at, mut bottom_at) = (usize::MAX, usize::MAX);
+    for point in points.iter() {
+        let (v, b) = (values.get(point).copied().unwrap_or(f64::NAN), widths.at(point));
+        let (low, high) = (v - b, v + b);
+        if high > top[0] {
+            (top, top_at) = ([high, top[0]], point);
+        } else if high > top[1] {
+            top[1] = high;
+        }
+        if low < bottom[0] {
+            (bottom, bottom_at) = ([low, bottom[0]], point);
+        } else if low < bottom[1] {
+            bottom[1] = low;
+        }
     }
+    if top_at == bottom_at { greater(top[1] - bottom[0], top[0] - bottom[1]) } else { top[0] - bottom[0] }
+}
+
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// What one limit says; uncertain where a comparison with NaN says nothing.
+#[inline(always)]
+fn judge(low: f64, high: f64, maximum: f64) -> State {
+    if high <= maximum {
+        State::Acceptable
+    } else if low > maximum {
+        State::NotAcceptable
+    } else {
+        State::Uncertain
+    }
+}
+
+/// False if a number is infinite or NaN, or if they are of no use as temperatures together.
+fn all_finite(numbers: &[f64]) -> bool {
+    numbers.iter().fold(0.0, |sum, n| sum + n.abs()) < f64::INFINITY
 }

@@ -1,0 +1,252 @@
+//! The journal: what a sweep has finished, on disk before it counts.
+//!
+//! A text file. Every line is a payload, a tab, the CRC-32 (IEEE) of the payload in eight hexadecimal digits, and a
+//! line end. The first payload is `coldplate-journal 1 ` and a JSON object that says which sweep this is; every other
+//! is one finished condition: `INDEX⇥ok⇥VALUE⇥VALUE...` or `INDEX⇥failed⇥"REASON"`. Values take as many digits as
+//! they need to come back bit for bit. Lines are appended and synced one by one and never changed.
+//!
+//! The program may be killed, and the power may fail, at any byte:
+//! - what follows the last sound line is cut off when the journal is opened again;
+//! - an unsound line before that is left alone and its condition is run again (it gives the same result);
+//! - a first line that was never finished holds nothing, so it is written anew;
+//! - a journal of another sweep is refused, never overwritten;
+//! - the file is locked while it is open, and the lock goes with the process.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::{Error, Result};
+
+/// The first word of the file.
+const MAGIC: &str = "coldplate-journal ";
+/// Version of the format.
+const VERSION: u32 = 1;
+
+/// Which sweep a journal belongs to.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Everything the results depend on: program version, machine, mesh, design. Key and value.
+    pub identity: Vec<(String, String)>,
+    /// Outputs of one condition, `name [unit]`.
+    pub outputs: Vec<String>,
+    /// Number of conditions.
+    pub conditions: usize,
+}
+
+/// What became of one condition.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Outcome {
+    /// One value per output.
+    Values(Vec<f64>),
+    /// Why there is none.
+    Failed(String),
+}
+
+/// An open, locked journal.
+#[derive(Debug)]
+pub struct Journal {
+    file: File,
+    path: PathBuf,
+    outcomes: Vec<Option<Outcome>>,
+    damaged: Vec<usize>,
+    /// Length of the sound part; `None` after a write failed.
+    end: Option<u64>,
+}
+
+impl Journal {
+    /// Opens the journal at `path`, or begins it, for the sweep that `header` describes.
+    ///
+    /// # Errors
+    /// It cannot be read or written, another process has it open, it is no journal, or it is that of another sweep.
+    pub fn open(path: &Path, header: &Header) -> Result<Self> {
+        let failed = |action: &str, e: std::io::Error| Error::file(action, path, &e);
+        let file = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path)
+            .map_err(|e| failed("open", e).help("check that the folder exists and may be written to"))?;
+        match file.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                return Err(Error::input("another process is writing this journal")
+                    .in_file(path)
+                    .help("wait until it ends, or choose another --out"));
+            }
+            // A file system without locks is no reason not to work.
+            Err(TryLockError::Error(e)) if e.kind() == std::io::ErrorKind::Unsupported => {}
+            Err(TryLockError::Error(e)) => return Err(failed("lock", e)),
+        }
+        let mut journal =
+            Self { file, path: path.to_path_buf(), outcomes: vec![None; header.conditions], damaged: Vec::new(), end: Some(0) };
+        let mut bytes = Vec::new();
+        journal.file.read_to_end(&mut bytes).map_err(|e| failed("read", e))?;
+        match bytes.iter().position(|b| *b == b'\n') {
+            None if bytes.starts_with(MAGIC.as_bytes()) || MAGIC.as_bytes().starts_with(&bytes) => journal.begin(header)?,
+            None => return Err(journal.foreign()),
+            Some(first) => {
+                journal.check_header(&bytes[..first], header)?;
+                journal.recover(&bytes, first + 1)?;
+            }
+        }
+        Ok(journal)
+    }
+
+    /// What is known of each condition.
+    pub fn outcomes(&self) -> &[Option<Outcome>] {
+        &self.outcomes
+    }
+
+    /// Lines (from 1) that were found damaged; their conditions are not finished unless another line says so.
+    pub fn damaged_lines(&self) -> &[usize] {
+        &self.damaged
+    }
+
+    /// Records a finished condition; when this returns, it is on the disk. A later record replaces an earlier one.
+    ///
+    /// # Errors
+    /// The file cannot be written, for example because the disk is full; nothing can be recorded after that.
+    pub fn append(&mut self, index: usize, outcome: Outcome) -> Result<()> {
+        let payload = match &outcome {
+            Outcome::Values(values) => {
+                let values: Vec<String> = values.iter().map(|v| format!("{v:e}")).collect();
+                format!("{index}\tok\t{}", values.join("\t"))
+            }
+            Outcome::Failed(reason) => format!("{index}\tfailed\t{}", serde_json::Value::from(reason.as_str())),
+        };
+        self.write_line(&payload)?;
+        if let Some(slot) = self.outcomes.get_mut(index) {
+            *slot = Some(outcome);
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, header: &Header) -> Result<()> {
+        let failed = |e: std::io::Error| Error::file("write", &self.path, &e);
+        self.file.set_len(0).and_then(|()| self.file.rewind()).map_err(failed)?;
+        let json = serde_json::to_string(header).map_err(|e| Error::input(format!("the journal's first line cannot be written: {e}")))?;
+        self.write_line(&format!("{MAGIC}{VERSION} {json}"))?;
+        // The name of a new file is on the disk only once its folder is.
+        #[cfg(unix)]
+        if let Some(folder) = self.path.parent() {
+            let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+            File::open(folder).and_then(|f| f.sync_all()).map_err(|e| Error::file("write", folder, &e))?;
+        }
+        Ok(())
+    }
+
+    fn write_line(&mut self, payload: &str) -> Result<()> {
+        let Some(end) = self.end.take() else {
+            return Err(Error::input("the journal could not be written before").in_file(&self.path));
+        };
+        let line = format!("{payload}\t{:08x}\n", crc32fast::hash(payload.as_bytes()));
+        match self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data()) {
+            Ok(()) => {
+                self.end = Some(end + line.len() as u64);
+                Ok(())
+            }
+            Err(e) => {
+                // Half a line would be cut off on resuming anyway; do it now if the disk lets us.
+                let _ = self.file.set_len(end);
+                Err(Error::file("write", &self.path, &e)
+                    .help("make room or check the disk, then start again: what the journal holds already is kept"))
+            }
+        }
+    }
+
+    fn foreign(&self) -> Error {
+        Error::input("this file is not a journal of this program")
+            .in_file(&self.path)
+            .at_line(1)
+            .help("choose another --out, or move the file away")
+    }
+
+    fn check_header(&self, line: &[u8], wanted: &Header) -> Result<()> {
+        if !line.starts_with(MAGIC.as_bytes()) {
+            return Err(self.foreign());
+        }
+        let refuse = |what: String| {
+            let error = Error::input(what).in_file(&self.path).at_line(1);
+            error.help("choose another --out to keep both, or delete the journal to run everything again")
+        };
+        let payload = sound(line).ok_or_else(|| refuse("the first line of the journal is damaged".into()))?;
+        let (version, json) = payload[MAGIC.len()..].split_once(' ').unwrap_or_default();
+        if version != VERSION.to_string() {
+            return Err(refuse(format!("the journal has format version {version}, this program writes {VERSION}")));
+        }
+        let found: Header = serde_json::from_str(json).map_err(|e| refuse(format!("the first line of the journal cannot be read: {e}")))?;
+        if found == *wanted {
+            return Ok(());
+        }
+        let value = |header: &Header, key: &str| {
+            header.identity.iter().find(|(k, _)| k == key).map_or("nothing".to_string(), |(_, v)| abbreviated(v))
+        };
+        let mut differences: Vec<String> = Vec::new();
+        for (key, _) in wanted.identity.iter().chain(&found.identity) {
+            let (now, then) = (value(wanted, key), value(&found, key));
+            if now != then && !differences.iter().any(|d| d.starts_with(&format!("{key}:"))) {
+                differences.push(format!("{key}: {then} then, {now} now"));
+            }
+        }
+        if found.conditions != wanted.conditions {
+            differences.push(format!("conditions: {} then, {} now", found.conditions, wanted.conditions));
+        }
+        if found.outputs != wanted.outputs {
+            differences.push("the outputs differ".to_string());
+        }
+        Err(refuse("the journal belongs to another sweep".into()).read(differences.join("; ")))
+    }
+
+    /// Reads the lines from byte `start` on and cuts off what follows the last sound one.
+    fn recover(&mut self, bytes: &[u8], start: usize) -> Result<()> {
+        let (mut end, mut at, mut line, mut unsound) = (start, start, 1, Vec::new());
+        while let Some(length) = bytes[at..].iter().position(|b| *b == b'\n') {
+            line += 1;
+            match sound(&bytes[at..at + length]) {
+                None => unsound.push(line),
+                Some(payload) => {
+                    let (index, outcome) = self.record(payload).ok_or_else(|| {
+                        let error = Error::input("this line of the journal is sound but makes no sense").in_file(&self.path).at_line(line);
+                        error.read(abbreviated(payload)).help("delete the line; its condition is then run again")
+                    })?;
+                    self.outcomes[index] = Some(outcome);
+                    self.damaged.append(&mut unsound);
+                    end = at + length + 1;
+                }
+            }
+            at += length + 1;
+        }
+        let failed = |e: std::io::Error| Error::file("write", &self.path, &e);
+        if end < bytes.len() {
+            self.file.set_len(end as u64).and_then(|()| self.file.sync_all()).map_err(failed)?;
+        }
+        self.file.seek(SeekFrom::Start(end as u64)).map_err(failed)?;
+        self.end = Some(end as u64);
+        Ok(())
+    }
+
+    fn record(&self, payload: &str) -> Option<(usize, Outcome)> {
+        let (index, rest) = payload.split_once('\t')?;
+        let index: usize = index.parse().ok().filter(|i| *i < self.outcomes.len())?;
+        if let Some(reason) = rest.strip_prefix("failed\t") {
+            return Some((index, Outcome::Failed(serde_json::from_str(reason).ok()?)));
+        }
+        let values: Vec<f64> = rest.strip_prefix("ok\t")?.split('\t').map(|v| v.parse().ok()).collect::<Option<_>>()?;
+        Some((index, Outcome::Values(values)))
+    }
+}
+
+/// The payload of a line whose checksum is right.
+fn sound(line: &[u8]) -> Option<&str> {
+    let (payload, checksum) = std::str::from_utf8(line).ok()?.rsplit_once('\t')?;
+    (checksum == format!("{:08x}", crc32fast::hash(payload.as_bytes()))).then_some(payload)
+}
+
+/// Hashes and long lines, shortened to what tells them apart.
+fn abbreviated(text: &str) -> String {
+    if text.chars().count() > 40 { text.chars().take(16).chain("...".chars()).collect() } else { text.to_string() }
+}

@@ -1,0 +1,118 @@
+//! Runs what a journal does not hold yet, on every core, and brings it into the order of the design.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use super::journal::{Journal, Outcome};
+use crate::error::{Error, Result};
+
+/// How to run.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Options {
+    /// Worker threads; `None` takes rayon's pool as it is. The results do not depend on it.
+    pub threads: Option<usize>,
+    /// Show a progress bar with the time left on standard error, if that is a terminal.
+    pub progress: bool,
+    /// Run conditions again that the journal says have failed.
+    pub retry_failed: bool,
+}
+
+/// Solves every condition that `journal` does not hold, records each as it is finished, and returns what became of
+/// all of them in the order of `conditions`.
+///
+/// `solve` gets the condition alone: what it returns must not depend on which others have been solved, so that
+/// neither the order nor the number of threads shows in the results. It is called from several threads at once; rayon
+/// calls inside it are served by workers that wait or have nothing left to do. An error, a panic or a value that is
+/// not finite is recorded as the reason of a failure and does not stop the rest.
+///
+/// # Errors
+/// The journal is not that of these conditions or cannot be written, or the threads cannot be started.
+pub fn run(
+    conditions: &[Vec<f64>],
+    outputs: usize,
+    journal: &mut Journal,
+    options: Options,
+    solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
+) -> Result<Vec<Outcome>> {
+    if journal.outcomes().len() != conditions.len() {
+        return Err(Error::input(format!(
+            "the journal is of {} conditions, the design has {}",
+            journal.outcomes().len(),
+            conditions.len()
+        )));
+    }
+    let wanted = |outcome: &Option<Outcome>| match outcome {
+        None => true,
+        Some(Outcome::Failed(_)) => options.retry_failed,
+        Some(Outcome::Values(values)) => values.len() != outputs,
+    };
+    let pending: Vec<usize> = journal.outcomes().iter().enumerate().filter(|(_, o)| wanted(o)).map(|(i, _)| i).collect();
+    let bar = progress_bar(conditions.len(), conditions.len() - pending.len(), options.progress);
+    let shared = Mutex::new((&mut *journal, None::<Error>));
+    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    // One loop per thread rather than one task per condition: a thread that waits for another inside `solve` could
+    // otherwise begin a second condition on top of the first and hold both in memory.
+    let worker = || {
+        while !stop.load(Ordering::Relaxed) {
+            let Some(&index) = pending.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+            let outcome = outcome_of(&conditions[index], outputs, &solve);
+            let mut guard = shared.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let (journal, error) = &mut *guard;
+            if error.is_none()
+                && let Err(e) = journal.append(index, outcome)
+            {
+                *error = Some(e);
+                stop.store(true, Ordering::Relaxed);
+            }
+            bar.inc(1);
+        }
+    };
+    match options.threads {
+        None => drop(rayon::broadcast(|_| worker())),
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+            pool.map_err(|e| Error::input(format!("the worker threads cannot be started: {e}")).at_key("--threads"))?
+                .broadcast(|_| worker());
+        }
+    }
+    bar.finish_and_clear();
+    let (_, error) = shared.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    if let Some(error) = error {
+        return Err(error);
+    }
+    let missing = || Error::numerics("a condition was not run");
+    journal.outcomes().iter().map(|outcome| outcome.clone().ok_or_else(missing)).collect()
+}
+
+fn outcome_of(condition: &[f64], outputs: usize, solve: &(impl Fn(&[f64]) -> Result<Vec<f64>> + Sync)) -> Outcome {
+    match catch_unwind(AssertUnwindSafe(|| solve(condition))) {
+        Ok(Ok(values)) if values.len() != outputs => {
+            Outcome::Failed(format!("the solver gave {} values where {outputs} were expected", values.len()))
+        }
+        Ok(Ok(values)) => match values.iter().position(|v| !v.is_finite()) {
+            None => Outcome::Values(values),
+            Some(at) => Outcome::Failed(format!("output {} is not finite: {}", at + 1, values[at])),
+        },
+        Ok(Err(error)) => {
+            Outcome::Failed(error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; "))
+        }
+        Err(panic) => {
+            let text = panic.downcast_ref::<&str>().map(ToString::to_string).or_else(|| panic.downcast_ref::<String>().cloned());
+            Outcome::Failed(format!("the solver broke down: {}", text.unwrap_or_else(|| "no message".into())))
+        }
+    }
+}
+
+fn progress_bar(total: usize, done: usize, visible: bool) -> ProgressBar {
+    let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} conditions, {elapsed} passed, {eta} left") {
+        bar.set_style(style);
+    }
+    bar.set_position(done as u64);
+    bar.reset_eta();
+    bar
+}

@@ -1,0 +1,86 @@
+//! Tables as Parquet: columns under the same headers as in CSV, provenance and units as key-value metadata.
+//!
+//! Keys begin with `coldplate.`: `coldplate.inputs`, `coldplate.unit.NAME`, `coldplate.provenance.KEY`.
+
+use std::path::Path;
+
+use super::{CONDITION_NAMES, Column, Table, TextColumn};
+use crate::error::{Error, Result};
+
+const INPUTS: &str = "coldplate.inputs";
+const UNIT: &str = "coldplate.unit.";
+const PROVENANCE: &str = "coldplate.provenance.";
+
+impl Table {
+    /// The table as the bytes of a Parquet file.
+    ///
+    /// # Errors
+    /// As [`Table::check`].
+    pub fn to_parquet(&self) -> Result<Vec<u8>> {
+        self.check()?;
+        let mut metadata = vec![(INPUTS.to_string(), self.inputs.to_string())];
+        metadata.extend(self.columns.iter().map(|c| (format!("{UNIT}{}", c.name), c.unit.clone())));
+        metadata.extend(self.provenance.iter().map(|(key, value)| (format!("{PROVENANCE}{key}"), value.clone())));
+        let headers: Vec<String> = self.columns.iter().map(Column::header).collect();
+        let texts: Vec<(&str, &[String])> = self.texts.iter().map(|t| (t.name.as_str(), t.values.as_slice())).collect();
+        let numbers: Vec<(&str, &[f64])> = headers.iter().zip(&self.columns).map(|(h, c)| (h.as_str(), c.values.as_slice())).collect();
+        let mut bytes = Vec::new();
+        coldplate_tables::write_parquet(&mut bytes, &texts, &numbers, &metadata)
+            .map_err(|e| Error::input(format!("the table cannot be written as Parquet: {e}")))?;
+        Ok(bytes)
+    }
+
+    /// Reads the bytes of a Parquet file; `file` is the name used in errors. Units come from the headers
+    /// `name [unit]` or the metadata `coldplate.unit.NAME`.
+    ///
+    /// # Errors
+    /// Not a Parquet file, a column without unit, or announced condition columns that are not there.
+    pub fn from_parquet(bytes: Vec<u8>, file: impl AsRef<Path>) -> Result<Table> {
+        let file = file.as_ref();
+        let frame = coldplate_tables::read_parquet(bytes)
+            .map_err(|e| Error::input(format!("this Parquet file cannot be read: {e}")).in_file(file))?;
+        let entry = |key: &str| frame.metadata.iter().find(|(k, _)| k == key).map(|(_, value)| value.as_str());
+        let mut table = Table {
+            texts: frame.texts.into_iter().map(|(name, values)| TextColumn { name, values }).collect(),
+            provenance: (frame.metadata.iter())
+                .filter_map(|(key, value)| Some((key.strip_prefix(PROVENANCE)?.to_string(), value.clone())))
+                .collect(),
+            ..Table::default()
+        };
+        for (header, values) in frame.numbers {
+            let split = header.strip_suffix(']').and_then(|h| h.rsplit_once('[')).map(|(name, unit)| (name.trim(), unit.trim()));
+            let (name, unit) = match (split, entry(&format!("{UNIT}{header}"))) {
+                (Some((name, unit)), _) if !name.is_empty() && !unit.is_empty() => (name, unit),
+                (_, Some(unit)) => (header.as_str(), unit),
+                _ => {
+                    let error = Error::input("a column of numbers has no unit").in_file(file).at_key(header.clone());
+                    return Err(error.help(format!("call it '{header} [unit]', with [1] for a pure number")));
+                }
+            };
+            // A null is a missing reading; an infinity is a mistake here as it is in CSV.
+            if let Some(row) = values.iter().position(|v| v.is_infinite()) {
+                return Err(Error::input(format!("the number in row {} is not finite", row + 1)).in_file(file).at_key(header.clone()));
+            }
+            table.columns.push(Column { name: name.to_string(), unit: unit.to_string(), values });
+        }
+        table.check().map_err(|e| e.in_file(file))?;
+        match entry(INPUTS).map(str::parse::<usize>) {
+            Some(Ok(count)) if count <= table.columns.len() => table.inputs = count,
+            Some(_) => {
+                return Err(Error::input("the number of condition columns cannot be used")
+                    .in_file(file)
+                    .at_key(INPUTS)
+                    .read(entry(INPUTS).unwrap_or_default()));
+            }
+            None => {
+                table.columns.sort_by_key(|c| !CONDITION_NAMES.contains(&c.name.as_str()));
+                table.inputs = table.conditions_by_name();
+            }
+        }
+        Ok(table)
+    }
+
+    fn conditions_by_name(&self) -> usize {
+        self.columns.iter().filter(|c| CONDITION_NAMES.contains(&c.name.as_str())).count()
+    }
+}
