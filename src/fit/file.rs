@@ -292,6 +292,10 @@ impl Layout {
             });
             bases.push((*basis, at, vec![index]));
         }
+        for block in &mut blocks {
+            // The runtime works on four terms at a time; more of the constant term, without coefficients, fill them up.
+            block.terms.resize(block.terms.len().next_multiple_of(4), vec![0; surrogate.variables.len()]);
+        }
         // In the order of the model, so that reading a file back gives the indices that were written.
         bases.sort_by_key(|(model, ..)| *model);
         Ok(Self { blocks, sets, bases })
