@@ -7,6 +7,9 @@ const PAIRS: usize = 300_000_000;
 /// Swaps tried, where [`PAIRS`] allows.
 const SWAPS: usize = 1_000_000;
 
+/// Up to this many points, the optima are few and far apart: several hot annealings find them.
+const FEW: usize = 20;
+
 /// A Latin hypercube of `count` points: in each variable every level 0..`count` occurs once. Returned in [0, 1],
 /// level k at k / (count - 1), so that both ends of every range are used (0.5 for a single point).
 ///
@@ -16,11 +19,11 @@ const SWAPS: usize = 1_000_000;
 /// in one variable. The same seed gives the same design on every machine: only +, -, *, / and sqrt are used.
 pub fn maximin(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = Rng::new(seed);
-    // Each start is random. A single point, a pair or a single variable leaves nothing to choose; a few points have many
-    // poor optima and are quickly annealed; for many points one long annealing is worth more than several short ones.
+    // For many points one long annealing is worth more than several short ones; a single point, a pair or a single
+    // variable leaves nothing to choose.
     let starts = match count {
         _ if count <= 2 || dimensions <= 1 => 1,
-        ..=20 => 8,
+        ..=FEW => 8,
         ..=100 => 2,
         _ => 1,
     };
@@ -58,6 +61,13 @@ fn repulsion(scale: f64, squared: f64) -> f64 {
     let x2 = x * x;
     let x4 = x2 * x2;
     x4 * x4 * x2
+}
+
+fn power20(x: f64) -> f64 {
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let x16 = x4 * x4 * (x4 * x4);
+    x16 * x4
 }
 
 /// Sum of the repulsions, in four interleaved parts so that the processor need not wait for each addition.
@@ -111,14 +121,15 @@ impl Design {
         change
     }
 
-    /// Anneals and returns phi^p. A step that makes phi^p larger by a factor 1 + x is taken if x is below the temperature
-    /// times a random number, which needs no exponential. A swap touches 2/n of the pairs: the temperature begins at a hundred
-    /// times that, enough to leave the best designs of a few points again, and falls by e^-12 on a geometric scale. The best design met is kept.
+    /// Anneals and returns phi^p. A step that makes phi larger by a factor 1 + x is taken if x is below the temperature
+    /// times a random number, which needs no exponential. The temperature begins where a few points can leave any
+    /// design again, and for many points where a swap, which moves 2/n of them, can; it falls by e^-12 on a geometric
+    /// scale. The best design met is kept.
     fn anneal(&mut self, rng: &mut Rng, starts: usize) -> f64 {
         let swaps = (SWAPS.min(PAIRS / (4 * self.count)) / starts).max(100);
         let mut distances = Distances { from: [vec![0.0; self.count], vec![0.0; self.count]] };
         let cooling = 1.0 - 12.0 / swaps as f64;
-        let mut temperature = 200.0 / self.count as f64;
+        let mut temperature = if self.count <= FEW { 1.0 } else { 2.0 / self.count as f64 };
         let mut total = self.total();
         let mut fresh = total;
         let (mut best, mut best_levels) = (total, self.levels.clone());
@@ -129,7 +140,7 @@ impl Design {
                 continue;
             }
             let change = self.change(i, j, variable, &mut distances);
-            if change <= temperature * rng.unit() * total {
+            if total + change <= power20(1.0 + temperature * rng.unit()) * total {
                 self.levels[variable].swap(i, j);
                 total += change;
                 // Differences of sums carry rounding errors of the sum they began with: a fresh sum removes them,
