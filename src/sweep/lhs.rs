@@ -21,16 +21,18 @@ pub fn maximin(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = Rng::new(seed);
     // For many points one long annealing is worth more than several short ones; a single point, a pair or a single
     // variable leaves nothing to choose.
-    let starts = match count {
-        _ if count <= 2 || dimensions <= 1 => 1,
-        ..=FEW => 8,
-        ..=100 => 2,
-        _ => 1,
+    let nothing_to_choose = count <= 2 || dimensions <= 1;
+    let starts = if nothing_to_choose || count > 100 {
+        1
+    } else if count > FEW {
+        2
+    } else {
+        8
     };
     let mut best: Option<(f64, Vec<Vec<f64>>)> = None;
     for _ in 0..starts {
         let mut design = Design::random(count, dimensions, &mut rng);
-        let phi = if count > 2 && dimensions > 1 { design.anneal(&mut rng, starts) } else { 0.0 };
+        let phi = if nothing_to_choose { 0.0 } else { design.anneal(&mut rng, starts) };
         if best.as_ref().is_none_or(|(least, _)| phi < *least) {
             best = Some((phi, design.levels));
         }

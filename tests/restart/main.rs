@@ -53,8 +53,11 @@ fn sweep(plan: &Plan, folder: &Path) -> Result<Swept> {
     execute(plan, &subject(), folder, Options::default(), solve)
 }
 
+/// Name and content.
+type Files = Vec<(String, Vec<u8>)>;
+
 /// Every file but the journal, whose lines come in the order in which conditions were finished.
-fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
+fn results(folder: &Path) -> Files {
     let entries = std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().path());
     let named = entries.map(|p| (p.file_name().unwrap().to_string_lossy().into_owned(), std::fs::read(&p).unwrap()));
     let mut files: Vec<_> = named.filter(|(name, _)| name != JOURNAL).collect();
@@ -63,7 +66,7 @@ fn results(folder: &Path) -> Vec<(String, Vec<u8>)> {
 }
 
 /// A finished sweep: its folder, its results, its journal.
-fn finished(name: &str, plan: &Plan) -> (PathBuf, Vec<(String, Vec<u8>)>, Vec<u8>) {
+fn finished(name: &str, plan: &Plan) -> (PathBuf, Files, Vec<u8>) {
     let folder = folder(name);
     let swept = sweep(plan, &folder).unwrap();
     assert!(!swept.failures.is_empty() && swept.table.rows() > 3, "{:?}", swept.failures);

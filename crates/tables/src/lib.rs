@@ -2,7 +2,7 @@
 //!
 //! This crate is the only place that knows polars. A table is text columns, then number columns
 //! (`f64`, NaN for a missing value, which is stored as null), and key-value metadata at file level,
-//! which pyarrow shows as `pyarrow.parquet.read_schema(path).metadata`.
+//! which pyarrow shows as `pyarrow.parquet.read_metadata(path).metadata`.
 //!
 //! ```
 //! let mut file = Vec::new();
