@@ -27,7 +27,7 @@ const HOLD: &str = "[hold]\ncoolant_temperature = '20 degC'\nmotor_speed = '2500
 fn the_ranges_of_a_design_are_filled_and_the_rest_is_held() {
     let text = "[design]\nkind = 'latin_hypercube'\nruns = 20\nseed = 3\n[range]\nmotor_speed = ['250 rpm', '2500 rpm']\n\
          coolant_flow = ['2.355 L/min', '18.84 L/min']\n[hold]\ncoolant_temperature = '20.5 degC'\n[validation]\nruns = 7\nseed = 9\n";
-    let plan = plan_of(&text).unwrap();
+    let plan = plan_of(text).unwrap();
     assert_eq!(
         plan.groups.iter().map(|g| (g.purpose, g.rows.clone())).collect::<Vec<_>>(),
         [(Purpose::Fit, 0..20), (Purpose::Validation, 20..27)]
