@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{Gallery, Material, SURROGATE, TARGET};
 use crate::accept::{self, State};
-use crate::chart::style::{Quantity, number};
+use crate::chart::style::Quantity;
 use crate::error::Result;
 use crate::fit::file;
 use crate::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
@@ -100,12 +100,7 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
     figures(section, material.gallery, "acceptability");
     section.heading("Some conditions");
     let variables: Vec<Quantity> = surrogate.variables().map(|v| Quantity::new(v.name, v.unit)).collect();
-    let columns = variables.iter().map(|q| (q.label(), Align::Right));
-    let columns = columns.chain([
-        ("verdict".to_string(), Align::Left),
-        ("limit that decides".to_string(), Align::Left),
-        ("margin [K]".to_string(), Align::Right),
-    ]);
+    let columns = [("condition", Align::Left), ("verdict", Align::Left), ("limit that decides", Align::Left), ("margin [K]", Align::Right)];
     let mut table = Table::new(columns);
     let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
     // Corners and middle of the first three variables tell most; the rest stay in the middle.
@@ -119,9 +114,11 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
             State::Uncertain => ("uncertain", Tone::Uncertain),
         };
         let margin = answer.binding.and_then(|i| answer.limits.get(i)).map(|l| l.margin);
-        let cells = x.iter().map(|v| text(number(*v)));
-        let rest = [text(word).tone(tone), text(answer.binding_name().unwrap_or("none")), Cell::optional(margin, 3)];
-        table.row(cells.chain(rest));
+        let words: Vec<String> =
+            variables.iter().zip(&x).map(|(q, v)| format!("{} {}", q.name.replace('_', " "), q.with_value(*v))).collect();
+        let cells =
+            [text(words.join(", ")), text(word).tone(tone), text(answer.binding_name().unwrap_or("none")), Cell::optional(margin, 3)];
+        table.row(cells);
     }
     section.table(table);
     section.heading("For the wall");

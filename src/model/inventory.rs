@@ -187,10 +187,10 @@ fn warn_about_contacts(model: &Model, found: &mut Inventory) {
         ));
     }
     for group in &model.network.contacts {
-        if let crate::machine::ContactLaw::Rough(rough) = &group.law {
-            if let Some(note) = contact::note(rough) {
-                found.warnings.push(format!("contact '{}': {note}", group.name));
-            }
+        if let crate::machine::ContactLaw::Rough(rough) = &group.law
+            && let Some(note) = contact::note(rough)
+        {
+            found.warnings.push(format!("contact '{}': {note}", group.name));
         }
     }
 }

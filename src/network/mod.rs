@@ -92,8 +92,11 @@ pub struct ContactGroup {
     pub between: [String; 2],
     /// True overlap area, m² (or the stated one, where there is no overlap to compute).
     pub area: f64,
-    /// Factor on the law's conductance: 1, or stated area over true area, or 2 for half of a link.
+    /// Factor on the law's conductance: 1, or stated area over the area the joints carry, twice that for
+    /// half of a link.
     pub scale: f64,
+    /// Whether this is one of the two halves of a link between places that do not touch.
+    pub is_half: bool,
     /// First and one past the last joint; heat is counted from side a to side b over these.
     pub joints: std::ops::Range<usize>,
     /// Whether the touching was found and no contact in the file named it.

@@ -1,5 +1,7 @@
 //! Where the heat comes from and where it goes.
 
+use std::collections::BTreeMap;
+
 use super::system::{entering_temperature, surface_states};
 use crate::network::{BoundaryState, Load, NONE, Network, StreamState};
 use crate::physics::radiation::SIGMA;
@@ -129,26 +131,41 @@ pub fn contact_flows(network: &Network, temperatures: &[f64]) -> Vec<ContactFlow
             conductance += if g.is_nan() { f64::INFINITY } else { g };
         }
         // Half of a link counts its own half only: two in series make the whole.
-        let conductance = if group.scale == 2.0 { conductance / 2.0 } else { conductance };
+        let conductance = if group.is_half { conductance / 2.0 } else { conductance };
         let drop = if conductance > 0.0 && conductance.is_finite() { heat / conductance } else { 0.0 };
         ContactFlow { name: group.name.clone(), area: group.area, conductance, heat, drop }
     };
     network.contacts.iter().map(flow).collect()
 }
 
-/// Heat between groups (parts and lumped nodes): entry (i, j) is what flows from group i to group j, W.
+/// Heat between groups (parts and lumped nodes): entry (i, j, W) is what flows from group i to group j by
+/// conduction, contact and radiative links.
 pub fn heat_flow_matrix(network: &Network, temperatures: &[f64]) -> Vec<(usize, usize, f64)> {
-    let mut flows: std::collections::BTreeMap<(usize, usize), f64> = std::collections::BTreeMap::new();
+    let mut flows: BTreeMap<(u32, u32), f64> = BTreeMap::new();
+    // What each group sends into an arithmetic node between two of them.
+    let mut passing: BTreeMap<u32, BTreeMap<u32, f64>> = BTreeMap::new();
     let t = |n: u32| temperatures[n as usize];
     let mut add = |a: u32, b: u32, heat: f64| {
         let (ga, gb) = (network.group[a as usize], network.group[b as usize]);
-        if ga != gb && ga != NONE && gb != NONE {
-            let (key, heat) = if ga < gb { ((ga, gb), heat) } else { ((gb, ga), -heat) };
-            *flows.entry((key.0 as usize, key.1 as usize)).or_default() += heat;
+        match (ga == NONE, gb == NONE) {
+            (false, false) if ga < gb => *flows.entry((ga, gb)).or_default() += heat,
+            (false, false) if ga > gb => *flows.entry((gb, ga)).or_default() -= heat,
+            (false, true) => *passing.entry(b).or_default().entry(ga).or_default() += heat,
+            (true, false) => *passing.entry(a).or_default().entry(gb).or_default() -= heat,
+            _ => {}
         }
     };
     for j in &network.joints {
         add(j.a, j.b, network.joint_state(j, t(j.a), t(j.b)).conductance * (t(j.a) - t(j.b)));
     }
-    flows.into_iter().map(|((a, b), heat)| (a, b, heat)).collect()
+    for (a, b, area) in &network.radiative {
+        add(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
+    }
+    for sent in passing.values() {
+        let mut sent = sent.iter();
+        if let (Some((a, heat)), Some((b, _)), None) = (sent.next(), sent.next(), sent.next()) {
+            *flows.entry((*a, *b)).or_default() += heat;
+        }
+    }
+    flows.into_iter().map(|((a, b), heat)| (a as usize, b as usize, heat)).collect()
 }

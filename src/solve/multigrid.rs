@@ -221,11 +221,11 @@ fn aggregates(matrix: &Csr, diagonal: &[f64], theta: f64) -> (Vec<u32>, usize) {
     }
     // The rest join the aggregate they are bound to most strongly.
     let founded = aggregate.clone();
-    for i in 0..n {
-        if aggregate[i] == NOWHERE {
+    for (i, own) in aggregate.iter_mut().enumerate() {
+        if *own == NOWHERE {
             let best = strong(i).filter(|(j, _)| founded[*j] != NOWHERE).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             if let Some((j, _)) = best {
-                aggregate[i] = founded[j];
+                *own = founded[j];
             }
         }
     }

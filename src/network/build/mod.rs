@@ -1,0 +1,307 @@
+//! Machine and mesh become a network.
+
+mod contacts;
+
+use super::stream::{CircuitTree, Stream};
+use super::{Joint, NONE, Network, SensorTerm, Surface};
+use crate::error::{Error, Result};
+use crate::machine::{Face, Layout, Machine, Place, Reading, Side};
+use crate::mesh::{Mesh, path};
+use crate::physics::radiation::effective_emissivity;
+
+impl Network {
+    /// Compiles `machine` on `mesh`.
+    ///
+    /// # Errors
+    /// A contact, source, sensor or channel of the machine has nothing to attach to on this geometry.
+    pub fn build(machine: &Machine, mesh: &Mesh) -> Result<Self> {
+        let mut builder = Builder { machine, mesh, network: Network::default(), view_left: vec![] };
+        builder.nodes();
+        builder.blocks();
+        builder.interfaces()?;
+        builder.stated_contacts()?;
+        builder.radiation_links()?;
+        builder.surfaces()?;
+        builder.streams()?;
+        builder.sources()?;
+        builder.sensors()?;
+        Ok(builder.network)
+    }
+}
+
+struct Builder<'a> {
+    machine: &'a Machine,
+    mesh: &'a Mesh,
+    network: Network,
+    /// Faces that see another surface, and the share of their view that is left for the chamber.
+    view_left: Vec<(Face, f64)>,
+}
+
+/// A node of a place with its share, and the half cell in front of it: (node, area, length, property).
+type Foot = (u32, f64, f64, u32);
+
+impl Builder<'_> {
+    fn nodes(&mut self) {
+        let net = &mut self.network;
+        net.groups = self.machine.parts.iter().map(|p| &p.name).chain(self.machine.nodes.iter().map(|n| &n.name)).cloned().collect();
+        // Three conductivities per material, one per local axis.
+        net.properties = self.machine.materials.iter().flat_map(|m| m.conductivity.iter().cloned()).collect();
+        net.capacity = vec![0.0; self.mesh.cells];
+        net.group = vec![0; self.mesh.cells];
+        for grid in &self.mesh.grids {
+            let material = &self.machine.materials[self.machine.parts[grid.part].material];
+            // Capacity at 300 K; transients re-evaluate c(T).
+            let volumetric = material.density * material.specific_heat.at(300.0);
+            for (i, c) in grid.cells().enumerate() {
+                net.capacity[grid.first + i] = volumetric * grid.volume(c);
+                net.group[grid.first + i] = grid.part as u32;
+            }
+        }
+        for (i, node) in self.machine.nodes.iter().enumerate() {
+            if node.fixed.is_some() {
+                net.fixed.push((net.capacity.len() as u32, i as u32));
+            }
+            net.capacity.push(node.capacity);
+            net.group.push((self.machine.parts.len() + i) as u32);
+        }
+        net.solids = net.capacity.len();
+        net.nodes = net.solids;
+    }
+
+    fn arithmetic_node(&mut self) -> u32 {
+        self.network.capacity.push(0.0);
+        self.network.group.push(NONE);
+        self.network.solids += 1;
+        self.network.nodes = self.network.solids;
+        self.network.solids as u32 - 1
+    }
+
+    fn lumped(&self, node: usize) -> u32 {
+        (self.mesh.cells + node) as u32
+    }
+
+    fn property(&self, part: usize, axis: usize) -> u32 {
+        (3 * self.machine.parts[part].material + axis) as u32
+    }
+
+    /// Conduction between neighbouring cells of each block.
+    fn blocks(&mut self) {
+        for grid in &self.mesh.grids {
+            for d in 0..3 {
+                let (low, high) = (Side::ALL[2 * d], Side::ALL[2 * d + 1]);
+                let property = self.property(grid.part, d);
+                let constant = self.network.properties[property as usize].is_constant();
+                let k = self.network.properties[property as usize].at(300.0);
+                for c in grid.cells() {
+                    let mut next = c;
+                    next[d] += 1;
+                    if next[d] == grid.n(d) {
+                        if !(grid.wraps(d) && grid.n(d) > 2) {
+                            continue;
+                        }
+                        next[d] = 0;
+                    }
+                    let (a, b) = (grid.cell(c) as u32, grid.cell(next) as u32);
+                    let area = grid.face_area(c, high);
+                    let (length_a, length_b) = (grid.half_length(c, high), grid.half_length(next, low));
+                    if constant {
+                        self.network.conductors.push((a, b, k * area / (length_a + length_b)));
+                    } else {
+                        let joint = Joint { a, b, area, length_a, length_b, property_a: property, property_b: property, contact: NONE };
+                        self.network.joints.push(joint);
+                    }
+                }
+            }
+        }
+    }
+
+    fn surfaces(&mut self) -> Result<()> {
+        for (p, part) in self.machine.parts.iter().enumerate() {
+            let excluded = |grid: &crate::mesh::grid::Grid, side: Side| {
+                part.surface.excluded.iter().any(|f| f.part == p && f.side == side && f.block.is_none_or(|b| b == grid.block))
+            };
+            let mut faces = Vec::new();
+            for (g, grid) in self.mesh.grids_of(p) {
+                for side in Side::ALL {
+                    let law = self
+                        .machine
+                        .boundaries
+                        .iter()
+                        .position(|b| b.faces.iter().any(|f| f.part == p && f.side == side && f.block.is_none_or(|i| i == grid.block)));
+                    let view = self
+                        .view_left
+                        .iter()
+                        .filter(|(f, _)| f.part == p && f.side == side && f.block.is_none_or(|b| b == grid.block))
+                        .map(|(_, left)| left)
+                        .product::<f64>();
+                    let view = if excluded(grid, side) { 0.0 } else { view };
+                    faces.extend(self.mesh.open_faces(g, side).map(|(c, area)| (grid, side, c, area, law, view)));
+                }
+            }
+            let seen: f64 = faces.iter().map(|f| f.3 * f.5).sum();
+            let factor = match part.surface.area {
+                Some(stated) if seen > 0.0 => stated / seen,
+                Some(_) => {
+                    return Err(Error::input(format!("'{}' has no open face to radiate from", part.name))
+                        .at_key(format!("part.{}.surface.area", part.name))
+                        .help("leave the area out, or uncover a face"));
+                }
+                None => 1.0,
+            };
+            let emissivity = self.effective(part.surface.emissivity, part.surface.effective, seen * factor);
+            for (grid, side, c, area, law, view) in faces {
+                let surface = Surface {
+                    node: grid.cell(c) as u32,
+                    property: self.property(p, side.axis()),
+                    length: grid.half_length(c, side),
+                    area,
+                    emissive: emissivity * area * view * factor,
+                    gas_area: area * view * factor,
+                    law: law.map_or(NONE, |l| l as u32),
+                };
+                if surface.emissive > 0.0 || surface.law != NONE || surface.gas_area > 0.0 {
+                    self.network.surfaces.push(surface);
+                }
+            }
+        }
+        for (n, node) in self.machine.nodes.iter().enumerate() {
+            if let Some((emissivity, effective, area)) = node.radiation {
+                let emissive = self.effective(emissivity, effective, area) * area;
+                let node = self.lumped(n);
+                self.network.surfaces.push(Surface { node, property: NONE, length: 0.0, area, emissive, gas_area: area, law: NONE });
+            }
+        }
+        Ok(())
+    }
+
+    fn effective(&self, emissivity: f64, effective: bool, area: f64) -> f64 {
+        match self.machine.chamber.enclosure {
+            Some((e_wall, area_wall)) if !effective && emissivity > 0.0 => effective_emissivity(emissivity, area, e_wall, area_wall),
+            _ => emissivity,
+        }
+    }
+
+    fn streams(&mut self) -> Result<()> {
+        for (i, channel) in self.machine.channels.iter().enumerate() {
+            let stations = path::stations(self.mesh, channel, &self.machine.parts[channel.part].name)?;
+            let first_node = self.network.nodes as u32;
+            self.network.nodes += stations.len();
+            let circuit = self.machine.circuits.iter().position(|c| crate::network::stream::members(&c.layout).contains(&i));
+            let circuit = circuit.ok_or_else(|| {
+                Error::input(format!("no circuit feeds the channel '{}'", channel.name)).at_key(format!("channel.{}", channel.name))
+            })?;
+            self.network.streams.push(Stream {
+                name: channel.name.clone(),
+                circuit,
+                length: stations.iter().map(|s| s.length).sum(),
+                stations,
+                first_node,
+                upstream: Vec::new(),
+                property: self.property(channel.part, 0),
+                diameter: channel.diameter,
+                minor_loss: channel.minor_loss,
+                roughness: channel.roughness,
+                film: channel.film.clone(),
+            });
+        }
+        for circuit in &self.machine.circuits {
+            self.connect(&circuit.layout, Vec::new());
+            self.network.circuits.push(CircuitTree { circuit: circuit.clone(), layout: circuit.layout.clone() });
+        }
+        Ok(())
+    }
+
+    /// Sets what flows into each stream below `layout`; returns the streams that flow out of it.
+    fn connect(&mut self, layout: &Layout, upstream: Vec<usize>) -> Vec<usize> {
+        match layout {
+            Layout::Channel(s) => {
+                self.network.streams[*s].upstream = upstream;
+                vec![*s]
+            }
+            Layout::Series(items) => items.iter().fold(upstream, |above, item| self.connect(item, above)),
+            Layout::Parallel(items) => items.iter().flat_map(|item| self.connect(item, upstream.clone())).collect(),
+        }
+    }
+
+    fn sources(&mut self) -> Result<()> {
+        for source in &self.machine.sources {
+            let mut shares: Vec<(u32, f64)> = Vec::new();
+            for place in &source.places {
+                match place {
+                    Place::Node(n) => shares.push((self.lumped(*n), 1.0)),
+                    Place::Part(p) => {
+                        for (_, grid) in self.mesh.grids_of(*p) {
+                            shares.extend(grid.cells().map(|c| (grid.cell(c) as u32, grid.volume(c))));
+                        }
+                    }
+                    Place::Face(face) => {
+                        for (g, c, area) in self.mesh.face_cells(*face) {
+                            shares.push((self.mesh.grids[g].cell(c) as u32, area));
+                        }
+                    }
+                }
+            }
+            // Several lumped nodes share alike; parts share by volume, faces by area.
+            let total: f64 = shares.iter().map(|s| s.1).sum();
+            if total <= 0.0 {
+                return Err(Error::input(format!("the source '{}' heats nothing", source.name)).at_key(format!("source.{}", source.name)));
+            }
+            for share in &mut shares {
+                share.1 /= total;
+            }
+            self.network.sources.push(shares);
+        }
+        Ok(())
+    }
+
+    fn sensors(&mut self) -> Result<()> {
+        for sensor in &self.machine.sensors {
+            let key = || format!("sensor.{}", sensor.name);
+            let term = match &sensor.reads {
+                Reading::Node(n) => SensorTerm { weights: vec![(self.lumped(*n), 1.0)], inlet: None },
+                Reading::Point(part, point) => {
+                    let grid = self.mesh.grid_at(*part, *point, 1e-6).ok_or_else(|| {
+                        Error::input(format!("the sensor '{}' lies outside '{}'", sensor.name, self.machine.parts[*part].name))
+                            .at_key(key())
+                            .help("move the point inside the part")
+                    })?;
+                    let weights = self.mesh.grids[grid].interpolate(*point);
+                    SensorTerm { weights: weights.into_iter().map(|(c, w)| (c as u32, w)).collect(), inlet: None }
+                }
+                Reading::PartMean(p) => {
+                    let volume = self.mesh.volume(*p);
+                    let cells = self.mesh.grids_of(*p).flat_map(|(_, g)| g.cells().map(move |c| (g.cell(c) as u32, g.volume(c) / volume)));
+                    SensorTerm { weights: cells.collect(), inlet: None }
+                }
+                Reading::FaceMean(face) => {
+                    let cells = self.mesh.face_cells(*face);
+                    let area: f64 = cells.iter().map(|c| c.2).sum();
+                    if area <= 0.0 {
+                        return Err(Error::input("this face has no area").at_key(key()));
+                    }
+                    let mut weights = Vec::new();
+                    for (g, c, a) in cells {
+                        weights.extend(self.mesh.grids[g].surface_weights(c, face.side).into_iter().map(|(n, w)| (n as u32, w * a / area)));
+                    }
+                    SensorTerm { weights, inlet: None }
+                }
+                Reading::Outlet(s) => SensorTerm { weights: vec![(self.network.streams[*s].outlet(), 1.0)], inlet: None },
+                Reading::Inlet(s) => {
+                    let stream = &self.network.streams[*s];
+                    match stream.upstream.as_slice() {
+                        [] => SensorTerm { weights: Vec::new(), inlet: Some((stream.circuit, 1.0)) },
+                        [one] => SensorTerm { weights: vec![(self.network.streams[*one].outlet(), 1.0)], inlet: None },
+                        _ => {
+                            return Err(Error::input("this channel is fed by several branches: their mixture is no single point")
+                                .at_key(key())
+                                .help("read the outlets of the branches instead"));
+                        }
+                    }
+                }
+            };
+            self.network.sensors.push(term);
+            self.network.sensor_names.push(sensor.name.clone());
+        }
+        Ok(())
+    }
+}
