@@ -84,3 +84,31 @@ impl Table {
         self.columns.iter().filter(|c| CONDITION_NAMES.contains(&c.name.as_str())).count()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parquet_gives_back_the_table() {
+        let text = "# machine: rig\n# inputs: 1\ntest,coolant_flow [L/min],\"motor, front [degC]\",ratio [1]\na,0.30000000000000004,,1e-300\n,9.42,-0.1,2\n";
+        let table = Table::from_csv(text, "x.csv").unwrap();
+        let back = Table::from_parquet(table.to_parquet().unwrap(), "x.parquet").unwrap();
+        // Missing values differ from themselves, but not in how they are written.
+        assert_eq!(back.to_csv().unwrap(), table.to_csv().unwrap());
+        assert_eq!(back.to_csv().unwrap(), text);
+    }
+
+    #[test]
+    fn columns_of_other_programs_need_a_unit() {
+        let file = |metadata: &[(String, String)]| {
+            let mut bytes = Vec::new();
+            coldplate_tables::write_parquet(&mut bytes, &[], &[("motor", &[1.0]), ("coolant_flow [L/min]", &[2.0])], metadata).unwrap();
+            Table::from_parquet(bytes, "x.parquet")
+        };
+        let message = file(&[]).unwrap_err().to_string();
+        assert!(message.contains("x.parquet") && message.contains("motor [unit]"), "{message}");
+        let table = file(&[("coldplate.unit.motor".into(), "degC".into())]).unwrap();
+        assert_eq!((table.inputs, table.columns[0].name.as_str(), table.columns[1].header().as_str()), (1, "coolant_flow", "motor [degC]"));
+    }
+}
