@@ -11,6 +11,8 @@ use crate::units::{Celsius, Kelvin, express};
 /// A measured state beside its prediction.
 #[derive(Debug)]
 pub struct Checked {
+    /// Name of the machine.
+    pub machine: String,
     /// Name of the measurement.
     pub name: String,
     /// The condition in words.
@@ -89,6 +91,7 @@ fn one(model: &Model, measurement: &Measurement) -> Result<Checked> {
     };
     let balance = &state.solution.balance;
     Ok(Checked {
+        machine: model.machine.name.clone(),
         name: measurement.name.clone(),
         condition: words.join(", "),
         note: measurement.note.clone(),

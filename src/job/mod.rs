@@ -10,10 +10,11 @@ use std::time::Instant;
 
 use crate::chart::{Figure, draw};
 use crate::error::{Error, Result};
-use crate::fit::model::{Model, Surrogate};
+use crate::fit::model::{Model as PointModel, Surrogate};
 use crate::fit::one_factor::OneFactor;
 use crate::fit::{Fit, Options, PointReport, file};
-use crate::model::{Inventory, inventory};
+use crate::machine::Machine;
+use crate::model::{Inventory, Model, inventory};
 use crate::sweep::bridge::Sweep;
 use crate::sweep::{self, Purpose, Swept};
 use crate::table::Table;
@@ -94,7 +95,10 @@ struct Fitted {
 pub fn run(sweep: &Sweep, folder: &Path, options: sweep::Options, say: &dyn Fn(&str)) -> Result<Summary> {
     let clock = Instant::now();
     let swept = sweep.run(folder, options)?;
-    let checked = measured::check(&sweep.model)?;
+    let mut checked = measured::check(&sweep.model)?;
+    for path in &sweep.definition.compare {
+        checked.extend(measured::check(&Model::new(Machine::read(path, &[])?, None)?)?);
+    }
     let inventory = inventory(&sweep.model, Some(&sweep.reference()))?;
     let sweep_seconds = clock.elapsed().as_secs_f64();
 
@@ -242,11 +246,11 @@ fn point_summaries(fit: &Fit, comparison: &Comparison) -> Vec<PointSummary> {
 /// The model of a point in a few words.
 pub fn model_text(surrogate: &Surrogate, point: usize) -> String {
     match &surrogate.points[point].model {
-        Model::Polynomial(p) => {
+        PointModel::Polynomial(p) => {
             let degree = p.terms.iter().map(|t| t.iter().map(|e| u32::from(*e)).sum::<u32>()).max().unwrap_or(0);
             format!("polynomial, degree {degree}, {} terms", p.terms.len())
         }
-        Model::Rbf { basis, weights, .. } => format!("{:?}, {} centres", surrogate.bases[*basis].kernel, weights.len()),
+        PointModel::Rbf { basis, weights, .. } => format!("{:?}, {} centres", surrogate.bases[*basis].kernel, weights.len()),
     }
 }
 

@@ -131,7 +131,7 @@ fn measured(section: &mut Section, material: &Material<'_>) {
         .paragraph("Every measured state of the machine file, solved in full at its own condition. Nothing was adjusted to the readings.");
     let figures: Vec<_> = material.gallery.of("measured").zip(material.gallery.of("heat")).collect();
     for (check, (figure, heat)) in material.checked.iter().zip(figures) {
-        section.heading(&check.name);
+        section.heading(format!("{}: {}", check.machine, check.name));
         section.paragraph(format!("At {}.", check.condition));
         let columns = [
             ("sensor", Align::Left),

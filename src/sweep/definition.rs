@@ -11,7 +11,6 @@ use crate::reader::{Document, Section, Value};
 /// A sweep file, read as far as it can be without its machine.
 #[derive(Debug, Clone)]
 pub struct Definition {
-    document: Document,
     /// One-line name.
     pub name: String,
     /// The machine file, found from the folder of the sweep file.
@@ -20,6 +19,9 @@ pub struct Definition {
     pub cells: Option<usize>,
     /// Changes to the machine file: key and value, as for `--set`.
     pub set: Vec<(String, String)>,
+    /// Further machines whose measured states are laid beside predictions in the report.
+    pub compare: Vec<PathBuf>,
+    document: Document,
 }
 
 /// Tables of the file that belong to others, who read them from [`Definition::document`].
@@ -47,7 +49,8 @@ impl Definition {
         if let Some(section) = root.opt("set") {
             flatten(&section, "", &mut set)?;
         }
-        Ok(Self { name, machine, cells, set, document })
+        let compare = root.opt_texts("compare")?.unwrap_or_default().iter().map(|path| folder.join(path)).collect();
+        Ok(Self { name, machine, cells, set, compare, document })
     }
 
     /// The parsed file, for the tables that others read from it.
@@ -61,7 +64,7 @@ impl Definition {
     /// An unknown key or variable, a value out of place, a variable that is neither varied nor held, an empty design.
     pub fn plan(&self, variables: &[Variable]) -> Result<Plan> {
         let root = self.document.root();
-        for key in ["name", "machine", "cells", "set"].into_iter().chain(OTHERS) {
+        for key in ["name", "machine", "cells", "set", "compare"].into_iter().chain(OTHERS) {
             let _ = root.has(key);
         }
         let sweeps = root.tables("one_factor")?;

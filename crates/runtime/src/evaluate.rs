@@ -206,6 +206,7 @@ impl Surrogate<'_> {
     }
 
     /// The scaled variables under each transform that some model uses.
+    #[inline(always)]
     fn scale(&self, x: &[f64]) -> [Scaled; 3] {
         let mut scaled = [[0.0; MAX_VARIABLES]; 3];
         for (transform, (scaled, scaling)) in
@@ -238,6 +239,7 @@ impl Surrogate<'_> {
     }
 }
 
+#[inline(always)]
 fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
     let mut u = [0.0; MAX_VARIABLES];
     for (v, (u, code)) in u.iter_mut().zip(transforms).enumerate() {

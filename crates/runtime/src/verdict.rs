@@ -41,11 +41,11 @@ pub struct Verdict {
     /// True if every variable lies within its fitted range.
     pub in_domain: bool,
     /// The limit that decides: among the limits in the worst state, the one with the smallest
-    /// margin. `None` without limits, and where the condition or a value is no finite number.
+    /// margin. `None` without limits.
     pub binding: Option<usize>,
-    /// Value of the binding limit; NaN without one.
+    /// Value of the binding limit; NaN without one, or where the models give no number.
     pub value: f64,
-    /// Margin of the binding limit; NaN without one.
+    /// Margin of the binding limit; NaN as the value.
     pub margin: f64,
 }
 
@@ -53,7 +53,9 @@ impl Surrogate<'_> {
     /// True if `x` has one value per variable and each lies within its fitted range, ends included.
     #[must_use]
     pub fn in_domain(&self, x: &[f64]) -> bool {
-        x.len() == self.variables.len() && x.iter().enumerate().all(|(i, x)| self.low(i) <= *x && *x <= self.high(i))
+        let ranges = self.numbers.part(0, 2 * self.variables.len()).0.as_chunks::<2>().0;
+        let inside = |([low, high], x): (&[[u8; 8]; 2], &f64)| f64::from_le_bytes(*low) <= *x && *x <= f64::from_le_bytes(*high);
+        x.len() == ranges.len() && ranges.iter().zip(x).all(inside)
     }
 
     /// The verdict at condition `x`, in the variables' units.
@@ -82,15 +84,12 @@ impl Surrogate<'_> {
         self.evaluate(x, values)?;
         let in_domain = self.in_domain(x);
         let mut verdict = Verdict { state: State::Uncertain, in_domain, binding: None, value: f64::NAN, margin: f64::NAN };
-        if !(all_finite(x) && all_finite(values)) {
-            return Ok(verdict);
-        }
         let widths = self.half_widths();
-        let (mut worst, mut margin) = (State::Acceptable as u8, f64::INFINITY);
+        let (mut worst, mut margin) = (State::Acceptable, f64::INFINITY);
         for (index, (record, maximum)) in self.limits.iter().zip(self.maxima().iter()).enumerate() {
             let (value, low, high) = self.limited(record, x, values, widths);
-            let (state, own) = (judge(low, high, maximum) as u8, maximum - value);
-            if (state > worst) | ((state == worst) & (own < margin)) {
+            let (state, own) = (judge(low, high, maximum), maximum - value);
+            if (state as u8 > worst as u8) | ((state == worst) & (own < margin)) {
                 (worst, margin) = (state, own);
                 (verdict.binding, verdict.value) = (Some(index), value);
             }
@@ -98,7 +97,7 @@ impl Surrogate<'_> {
         if verdict.binding.is_some() {
             verdict.margin = margin;
             if in_domain {
-                verdict.state = [State::Acceptable, State::Uncertain, State::NotAcceptable][usize::from(worst) % 3];
+                verdict.state = worst;
             }
         }
         Ok(verdict)
@@ -114,8 +113,7 @@ impl Surrogate<'_> {
     pub fn limit_value(&self, index: usize, x: &[f64], values: &[f64]) -> Option<LimitValue> {
         let maximum = self.maxima().get(index)?;
         let (value, low, high) = self.limited(self.limits.get(index)?, x, values, self.half_widths());
-        let state = if value.is_finite() { judge(low, high, maximum) } else { State::Uncertain };
-        Some(LimitValue { value, low, high, maximum, margin: maximum - value, state })
+        Some(LimitValue { value, low, high, maximum, margin: maximum - value, state: judge(low, high, maximum) })
     }
 
     /// The limited quantity and the ends of its band; NaN where `x` or `values` is too short.
@@ -188,19 +186,15 @@ fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// What one limit says; uncertain where a comparison with NaN says nothing.
+/// What one limit says. Comparisons with NaN are false and leave it uncertain, and a value that has
+/// overflown is never acceptable.
 #[inline(always)]
 fn judge(low: f64, high: f64, maximum: f64) -> State {
-    if high <= maximum {
+    if high <= maximum && low > f64::NEG_INFINITY {
         State::Acceptable
     } else if low > maximum {
         State::NotAcceptable
     } else {
         State::Uncertain
     }
-}
-
-fn all_finite(numbers: &[f64]) -> bool {
-    // Without a branch per number, which lets it run on several at once.
-    numbers.iter().fold(true, |all, n| all & (n.abs() < f64::INFINITY))
 }

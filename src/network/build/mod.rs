@@ -159,7 +159,8 @@ impl Builder<'_> {
                     gas_area: area * view * factor,
                     law: law.map_or(NONE, |l| l as u32),
                 };
-                if surface.emissive > 0.0 || surface.law != NONE || surface.gas_area > 0.0 {
+                let gas = surface.gas_area > 0.0 && self.machine.chamber.pressure > 0.0;
+                if surface.emissive > 0.0 || surface.law != NONE || gas {
                     self.network.surfaces.push(surface);
                 }
             }
