@@ -148,16 +148,21 @@ impl Quantity {
         Self { name: name.into(), unit: unit.into() }
     }
 
+    /// Whether it is a pure number: no unit, or the unit `1` of tables.
+    fn is_number(&self) -> bool {
+        matches!(self.unit.trim(), "" | "1")
+    }
+
     /// `coolant flow [L/min]`
     pub fn label(&self) -> String {
         let name = readable(&self.name);
-        if self.unit.trim().is_empty() { name } else { format!("{name} [{}]", unit_symbol(&self.unit)) }
+        if self.is_number() { name } else { format!("{name} [{}]", unit_symbol(&self.unit)) }
     }
 
     /// `9.42 L/min`, the number as given.
     pub fn with_value(&self, value: f64) -> String {
         let number = number(value);
-        if self.unit.trim().is_empty() { number } else { format!("{number} {}", unit_symbol(&self.unit)) }
+        if self.is_number() { number } else { format!("{number} {}", unit_symbol(&self.unit)) }
     }
 }
 

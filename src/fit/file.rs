@@ -68,10 +68,9 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
     let mut tails: Vec<Option<Polynomial>> = vec![None; file.point_count()];
     for block in file.polynomials() {
         let transforms: Vec<Transform> = (0..variables).map(|v| transform_of(block.transform(v))).collect();
-        for (row, point) in block.points.iter().enumerate() {
-            let coefficients = block.coefficients.iter().skip(row * block.terms).take(block.terms);
+        for (column, point) in block.points.iter().enumerate() {
             let exponents = |term| (0..variables).map(|v| block.exponent(term, v)).collect::<Vec<u8>>();
-            let used = coefficients.enumerate().filter(|(_, c)| *c != 0.0);
+            let used = (0..block.terms).map(|term| (term, block.coefficient(term, column))).filter(|(_, c)| *c != 0.0);
             let (terms, coefficients) = used.map(|(term, c)| (exponents(term), c)).unzip();
             tails[point] = Some(Polynomial { transforms: transforms.clone(), terms, coefficients });
         }
@@ -79,9 +78,9 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
     let mut radial: Vec<Option<(usize, Vec<f64>)>> = vec![None; file.point_count()];
     let mut bases = Vec::new();
     for (index, basis) in file.bases().enumerate() {
-        let centre = |c: usize| (0..variables).filter_map(|v| basis.centres.get(v * basis.count + c)).collect();
-        for (row, point) in basis.points.iter().enumerate() {
-            radial[point] = Some((index, basis.weights.iter().skip(row * basis.count).take(basis.count).collect()));
+        let centre = |c: usize| (0..variables).map(|v| basis.coordinate(c, v)).collect();
+        for (column, point) in basis.points.iter().enumerate() {
+            radial[point] = Some((index, (0..basis.count).map(|centre| basis.weight(centre, column)).collect()));
         }
         bases.push(RbfBasis {
             kernel: kernel_of(basis.kernel),
@@ -292,10 +291,6 @@ impl Layout {
             });
             bases.push((*basis, at, vec![index]));
         }
-        for block in &mut blocks {
-            // The runtime works on four terms at a time; more of the constant term, without coefficients, fill them up.
-            block.terms.resize(block.terms.len().next_multiple_of(4), vec![0; surrogate.variables.len()]);
-        }
         // In the order of the model, so that reading a file back gives the indices that were written.
         bases.sort_by_key(|(model, ..)| *model);
         Ok(Self { blocks, sets, bases })
@@ -335,14 +330,14 @@ impl Layout {
             let pairs = block.terms.iter().flat_map(|t| t.chunks(2));
             pools.exponents.extend(pairs.map(|pair| pair[0] | pair.get(1).map_or(0, |odd| odd << 4)));
             u16s(&mut pools.indices, &block.points)?;
-            for point in &block.points {
+            let mut table = vec![0.0; terms * rows];
+            for (column, point) in block.points.iter().enumerate() {
                 let Polynomial { terms, coefficients, .. } = polynomial(&surrogate.points[*point].model);
-                let mut row = vec![0.0; block.terms.len()];
                 for (term, coefficient) in terms.iter().zip(coefficients) {
-                    row[block.place[term]] = *coefficient;
+                    table[block.place[term] * rows + column] = *coefficient;
                 }
-                pools.numbers.extend(row);
             }
+            pools.numbers.extend(table);
         }
         for (transforms, centres) in &self.sets {
             pools.transforms(&mut records, transforms);
@@ -359,10 +354,11 @@ impl Layout {
             u32s(&mut records, &[pools.indices.len() / 2, pools.numbers.len()])?;
             u16s(&mut pools.indices, points)?;
             pools.numbers.extend(&basis.scales);
-            for point in points {
-                if let Model::Rbf { weights, .. } = &surrogate.points[*point].model {
-                    pools.numbers.extend(weights);
-                }
+            for centre in 0..basis.centres.len() {
+                pools.numbers.extend(points.iter().filter_map(|p| match &surrogate.points[*p].model {
+                    Model::Rbf { weights, .. } => weights.get(centre),
+                    Model::Polynomial(_) => None,
+                }));
             }
         }
         for (i, limit) in surrogate.limits.iter().enumerate() {

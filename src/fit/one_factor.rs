@@ -7,6 +7,8 @@
 
 use std::fmt;
 
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
 use super::double_double::DoubleDouble;
 use super::least_squares::{accurate_least_squares, max_abs, rms};
 use crate::error::{Error, Result};
@@ -79,6 +81,16 @@ impl OneFactor {
     /// Value at `x`.
     pub fn value(&self, x: f64) -> f64 {
         self.coefficients.iter().rev().fold(0.0, |y, c| y * x + c)
+    }
+
+    /// Half width of the band that holds a new value with probability `coverage`, for independent normal
+    /// errors of equal variance, at a row of mean leverage; infinite where no degree of freedom is left.
+    pub fn half_width(&self, coverage: f64) -> f64 {
+        let (rows, terms) = (self.rows as f64, self.coefficients.len() as f64);
+        match StudentsT::new(0.0, 1.0, rows - terms) {
+            Ok(t) => t.inverse_cdf(0.5 + coverage / 2.0) * self.residual_deviation * (1.0 + terms / rows).sqrt(),
+            Err(_) => f64::INFINITY,
+        }
     }
 
     /// The formula with `digits` significant digits, for example

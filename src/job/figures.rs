@@ -143,12 +143,11 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
     let mut curves = Vec::new();
     for output in outputs {
         let fitted = OneFactor::fit(&x.values, &output.values, degree)?;
-        let residuals = if fitted.loo_rms.is_finite() { 2.0 * fitted.loo_rms } else { 0.0 };
         curves.push(Curve {
             name: output.name.clone(),
             samples: x.values.iter().copied().zip(output.values.iter().copied()).collect(),
             line: steps(low, high, 121).into_iter().map(|v| (v, fitted.value(v))).collect(),
-            half_width: residuals,
+            half_width: fitted.half_width(0.95),
             formula: fitted.formula("y", "x", 5),
         });
     }
@@ -167,7 +166,7 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
             y: Quantity::new("temperature", unit),
             curves: part.to_vec(),
             fixed: fixed.clone(),
-            notes: vec![format!("Markers: simulated; lines: polynomial of degree {degree}; shaded: twice its leave-one-out error.")],
+            notes: vec![format!("Markers: simulated; lines: polynomial of degree {degree}; shaded: its 95 % prediction band.")],
         })
         .collect())
 }

@@ -216,3 +216,14 @@ fn noise_is_smoothed() {
         assert!(e < 0.06, "{kernel:?}: {e:.3} of noise 0.1 remains");
     }
 }
+
+/// By hand: slope 0.6, residual sum of squares 0.2 on two degrees of freedom, Student's 0.975 quantile 4.302653.
+#[test]
+fn the_band_of_one_factor_is_students() {
+    let fitted = coldplate::fit::one_factor::OneFactor::fit(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 1.0, 2.0], 1).unwrap();
+    assert!((fitted.coefficients[1] - 0.6).abs() < 1e-12);
+    let by_hand = 4.302_652_73 * (0.2f64 / 2.0).sqrt() * 1.5f64.sqrt();
+    assert!((fitted.half_width(0.95) - by_hand).abs() < 1e-6, "{} against {by_hand}", fitted.half_width(0.95));
+    let exact = coldplate::fit::one_factor::OneFactor::fit(&[0.0, 1.0], &[0.0, 1.0], 1).unwrap();
+    assert!(exact.half_width(0.95).is_infinite());
+}
