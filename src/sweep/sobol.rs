@@ -55,7 +55,7 @@ fn directions(dimension: usize) -> [u32; BITS] {
 /// the sequence's balance and moves its first point away from the corner.
 ///
 /// # Errors
-/// More than [`DIMENSIONS`] dimensions, or 2³² points or more.
+/// More than ten dimensions, or 2³² points or more.
 pub fn points(count: usize, dimensions: usize, seed: Option<u64>) -> Result<Vec<Vec<f64>>> {
     if dimensions > DIMENSIONS {
         return Err(Error::input(format!("a Sobol' design has at most {DIMENSIONS} variables, this one has {dimensions}"))

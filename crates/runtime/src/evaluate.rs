@@ -1,8 +1,8 @@
 //! Values and gradients.
 //!
 //! Terms and centres are worked off in blocks that fit the stack. Monomials and kernels are computed
-//! once per block and shared by all points of a polynomial or basis, which then cost one dot
-//! product each.
+//! once per block and shared by all points of a polynomial or basis, which then cost one
+//! multiplication and addition each.
 
 use core::fmt;
 
@@ -81,7 +81,7 @@ impl Surrogate<'_> {
                 let mut buffer = [0.0; BLOCK];
                 let block = &mut buffer[..BLOCK.min(polynomial.terms - done)];
                 monomials(&polynomial, &u[..x.len()], done, block);
-                add_rows(block, polynomial.coefficients, polynomial.terms, done, polynomial.points, values);
+                add_columns(block, polynomial.coefficients, done, polynomial.points, values);
                 done += block.len();
             }
         }
@@ -93,7 +93,7 @@ impl Surrogate<'_> {
                 let block = &mut buffer[..BLOCK.min(basis.count - done)];
                 squared_distances(&basis, &u[..x.len()], done, block);
                 kernel_values(basis.kernel, block);
-                add_rows(block, basis.weights, basis.count, done, basis.points, values);
+                add_columns(block, basis.weights, done, basis.points, values);
                 done += block.len();
             }
         }
@@ -109,24 +109,24 @@ impl Surrogate<'_> {
         let scaled = self.scale(x);
         let mut value = 0.0;
         let mut buffer = [0.0; BLOCK];
-        if let Some((polynomial, row)) = self.polynomial_of(point) {
+        if let Some((polynomial, column)) = self.polynomial_of(point) {
             let u = pick(polynomial.transforms, &scaled);
             let mut done = 0;
             while done < polynomial.terms {
                 let block = &mut buffer[..BLOCK.min(polynomial.terms - done)];
                 monomials(&polynomial, &u[..x.len()], done, block);
-                value += dot(block, polynomial.coefficients.part(row * polynomial.terms + done, block.len()));
+                value += column_sum(block, polynomial.coefficients, done, polynomial.points.0.len(), column);
                 done += block.len();
             }
         }
-        if let Some((basis, row)) = self.basis_of(point) {
+        if let Some((basis, column)) = self.basis_of(point) {
             let u = pick(basis.transforms, &scaled);
             let mut done = 0;
             while done < basis.count {
                 let block = &mut buffer[..BLOCK.min(basis.count - done)];
                 squared_distances(&basis, &u[..x.len()], done, block);
                 kernel_values(basis.kernel, block);
-                value += dot(block, basis.weights.part(row * basis.count + done, block.len()));
+                value += column_sum(block, basis.weights, done, basis.points.0.len(), column);
                 done += block.len();
             }
         }
@@ -144,28 +144,28 @@ impl Surrogate<'_> {
         check("places for the gradient", self.variables.len(), gradient.len())?;
         let scaled = self.scale(x);
         gradient.fill(0.0);
-        if let Some((polynomial, row)) = self.polynomial_of(point) {
+        if let Some((polynomial, column)) = self.polynomial_of(point) {
             let mut slopes = [0.0; MAX_VARIABLES];
-            self.polynomial_slopes(&polynomial, row, &pick(polynomial.transforms, &scaled), x.len(), &mut slopes);
+            self.polynomial_slopes(&polynomial, column, &pick(polynomial.transforms, &scaled), x.len(), &mut slopes);
             self.chain(polynomial.transforms, x, &slopes, gradient);
         }
-        if let Some((basis, row)) = self.basis_of(point) {
+        if let Some((basis, column)) = self.basis_of(point) {
             let mut slopes = [0.0; MAX_VARIABLES];
-            self.basis_slopes(&basis, row, &pick(basis.transforms, &scaled), x.len(), &mut slopes);
+            self.basis_slopes(&basis, column, &pick(basis.transforms, &scaled), x.len(), &mut slopes);
             self.chain(basis.transforms, x, &slopes, gradient);
         }
         Ok(())
     }
 
-    fn polynomial_slopes(&self, polynomial: &Polynomial<'_>, row: usize, u: &Scaled, variables: usize, slopes: &mut Scaled) {
+    fn polynomial_slopes(&self, polynomial: &Polynomial<'_>, column: usize, u: &Scaled, variables: usize, slopes: &mut Scaled) {
         let mut powers = [[1.0; POWERS]; MAX_VARIABLES];
         for (u, row) in u.iter().zip(&mut powers) {
             for e in 1..=polynomial.degree.min(MAX_DEGREE) {
                 row[e] = row[e - 1] * u;
             }
         }
-        let coefficients = polynomial.coefficients.part(row * polynomial.terms, polynomial.terms);
-        for (term, coefficient) in coefficients.iter().enumerate() {
+        for term in 0..polynomial.terms {
+            let coefficient = polynomial.coefficient(term, column);
             let mut exponents = [0; MAX_VARIABLES];
             exponents.iter_mut().enumerate().for_each(|(v, e)| *e = usize::from(polynomial.exponent(term, v)));
             for (by, slope) in slopes.iter_mut().enumerate().take(variables).filter(|(by, _)| exponents[*by] > 0) {
@@ -178,9 +178,9 @@ impl Surrogate<'_> {
         }
     }
 
-    fn basis_slopes(&self, basis: &Basis<'_>, row: usize, u: &Scaled, variables: usize, slopes: &mut Scaled) {
-        let weights = basis.weights.part(row * basis.count, basis.count);
-        for (centre, weight) in weights.iter().enumerate() {
+    fn basis_slopes(&self, basis: &Basis<'_>, column: usize, u: &Scaled, variables: usize, slopes: &mut Scaled) {
+        for centre in 0..basis.count {
+            let weight = basis.weight(centre, column);
             let mut square = 0.0;
             let mut pull = [0.0; MAX_VARIABLES]; // half the slope of the squared distance
             for (v, pull) in pull.iter_mut().enumerate().take(variables) {
@@ -231,11 +231,11 @@ impl Surrogate<'_> {
     }
 
     fn polynomial_of(&self, point: usize) -> Option<(Polynomial<'_>, usize)> {
-        self.polynomials().find_map(|p| p.points.iter().position(|i| i == point).map(|row| (p, row)))
+        self.polynomials().find_map(|p| p.points.iter().position(|i| i == point).map(|column| (p, column)))
     }
 
     fn basis_of(&self, point: usize) -> Option<(Basis<'_>, usize)> {
-        self.bases().find_map(|b| b.points.iter().position(|i| i == point).map(|row| (b, row)))
+        self.bases().find_map(|b| b.points.iter().position(|i| i == point).map(|column| (b, column)))
     }
 }
 
@@ -345,96 +345,70 @@ fn normal(square: f64) -> f64 {
     if square < f64::MIN_POSITIVE { f64::MIN_POSITIVE } else { square }
 }
 
-/// Adds to each point's value the dot product of `block` with its row, from place `start` of the row.
-fn add_rows(block: &[f64], table: Numbers<'_>, width: usize, start: usize, points: Indices<'_>, values: &mut [f64]) {
-    let (fours, rest) = points.0.as_chunks::<4>();
-    let mut at = start;
-    let mut next = || {
-        let row = table.part(at, block.len());
-        at += width;
-        row
-    };
-    for four in fours {
-        let sums = four_dots(block, [next(), next(), next(), next()]);
-        for (point, sum) in Indices(four).iter().zip(sums) {
-            add(sum, point, values);
+/// Adds to each point's value the sum of its column of `table` times `block`, from row `start` of the
+/// table. One row serves all points, so that their sums run side by side.
+fn add_columns(block: &[f64], table: Numbers<'_>, start: usize, points: Indices<'_>, values: &mut [f64]) {
+    let columns = points.0.len();
+    let mut points = points.0;
+    let mut rest = table.0.get(start * columns..).unwrap_or(&[]);
+    while !points.is_empty() {
+        // Up to twelve sums fit the registers; of more columns, eight at a time.
+        let width = if points.len() <= 12 { points.len() } else { 8 };
+        let (now, later) = points.split_at(width);
+        match width {
+            1 => add_some::<1>(block, rest, columns, now, values),
+            2 => add_some::<2>(block, rest, columns, now, values),
+            3 => add_some::<3>(block, rest, columns, now, values),
+            4 => add_some::<4>(block, rest, columns, now, values),
+            5 => add_some::<5>(block, rest, columns, now, values),
+            6 => add_some::<6>(block, rest, columns, now, values),
+            7 => add_some::<7>(block, rest, columns, now, values),
+            8 => add_some::<8>(block, rest, columns, now, values),
+            9 => add_some::<9>(block, rest, columns, now, values),
+            10 => add_some::<10>(block, rest, columns, now, values),
+            11 => add_some::<11>(block, rest, columns, now, values),
+            _ => add_some::<12>(block, rest, columns, now, values),
         }
-    }
-    let (twos, last) = rest.as_chunks::<2>();
-    for two in twos {
-        let sums = two_dots(block, [next(), next()]);
-        for (point, sum) in Indices(two).iter().zip(sums) {
-            add(sum, point, values);
-        }
-    }
-    for point in Indices(last).iter() {
-        add(dot(block, next()), point, values);
+        points = later;
+        rest = rest.get(width..).unwrap_or(&[]);
     }
 }
 
-fn add(sum: f64, point: usize, values: &mut [f64]) {
-    if let Some(value) = values.get_mut(point) {
-        *value += sum;
-    }
-}
-
-/// Dot product in four partial sums, which add up in a fixed order.
-fn dot(a: &[f64], b: Numbers<'_>) -> f64 {
-    let mut sums = [0.0; 4];
-    let ((a, a_rest), (b, b_rest)) = (a.as_chunks::<4>(), b.0.as_chunks::<4>());
-    for (a, b) in a.iter().zip(b) {
-        for i in 0..4 {
-            sums[i] += a[i] * f64::from_le_bytes(b[i]);
+fn add_some<const W: usize>(block: &[f64], table: &[[u8; 8]], columns: usize, points: &[[u8; 2]], values: &mut [f64]) {
+    let mut sums = [0.0; W];
+    column_sums(block, table, columns, &mut sums);
+    for (point, sum) in Indices(points).iter().zip(&sums) {
+        if let Some(value) = values.get_mut(point) {
+            *value += sum;
         }
     }
-    add_rest(&mut sums, a_rest, b_rest);
-    total(sums)
 }
 
-/// Two dot products at once, each in the order of [`dot`].
-fn two_dots(a: &[f64], [p, q]: [Numbers<'_>; 2]) -> [f64; 2] {
-    let mut sums = [[0.0; 4]; 2];
-    let ((a, a_rest), (p, p_rest), (q, q_rest)) = (a.as_chunks::<4>(), p.0.as_chunks::<4>(), q.0.as_chunks::<4>());
-    for (a, (p, q)) in a.iter().zip(p.iter().zip(q)) {
-        for i in 0..4 {
-            sums[0][i] += a[i] * f64::from_le_bytes(p[i]);
-            sums[1][i] += a[i] * f64::from_le_bytes(q[i]);
-        }
+/// Sums of the first `W` columns. Not inlined: with results that are stored in one piece, the
+/// sums stay in wide registers instead of being taken apart in every turn of the loop.
+#[inline(never)]
+fn column_sums<const W: usize>(block: &[f64], table: &[[u8; 8]], columns: usize, out: &mut [f64; W]) {
+    if columns == W {
+        *out = sum_rows(block, table.as_chunks::<W>().0.iter());
+    } else {
+        let rows = (0..).map_while(|row| table.get(row * columns..).and_then(<[[u8; 8]]>::first_chunk::<W>));
+        *out = sum_rows(block, rows);
     }
-    for (sums, rest) in sums.iter_mut().zip([p_rest, q_rest]) {
-        add_rest(sums, a_rest, rest);
-    }
-    sums.map(total)
 }
 
-/// Four dot products at once, each in the order of [`dot`]: they share the reading of `a`, and their
-/// sums do not wait for each other.
-fn four_dots(a: &[f64], [p, q, r, s]: [Numbers<'_>; 4]) -> [f64; 4] {
-    let mut sums = [[0.0; 4]; 4];
-    let ((a, a_rest), (p, p_rest), (q, q_rest)) = (a.as_chunks::<4>(), p.0.as_chunks::<4>(), q.0.as_chunks::<4>());
-    let ((r, r_rest), (s, s_rest)) = (r.0.as_chunks::<4>(), s.0.as_chunks::<4>());
-    for (a, ((p, q), (r, s))) in a.iter().zip(p.iter().zip(q).zip(r.iter().zip(s))) {
-        for i in 0..4 {
-            sums[0][i] += a[i] * f64::from_le_bytes(p[i]);
-            sums[1][i] += a[i] * f64::from_le_bytes(q[i]);
-            sums[2][i] += a[i] * f64::from_le_bytes(r[i]);
-            sums[3][i] += a[i] * f64::from_le_bytes(s[i]);
-        }
-    }
-    for (sums, rest) in sums.iter_mut().zip([p_rest, q_rest, r_rest, s_rest]) {
-        add_rest(sums, a_rest, rest);
-    }
-    sums.map(total)
-}
-
-/// The last products, fewer than four.
 #[inline(always)]
-fn add_rest(sums: &mut [f64; 4], a: &[f64], b: &[[u8; 8]]) {
-    for (sum, (a, b)) in sums.iter_mut().zip(a.iter().zip(b)) {
-        *sum += a * f64::from_le_bytes(*b);
+fn sum_rows<'a, const W: usize>(block: &[f64], rows: impl Iterator<Item = &'a [[u8; 8]; W]>) -> [f64; W] {
+    let mut sums = [0.0; W];
+    for (factor, row) in block.iter().zip(rows) {
+        for i in 0..W {
+            sums[i] += factor * f64::from_le_bytes(row[i]);
+        }
     }
+    sums
 }
 
-fn total(sums: [f64; 4]) -> f64 {
-    (sums[0] + sums[2]) + (sums[1] + sums[3])
+/// The sum of one column, in the order of [`add_columns`].
+fn column_sum(block: &[f64], table: Numbers<'_>, start: usize, columns: usize, column: usize) -> f64 {
+    let rest = table.0.get(start * columns + column..).unwrap_or(&[]);
+    block.iter().zip(rest.iter().step_by(columns)).fold(0.0, |sum, (factor, entry)| sum + factor * f64::from_le_bytes(*entry))
 }

@@ -159,12 +159,12 @@ impl Kernel {
 #[derive(Debug, Clone, Copy)]
 pub struct Polynomial<'a> {
     pub(crate) transforms: &'a [u8],
-    /// The points, one row of coefficients each.
+    /// The points.
     pub points: Indices<'a>,
     /// Term by term, two exponents per byte: that of an even variable in the lower four bits.
     pub(crate) exponents: &'a [u8],
-    /// One row of coefficients per point, one coefficient per term.
-    pub coefficients: Numbers<'a>,
+    /// Term by term, one coefficient per point.
+    pub(crate) coefficients: Numbers<'a>,
     /// How many terms.
     pub terms: usize,
     /// Largest total degree of a term.
@@ -183,6 +183,12 @@ impl Polynomial<'_> {
         pair.map_or(0, |pair| pair >> (4 * (variable % 2)) & 15)
     }
 
+    /// Coefficient of a term for the point at place `column` of `points`; zero where there is none.
+    #[must_use]
+    pub fn coefficient(&self, term: usize, column: usize) -> f64 {
+        entry(self.coefficients, term, self.points, column)
+    }
+
     /// How variable `index` enters.
     #[must_use]
     pub fn transform(&self, index: usize) -> Transform {
@@ -199,21 +205,38 @@ pub struct Basis<'a> {
     /// Inverse length scale per variable, multiplying the scaled variable.
     pub scales: Numbers<'a>,
     /// Coordinates in scaled variables: all centres for the first variable, then for the second.
-    pub centres: Numbers<'a>,
+    pub(crate) centres: Numbers<'a>,
     /// How many centres.
     pub count: usize,
-    /// The points, one row of weights each.
+    /// The points.
     pub points: Indices<'a>,
-    /// One row of weights per point, one weight per centre.
-    pub weights: Numbers<'a>,
+    /// Centre by centre, one weight per point.
+    pub(crate) weights: Numbers<'a>,
 }
 
 impl Basis<'_> {
+    /// Coordinate of a centre along a scaled variable; zero where there is none.
+    #[must_use]
+    pub fn coordinate(&self, centre: usize, variable: usize) -> f64 {
+        if centre < self.count { self.centres.at(variable * self.count + centre) } else { 0.0 }
+    }
+
+    /// Weight of a centre for the point at place `column` of `points`; zero where there is none.
+    #[must_use]
+    pub fn weight(&self, centre: usize, column: usize) -> f64 {
+        entry(self.weights, centre, self.points, column)
+    }
+
     /// How variable `index` enters.
     #[must_use]
     pub fn transform(&self, index: usize) -> Transform {
         transform(self.transforms, index)
     }
+}
+
+fn entry(table: Numbers<'_>, row: usize, points: Indices<'_>, column: usize) -> f64 {
+    let columns = points.0.len();
+    if column < columns { table.at(row.saturating_mul(columns).saturating_add(column)) } else { 0.0 }
 }
 
 fn transform(codes: &[u8], index: usize) -> Transform {

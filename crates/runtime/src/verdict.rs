@@ -140,16 +140,16 @@ fn spread(points: Indices<'_>, values: &[f64], widths: Numbers<'_>) -> (f64, f64
         let (v, b) = (values.get(point).copied().unwrap_or(f64::NAN), widths.at(point));
         let (low, high) = (v - b, v + b);
         sum += v;
-        (largest, smallest) = (greater(v, largest), lesser(v, smallest));
-        (largest_low, smallest_low) = (greater(low, largest_low), lesser(low, smallest_low));
-        (largest_high, smallest_high) = (greater(high, largest_high), lesser(high, smallest_high));
-        widest = greater(high - low, widest);
+        (largest, smallest) = (greater(largest, v), lesser(smallest, v));
+        (largest_low, smallest_low) = (greater(largest_low, low), lesser(smallest_low, low));
+        (largest_high, smallest_high) = (greater(largest_high, high), lesser(smallest_high, high));
+        widest = greater(widest, b);
     }
     if !sum.is_finite() {
         return (f64::NAN, f64::NAN, f64::NAN);
     }
     let mut high = largest_high - smallest_low;
-    if widest >= high {
+    if 2.0 * widest >= high {
         // One band may reach from end to end, but a spread is between two points.
         high = widest_pair(points, values, widths);
     }
