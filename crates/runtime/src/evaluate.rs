@@ -74,11 +74,11 @@ impl Surrogate<'_> {
         check("number of points", self.points.len(), values.len())?;
         let scaled = self.scale(x);
         values.fill(0.0);
+        let mut buffer = [0.0; BLOCK];
         for polynomial in self.polynomials() {
             let u = pick(polynomial.transforms, &scaled);
             let mut done = 0;
             while done < polynomial.terms {
-                let mut buffer = [0.0; BLOCK];
                 let block = &mut buffer[..BLOCK.min(polynomial.terms - done)];
                 monomials(&polynomial, &u[..x.len()], done, block);
                 add_columns(block, polynomial.coefficients, done, polynomial.points, values);
@@ -89,7 +89,6 @@ impl Surrogate<'_> {
             let u = pick(basis.transforms, &scaled);
             let mut done = 0;
             while done < basis.count {
-                let mut buffer = [0.0; BLOCK];
                 let block = &mut buffer[..BLOCK.min(basis.count - done)];
                 squared_distances(&basis, &u[..x.len()], done, block);
                 kernel_values(basis.kernel, block);

@@ -149,8 +149,8 @@ fn spread(points: Indices<'_>, values: &[f64], widths: Numbers<'_>) -> (f64, f64
         return (f64::NAN, f64::NAN, f64::NAN);
     }
     let mut high = largest_high - smallest_low;
-    if 2.0 * widest >= high {
-        // One band may reach from end to end, but a spread is between two points.
+    if 2.0 * widest >= high - 1e-9 * (largest_high.abs() + smallest_low.abs()) {
+        // One band may reach from end to end (to rounding), but a spread is between two points.
         high = widest_pair(points, values, widths);
     }
     (largest - smallest, greater(largest_low - smallest_high, 0.0), high)
