@@ -52,6 +52,12 @@ impl Mesh {
         if target > 1_000_000_000 {
             return Err(Error::input("more cells than can be numbered").at_key("cells").read(target).help("ask for at most 1e9 cells"));
         }
+        if target == 0 {
+            return Err(Error::input("a mesh needs at least one cell")
+                .at_key("cells")
+                .read(target)
+                .help("leave --cells out for the default"));
+        }
         let count = |size: f64| -> f64 {
             let blocks = machine.parts.iter().flat_map(|p| p.blocks.iter().map(move |b| (p, b)));
             blocks.map(|(part, block)| divisions(block, size * part.element_scale).iter().map(|n| *n as f64).product::<f64>()).sum()

@@ -119,7 +119,9 @@ impl Network {
             let mut liquids = vec![None; self.streams.len()];
             for s in members(&tree.layout) {
                 let (_, water) = self.streams[s].mean_temperatures(temperatures);
-                liquids[s] = Some(at(water.clamp(load.inlets[c] - 1.0, load.inlets[c] + 60.0))?);
+                // Water at rest carries nothing, whatever its wall makes of it.
+                let mean = if total > 0.0 { water.clamp(load.inlets[c] - 1.0, load.inlets[c] + 60.0) } else { load.inlets[c] };
+                liquids[s] = Some(at(mean)?);
             }
             self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
             for s in members(&tree.layout) {
