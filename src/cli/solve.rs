@@ -13,7 +13,7 @@ use crate::machine::Machine;
 use crate::mesh::vtu;
 use crate::model::{Model, State};
 use crate::solve::balance::{ContactFlow, contact_flows, heat_flow_matrix};
-use crate::units::{Celsius, Kelvin};
+use crate::units::{Celsius, Kelvin, express};
 
 /// Steady temperatures at one condition
 #[derive(Debug, clap::Args)]
@@ -42,6 +42,19 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let machine = Machine::read(&args.machine, &sets)?;
     let condition = args.condition.condition(&machine)?;
+    for (variable, value) in machine.variables.iter().zip(condition.si()) {
+        if let Some((low, high)) = variable.range.filter(|(low, high)| value < low || value > high) {
+            let shown = |si: f64| express(si, &variable.unit, variable.dimension).unwrap_or(si);
+            out.note(&format!(
+                "note: {} = {} {} is outside the range the machine file gives, {} to {}",
+                variable.name,
+                significant(shown(*value), 6),
+                variable.unit,
+                significant(shown(low), 6),
+                significant(shown(high), 6)
+            ));
+        }
+    }
     let model = Model::new(machine, args.cells)?;
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
