@@ -29,7 +29,7 @@ pub struct Checked {
     pub balance: (f64, f64, f64),
 }
 
-/// Solves every measured state of the machine. Nothing is adjusted to the readings.
+/// Solves every measured state of the machine as its file stands; nothing is fitted here.
 ///
 /// # Errors
 /// A condition is incomplete, or a state cannot be solved.
@@ -87,7 +87,7 @@ fn one(model: &Model, measurement: &Measurement) -> Result<Checked> {
         sensors,
         other_name: "published simulation".into(),
         fixed: fixed.clone(),
-        notes: vec!["Nothing in the model was adjusted to these readings.".into()],
+        notes: vec!["The machine file as it stands; its assumptions say which numbers were chosen with readings in view.".into()],
     };
     let balance = &state.solution.balance;
     Ok(Checked {

@@ -128,7 +128,8 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
 
 fn measured(section: &mut Section, material: &Material<'_>) {
     section
-        .paragraph("Every measured state of the machine file, solved in full at its own condition. Nothing was adjusted to the readings.");
+        .paragraph("Every measured state of the machine file, solved in full at its own condition. This run fits nothing; \
+             where a number of the machine file was chosen with readings in view, the assumptions below say so, and agreement there is no proof.");
     let figures: Vec<_> = material.gallery.of("measured").zip(material.gallery.of("heat")).collect();
     for (check, (figure, heat)) in material.checked.iter().zip(figures) {
         section.heading(format!("{}: {}", check.machine, check.name));
