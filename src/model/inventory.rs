@@ -206,7 +206,8 @@ fn warn_about_islands(model: &Model, found: &mut Inventory) {
         }
         i
     }
-    let pairs = network.conductors.iter().map(|(a, b, _)| (*a, *b));
+    // The cells of a block are one piece.
+    let pairs = network.blocks.iter().flat_map(|b| b.nodes().map(|node| (b.first as u32, node as u32)));
     let pairs = pairs.chain(network.joints.iter().map(|j| (j.a, j.b))).chain(network.radiative.iter().map(|(a, b, _)| (*a, *b)));
     for (a, b) in pairs {
         let (a, b) = (find(&mut root, a as usize), find(&mut root, b as usize));

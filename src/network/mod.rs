@@ -6,11 +6,13 @@
 //! face becomes a *surface*, an arithmetic node eliminated where it stands. The network holds no
 //! condition; a [`Load`] does. The solver sees these two and nothing else.
 
+pub mod block;
 mod build;
 mod load;
 pub mod stream;
 pub mod surface;
 
+pub use block::Block;
 pub use load::{BoundaryState, Load};
 pub use stream::{Stream, StreamState};
 pub use surface::Surface;
@@ -34,9 +36,9 @@ pub struct Network {
     pub group: Vec<u32>,
     /// Names of the groups: first the parts, then the lumped nodes.
     pub groups: Vec<String>,
-    /// Constant linear conductors (GL) inside blocks: two nodes and W/K.
-    pub conductors: Vec<(u32, u32, f64)>,
-    /// Joints: contacts, bonds between blocks, and conduction in materials with k(T).
+    /// Linear conductors (GL) inside structured blocks.
+    pub blocks: Vec<Block>,
+    /// All other linear conductors: contacts, bonds between blocks, edges of imported meshes.
     pub joints: Vec<Joint>,
     /// Contacts the joints belong to.
     pub contacts: Vec<ContactGroup>,

@@ -5,12 +5,14 @@
 
 use rayon::prelude::*;
 
+use crate::network::block::Real;
+
 /// Rows or entries handled by one task.
 pub const CHUNK: usize = 8192;
 
 /// A square or rectangular sparse matrix; columns ascend within each row.
 #[derive(Debug, Clone, Default)]
-pub struct Csr {
+pub struct Csr<T = f64> {
     /// Number of columns.
     pub columns: usize,
     /// Start of each row in `cols` and `values`, and the end of the last: `rows() + 1` entries.
@@ -18,89 +20,36 @@ pub struct Csr {
     /// Column of each entry.
     pub cols: Vec<u32>,
     /// Value of each entry.
-    pub values: Vec<f64>,
+    pub values: Vec<T>,
 }
 
-impl Csr {
+impl<T: Real> Csr<T> {
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.starts.len() - 1
     }
 
     /// Columns and values of a row.
-    pub fn row(&self, i: usize) -> (&[u32], &[f64]) {
+    pub fn row(&self, i: usize) -> (&[u32], &[T]) {
         let range = self.starts[i]..self.starts[i + 1];
         (&self.cols[range.clone()], &self.values[range])
     }
 
-    /// Place of an entry in `values`; the entry must be part of the pattern.
-    pub fn position(&self, row: u32, column: u32) -> usize {
-        let range = self.starts[row as usize]..self.starts[row as usize + 1];
-        let found = self.cols[range.clone()].binary_search(&column);
-        debug_assert!(found.is_ok(), "entry ({row}, {column}) is not in the pattern");
-        range.start + found.unwrap_or(0)
-    }
-
-    /// The pattern that holds a set of (row, column) entries and the diagonal, with zero values.
-    pub fn pattern(rows: usize, entries: impl Iterator<Item = (u32, u32)> + Clone) -> Self {
-        let mut counts = vec![1usize; rows + 1];
-        for (i, _) in entries.clone() {
-            counts[i as usize] += 1;
-        }
-        let mut starts = Vec::with_capacity(rows + 1);
-        let mut total = 0;
-        for count in &counts[..rows] {
-            starts.push(total);
-            total += count;
-        }
-        starts.push(total);
-        let mut cols = vec![0u32; total];
-        let mut next: Vec<usize> = starts[..rows].to_vec();
-        let mut put = |i: u32, j: u32| {
-            cols[next[i as usize]] = j;
-            next[i as usize] += 1;
-        };
-        (0..rows as u32).for_each(|i| put(i, i));
-        entries.for_each(|(i, j)| put(i, j));
-        // Sort each row and drop what is there twice.
-        let mut kept = 0;
-        let mut packed_starts = Vec::with_capacity(rows + 1);
-        for i in 0..rows {
-            packed_starts.push(kept);
-            cols[starts[i]..starts[i + 1]].sort_unstable();
-            let mut last = None;
-            for at in starts[i]..starts[i + 1] {
-                if last != Some(cols[at]) {
-                    last = Some(cols[at]);
-                    cols[kept] = cols[at];
-                    kept += 1;
-                }
-            }
-        }
-        packed_starts.push(kept);
-        cols.truncate(kept);
-        cols.shrink_to_fit();
-        Self { columns: rows, starts: packed_starts, values: vec![0.0; kept], cols }
-    }
-
     /// y = A x
-    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
-        for_chunks(y, |first, part| {
-            for (k, out) in part.iter_mut().enumerate() {
-                let (cols, values) = self.row(first + k);
-                *out = cols.iter().zip(values).map(|(c, v)| v * x[*c as usize]).sum();
-            }
-        });
+    pub fn multiply(&self, x: &[T], y: &mut [T]) {
+        for_chunks(y, |first, part| self.add_product(first, x, part, true));
     }
 
-    /// r = b - A x
-    pub fn residual(&self, x: &[f64], b: &[f64], r: &mut [f64]) {
-        for_chunks(r, |first, part| {
-            for (k, out) in part.iter_mut().enumerate() {
-                let (cols, values) = self.row(first + k);
-                *out = b[first + k] - cols.iter().zip(values).map(|(c, v)| v * x[*c as usize]).sum::<f64>();
+    /// Adds the rows from `first` on of A x to `part`, or sets it to them.
+    pub fn add_product(&self, first: usize, x: &[T], part: &mut [T], set: bool) {
+        for (k, out) in part.iter_mut().enumerate() {
+            let (cols, values) = self.row(first + k);
+            let mut sum = if set { T::default() } else { *out };
+            for (c, v) in cols.iter().zip(values) {
+                sum += *v * x[*c as usize];
             }
-        });
+            *out = sum;
+        }
     }
 
     /// The transpose.
@@ -113,7 +62,7 @@ impl Csr {
             starts[i + 1] += starts[i];
         }
         let mut next = starts.clone();
-        let (mut cols, mut values) = (vec![0u32; self.cols.len()], vec![0.0; self.cols.len()]);
+        let (mut cols, mut values) = (vec![0u32; self.cols.len()], vec![T::default(); self.cols.len()]);
         for i in 0..self.rows() {
             let (row_cols, row_values) = self.row(i);
             for (c, v) in row_cols.iter().zip(row_values) {
@@ -123,6 +72,14 @@ impl Csr {
             }
         }
         Self { columns: self.rows(), starts, cols, values }
+    }
+}
+
+impl Csr {
+    /// The same matrix in single precision.
+    pub fn to_single(&self) -> Csr<f32> {
+        let values = self.values.iter().map(|v| *v as f32).collect();
+        Csr { columns: self.columns, starts: self.starts.clone(), cols: self.cols.clone(), values }
     }
 
     /// The product of two matrices (Gustavson's row-by-row scheme), columns sorted.
@@ -160,25 +117,30 @@ impl Csr {
                 (lengths, cols, values)
             })
             .collect();
-        let mut product = Self { columns: other.columns, starts: vec![0], cols: Vec::new(), values: Vec::new() };
+        Self::from_chunks(other.columns, chunks)
+    }
+
+    /// A matrix of consecutive pieces: lengths of rows, columns and values.
+    pub fn from_chunks(columns: usize, chunks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)>) -> Self {
+        let mut found = Self { columns, starts: vec![0], cols: Vec::new(), values: Vec::new() };
         let total = chunks.iter().map(|(_, c, _)| c.len()).sum();
-        product.cols.reserve_exact(total);
-        product.values.reserve_exact(total);
+        found.cols.reserve_exact(total);
+        found.values.reserve_exact(total);
         let mut end = 0;
         for (lengths, cols, values) in chunks {
             for length in lengths {
                 end += length;
-                product.starts.push(end);
+                found.starts.push(end);
             }
-            product.cols.extend(cols);
-            product.values.extend(values);
+            found.cols.extend(cols);
+            found.values.extend(values);
         }
-        product
+        found
     }
 }
 
 /// Runs `work(first index, chunk)` over the chunks of a vector.
-pub fn for_chunks(y: &mut [f64], work: impl Fn(usize, &mut [f64]) + Sync) {
+pub fn for_chunks<T: Send>(y: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
     if y.len() <= 2 * CHUNK {
         for (i, part) in y.chunks_mut(CHUNK).enumerate() {
             work(i * CHUNK, part);

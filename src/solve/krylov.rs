@@ -1,6 +1,9 @@
-//! Preconditioned conjugate gradients and GMRES.
+//! Preconditioned conjugate gradients and flexible GMRES.
 
-use super::csr::{Csr, add_scaled, dot, norm};
+use rayon::prelude::*;
+
+use super::csr::{CHUNK, add_scaled, dot, for_chunks, norm};
+use super::jacobian::Jacobian;
 
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -15,7 +18,7 @@ pub struct Outcome {
 
 /// Conjugate gradients for a symmetric positive definite matrix, from zero (Saad, Iterative Methods, alg. 9.1).
 pub fn conjugate_gradients(
-    matrix: &Csr,
+    matrix: &Jacobian<'_>,
     b: &[f64],
     x: &mut [f64],
     tolerance: f64,
@@ -41,15 +44,19 @@ pub fn conjugate_gradients(
             let next = dot(&r, &z);
             let beta = next / rho;
             rho = next;
-            p.iter_mut().zip(&z).for_each(|(p, z)| *p = z + beta * *p);
+            for_chunks(&mut p, |first, part| part.iter_mut().zip(&z[first..]).for_each(|(p, z)| *p = z + beta * *p));
         }
     }
     finish(matrix, b, x, target, iterations)
 }
 
-/// Restarted GMRES with right preconditioning, from zero (Saad, alg. 9.5): the residual it minimises is the true one.
+/// Restarted flexible GMRES, from zero (Saad, SIAM Journal on Scientific Computing 14 (1993) 461).
+///
+/// The basis and the preconditioned vectors are kept in single precision, which halves their memory; the
+/// products are formed in double precision with exactly the vectors kept, and each restart begins with the
+/// true residual, so that the solution is as accurate as the tolerance asks.
 pub fn gmres(
-    matrix: &Csr,
+    matrix: &Jacobian<'_>,
     b: &[f64],
     x: &mut [f64],
     tolerance: f64,
@@ -61,30 +68,29 @@ pub fn gmres(
     let target = tolerance * norm(b);
     x.fill(0.0);
     let mut r = b.to_vec();
-    let mut z = vec![0.0; n];
+    let (mut z, mut w) = (vec![0.0; n], vec![0.0; n]);
+    let (mut basis, mut images): (Vec<Vec<f32>>, Vec<Vec<f32>>) = (Vec::new(), Vec::new());
     let mut iterations = 0;
     while iterations < most {
         let beta = norm(&r);
         if beta <= target || !beta.is_finite() {
             break;
         }
-        let mut basis: Vec<Vec<f64>> = vec![r.iter().map(|v| v / beta).collect()];
+        basis.clear();
+        images.clear();
+        basis.push(rounded(&mut r, 1.0 / beta));
         let mut hessenberg: Vec<Vec<f64>> = Vec::new();
         let mut rotations: Vec<(f64, f64)> = Vec::new();
         let mut g = vec![beta];
         while hessenberg.len() < restart && iterations < most {
             let j = hessenberg.len();
-            precondition(&basis[j], &mut z);
-            let mut w = vec![0.0; n];
+            // r holds the last basis vector as it was rounded.
+            precondition(&r, &mut z);
+            images.push(rounded(&mut z, 1.0));
             matrix.multiply(&z, &mut w);
             iterations += 1;
-            let mut h = Vec::with_capacity(j + 2);
-            for v in &basis {
-                let projection = dot(v, &w);
-                add_scaled(&mut w, -projection, v);
-                h.push(projection);
-            }
-            let length = norm(&w);
+            let mut h = projections(&basis, &w);
+            let length = subtract(&basis, &h, &mut w);
             for (i, (c, s)) in rotations.iter().enumerate() {
                 (h[i], h[i + 1]) = (c * h[i] + s * h[i + 1], -s * h[i] + c * h[i + 1]);
             }
@@ -95,11 +101,12 @@ pub fn gmres(
             g.push(-s * g[j]);
             g[j] *= c;
             hessenberg.push(h);
-            if g[j + 1].abs() <= target || length <= 1e-300 {
+            // Single-precision bases carry no more digits than this within one restart.
+            if g[j + 1].abs() <= target.max(1e-5 * beta) || length <= 1e-300 {
                 break;
             }
-            w.iter_mut().for_each(|v| *v /= length);
-            basis.push(w);
+            std::mem::swap(&mut r, &mut w);
+            basis.push(rounded(&mut r, 1.0 / length));
         }
         let m = hessenberg.len();
         let mut y = vec![0.0; m];
@@ -107,19 +114,49 @@ pub fn gmres(
             let sum: f64 = (i + 1..m).map(|k| hessenberg[k][i] * y[k]).sum();
             y[i] = if hessenberg[i][i] == 0.0 { 0.0 } else { (g[i] - sum) / hessenberg[i][i] };
         }
-        let mut combination = vec![0.0; n];
-        for (v, weight) in basis.iter().zip(&y) {
-            add_scaled(&mut combination, *weight, v);
-        }
-        precondition(&combination, &mut z);
-        add_scaled(x, 1.0, &z);
+        for_chunks(x, |first, part| {
+            for (image, weight) in images.iter().zip(&y) {
+                part.iter_mut().zip(&image[first..]).for_each(|(x, z)| *x += weight * f64::from(*z));
+            }
+        });
         matrix.residual(x, b, &mut r);
     }
     finish(matrix, b, x, target, iterations)
 }
 
+/// `v` times `scale` in single precision; `v` becomes exactly that.
+fn rounded(v: &mut [f64], scale: f64) -> Vec<f32> {
+    let mut single = vec![0.0f32; v.len()];
+    for_chunks(&mut single, |first, part| part.iter_mut().zip(&v[first..]).for_each(|(s, v)| *s = (v * scale) as f32));
+    for_chunks(v, |first, part| part.iter_mut().zip(&single[first..]).for_each(|(v, s)| *v = f64::from(*s)));
+    single
+}
+
+/// Scalar products of each basis vector with `w`, which is read once per chunk.
+fn projections(basis: &[Vec<f32>], w: &[f64]) -> Vec<f64> {
+    let chunk = |(c, w): (usize, &[f64])| -> Vec<f64> {
+        let from = c * CHUNK;
+        basis.iter().map(|v| v[from..from + w.len()].iter().zip(w).map(|(v, w)| f64::from(*v) * w).sum()).collect()
+    };
+    let parts: Vec<Vec<f64>> = w.par_chunks(CHUNK).enumerate().map(chunk).collect();
+    (0..basis.len()).map(|i| parts.iter().map(|p| p[i]).sum()).collect()
+}
+
+/// Subtracts the projections from `w` and returns its norm.
+fn subtract(basis: &[Vec<f32>], h: &[f64], w: &mut [f64]) -> f64 {
+    let chunk = |(c, w): (usize, &mut [f64])| -> f64 {
+        let from = c * CHUNK;
+        for (v, h) in basis.iter().zip(h) {
+            w.iter_mut().zip(&v[from..]).for_each(|(w, v)| *w -= h * f64::from(*v));
+        }
+        w.iter().map(|w| w * w).sum()
+    };
+    let parts: Vec<f64> = w.par_chunks_mut(CHUNK).enumerate().map(chunk).collect();
+    parts.iter().sum::<f64>().sqrt()
+}
+
 /// Measures the true residual: the recursive one may have drifted.
-fn finish(matrix: &Csr, b: &[f64], x: &[f64], target: f64, iterations: usize) -> Outcome {
+fn finish(matrix: &Jacobian<'_>, b: &[f64], x: &[f64], target: f64, iterations: usize) -> Outcome {
     let mut r = vec![0.0; b.len()];
     matrix.residual(x, b, &mut r);
     let (residual, size) = (norm(&r), norm(b));

@@ -1,11 +1,15 @@
 //! Networks become temperatures: sparse matrices, multigrid, Krylov methods, Newton's method.
 
+mod aggregation;
 pub mod balance;
 pub mod csr;
+mod jacobian;
 pub mod krylov;
 pub mod multigrid;
 mod steady;
 mod system;
+mod tensor;
 
+pub use jacobian::Jacobian;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
-pub use system::System;
+pub use system::{Symmetric, System};

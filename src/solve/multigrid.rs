@@ -1,25 +1,32 @@
-//! Algebraic multigrid by smoothed aggregation, as a preconditioner.
+//! Multigrid, as a preconditioner.
 //!
-//! Vanek, Mandel and Brezina, Computing 56 (1996) 179: strongly coupled nodes form aggregates, the
-//! piecewise-constant prolongation is smoothed by one damped Jacobi step of the filtered matrix, and
-//! coarse matrices are Galerkin products. One V-cycle with a forward Gauss-Seidel sweep before and a
-//! backward sweep after the coarse correction is symmetric, so it may precondition conjugate gradients.
-//! The sweeps treat the coupling between chunks of rows as Jacobi does, which makes them parallel and
-//! independent of the number of threads.
+//! The finest level is the network itself: structured blocks act through their tables and are coarsened
+//! by threes ([`super::tensor`]); from there on, or at once where a network has no blocks, coarse levels
+//! come from smoothed aggregation ([`super::aggregation`]) with Galerkin products. One V-cycle with the
+//! same polynomial smoother before and after the coarse correction is symmetric, so it may precondition
+//! conjugate gradients. The smoother is Chebyshev's of the fourth kind (Lottes, Numerical Linear Algebra
+//! with Applications 30 (2023) e2518), which needs no lower bound of the spectrum. Levels are stored and
+//! applied in single precision: a preconditioner need not be exact, and half the bytes move.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::aggregation::{aggregates, smoothed_prolongation};
 use super::csr::{CHUNK, Csr, for_chunks};
+use super::jacobian::SparseRows;
+use super::system::Symmetric;
+use super::tensor::Transfer;
 use crate::error::{Error, Result};
+use crate::network::Block;
+use crate::network::block::Profile;
 
 /// Rows at which the coarsest level is solved directly.
-const COARSEST: usize = 600;
+const COARSEST: usize = 400;
 /// Couplings weaker than this, relative to the geometric mean of the diagonals, do not bind aggregates.
 const STRENGTH: f64 = 0.08;
-/// Damping of the prolongation smoother: 4/3 over the bound 2 on the spectral radius of a scaled M-matrix.
-const DAMPING: f64 = 2.0 / 3.0;
-/// Marks a node that belongs to no aggregate.
-const NOWHERE: u32 = u32::MAX;
+/// Blocks are coarsened while that leaves less than this share of the rows.
+const WORTHWHILE: f64 = 0.6;
+/// Products with the matrix in each smoothing.
+const DEGREE: usize = 3;
 
 /// A hierarchy of matrices.
 #[derive(Debug, Clone)]
@@ -30,44 +37,99 @@ pub struct Multigrid {
 
 #[derive(Debug, Clone)]
 struct Level {
-    matrix: Csr,
-    inverse_diagonal: Vec<f64>,
-    prolongation: Csr,
-    restriction: Csr,
+    operator: Operator,
+    /// Coefficient of a node's own value beside what the operator holds.
+    own: Vec<f32>,
+    /// The same without a shift, kept once there is one.
+    steady: Option<Vec<f32>>,
+    inverse_diagonal: Vec<f32>,
+    /// Largest eigenvalue of the matrix scaled by its diagonal: an upper bound.
+    bound: f32,
+    /// Heat capacity carried by the nodes, J/K.
+    capacity: Vec<f64>,
+    step: Step,
+}
+
+#[derive(Debug, Clone)]
+enum Operator {
+    /// The network itself.
+    Network { blocks: Vec<Block>, profiles: Vec<Profile<f32>>, rest: SparseRows<f32> },
+    /// Compressed rows.
+    Rows(Csr<f32>),
+}
+
+/// The way to the next level and back.
+#[derive(Debug, Clone)]
+enum Step {
+    Blocks(Transfer),
+    Aggregates { prolongation: Csr<f32>, restriction: Csr<f32> },
 }
 
 #[derive(Debug, Clone)]
 struct Coarsest {
-    rows: usize,
+    matrix: DMatrix<f64>,
+    capacity: Vec<f64>,
     factor: Cholesky<f64, Dyn>,
 }
 
 /// Vectors for one V-cycle; one set per thread.
 #[derive(Debug, Clone)]
 pub struct Workspace {
-    levels: Vec<(Vec<f64>, Vec<f64>, Vec<f64>)>,
+    levels: Vec<[Vec<f32>; 3]>,
 }
 
 impl Multigrid {
-    /// Builds the hierarchy of a symmetric positive definite matrix with non-positive off-diagonals.
+    /// Builds the hierarchy. `capacity` (J/K, by solid node) serves [`Multigrid::shift`].
     ///
     /// # Errors
     /// The matrix is not positive definite: some node has no path to any given temperature.
-    pub fn new(matrix: Csr) -> Result<Self> {
+    pub fn new(matrix: &Symmetric<'_>, capacity: &[f64]) -> Result<Self> {
         let mut levels = Vec::new();
-        let mut current = matrix;
+        let along: Vec<[f64; 3]> = matrix.profiles.iter().map(|p| p.each_ref().map(|g| g.iter().sum::<f64>() / g.len() as f64)).collect();
+        let mut transfer = Transfer::new(matrix.blocks, &along, matrix.to_given.len());
+        let (mut current, mut carried) = if matrix.blocks.is_empty() {
+            (rows_of(matrix), capacity.to_vec())
+        } else {
+            let coarse = (transfer.galerkin(matrix), transfer.lump(capacity));
+            let (blocks, along) = transfer.coarse_blocks();
+            let next = Transfer::new(&blocks, &along, transfer.coarse());
+            levels.push(network_level(matrix, capacity, std::mem::replace(&mut transfer, next)));
+            coarse
+        };
         while current.rows() > COARSEST && levels.len() < 20 {
-            let theta = STRENGTH * 0.5f64.powi(levels.len() as i32);
+            let rows = current.rows();
             let diagonal = diagonal(&current);
-            let (aggregate, count) = aggregates(&current, &diagonal, theta);
-            if count == 0 || count as f64 > 0.8 * current.rows() as f64 {
-                break; // no further coarsening: the direct solve takes over
-            }
-            let prolongation = smoothed_prolongation(&current, &diagonal, &aggregate, count, theta);
-            let restriction = prolongation.transpose();
-            let coarse = restriction.product(&current.product(&prolongation));
-            let inverse_diagonal = diagonal.iter().map(|d| 1.0 / d).collect();
-            levels.push(Level { matrix: current, inverse_diagonal, prolongation, restriction });
+            let (step, coarse, lumped) = if (transfer.coarse() as f64) < WORTHWHILE * rows as f64 {
+                let prolongation = transfer.prolongation();
+                let coarse = prolongation.transpose().product(&current.product(&prolongation));
+                let lumped = transfer.lump(&carried);
+                let (blocks, along) = transfer.coarse_blocks();
+                let next = Transfer::new(&blocks, &along, transfer.coarse());
+                (Step::Blocks(std::mem::replace(&mut transfer, next)), coarse, lumped)
+            } else {
+                let theta = STRENGTH * 0.5f64.powi(levels.len() as i32);
+                let (aggregate, count) = aggregates(&current, &diagonal, theta);
+                if count == 0 || count as f64 > 0.8 * rows as f64 {
+                    break; // no further coarsening: the direct solve takes over
+                }
+                let prolongation = smoothed_prolongation(&current, &diagonal, &aggregate, count, theta);
+                let restriction = prolongation.transpose();
+                let coarse = restriction.product(&current.product(&prolongation));
+                let mut lumped = vec![0.0; count];
+                restriction.multiply(&carried, &mut lumped);
+                transfer = Transfer::new(&[], &[], count);
+                (Step::Aggregates { prolongation: prolongation.to_single(), restriction: restriction.to_single() }, coarse, lumped)
+            };
+            let bound = (0..rows).map(|i| current.row(i).1.iter().map(|v| v.abs()).sum::<f64>() / diagonal[i]).fold(1.0, f64::max);
+            levels.push(Level {
+                own: vec![0.0; rows],
+                steady: None,
+                inverse_diagonal: diagonal.iter().map(|d| (1.0 / d) as f32).collect(),
+                bound: bound as f32,
+                capacity: std::mem::replace(&mut carried, lumped),
+                operator: Operator::Rows(current.to_single()),
+                step,
+            });
             current = coarse;
         }
         let rows = current.rows();
@@ -78,219 +140,250 @@ impl Multigrid {
                 dense[(i, *j as usize)] = *v;
             }
         }
-        let factor = Cholesky::new(dense).ok_or_else(|| {
-            Error::numerics("the network's matrix is not positive definite")
-                .help("some part has no path for its heat: connect it by a contact, or let it radiate to the chamber")
-        })?;
-        Ok(Self { levels, coarsest: Coarsest { rows, factor } })
+        let factor = factorise(dense.clone())?;
+        Ok(Self { levels, coarsest: Coarsest { matrix: dense, capacity: carried, factor } })
     }
 
     /// Vectors for [`Multigrid::apply`].
     pub fn workspace(&self) -> Workspace {
-        let of = |n: usize| (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
-        let mut levels: Vec<_> = self.levels.iter().map(|l| of(l.matrix.rows())).collect();
-        levels.push(of(self.coarsest.rows));
+        let of = |n: usize| [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
+        let mut levels: Vec<_> = self.levels.iter().map(|l| of(l.own.len())).collect();
+        levels.push(of(self.coarsest.matrix.nrows()));
         Workspace { levels }
     }
 
     /// x = M b with one V-cycle.
     pub fn apply(&self, b: &[f64], x: &mut [f64], work: &mut Workspace) {
-        work.levels[0].0.copy_from_slice(b);
+        for_chunks(&mut work.levels[0][0], |first, part| part.iter_mut().zip(&b[first..]).for_each(|(w, b)| *w = *b as f32));
         self.cycle(0, work);
-        x.copy_from_slice(&work.levels[0].1);
+        for_chunks(x, |first, part| part.iter_mut().zip(&work.levels[0][1][first..]).for_each(|(x, w)| *x = f64::from(*w)));
     }
 
     /// One V-cycle on level `l`: right-hand side in the first vector, result in the second.
     fn cycle(&self, l: usize, work: &mut Workspace) {
         let Some(level) = self.levels.get(l) else {
-            let (b, x, _) = &mut work.levels[l];
-            let solved = self.coarsest.factor.solve(&DVector::from_column_slice(b));
-            x.copy_from_slice(solved.as_slice());
+            let [b, x, _] = &mut work.levels[l];
+            let mut solved = DVector::from_iterator(b.len(), b.iter().map(|b| f64::from(*b)));
+            self.coarsest.factor.solve_mut(&mut solved);
+            x.iter_mut().zip(solved.iter()).for_each(|(x, s)| *x = *s as f32);
             return;
         };
-        {
-            let (b, x, r) = &mut work.levels[l];
-            level.forward_from_zero(b, x);
-            level.matrix.residual(x, b, r);
-        }
         let (above, below) = work.levels.split_at_mut(l + 1);
-        level.restriction.multiply(&above[l].2, &mut below[0].0);
+        let [b, x, other] = &mut above[l];
+        level.smooth(b, x, other, true);
+        level.residual(b, x, other);
+        match &level.step {
+            Step::Blocks(transfer) => transfer.restrict(other, &mut below[0][0]),
+            Step::Aggregates { restriction, .. } => restriction.multiply(other, &mut below[0][0]),
+        }
         self.cycle(l + 1, work);
         let (above, below) = work.levels.split_at_mut(l + 1);
-        let (b, x, r) = &mut above[l];
-        level.prolongation.multiply(&below[0].1, r);
-        x.iter_mut().zip(r.iter()).for_each(|(x, c)| *x += c);
-        r.copy_from_slice(x);
-        level.backward(b, x, r);
+        let [b, x, other] = &mut above[l];
+        match &level.step {
+            Step::Blocks(transfer) => transfer.prolong(&below[0][1], x),
+            Step::Aggregates { prolongation, .. } => for_chunks(x, |first, part| prolongation.add_product(first, &below[0][1], part, false)),
+        }
+        level.smooth(b, x, other, false);
+    }
+
+    /// Adds `rate` (1/s) times the capacity to the matrix, in place of what was added before: the matrix of an
+    /// implicit time step, on the hierarchy of the steady one.
+    ///
+    /// # Errors
+    /// As [`Multigrid::new`].
+    pub fn shift(&mut self, rate: f64) -> Result<()> {
+        for level in &mut self.levels {
+            level.shift(rate);
+        }
+        let mut dense = self.coarsest.matrix.clone();
+        for (i, c) in self.coarsest.capacity.iter().enumerate() {
+            dense[(i, i)] += rate * c;
+        }
+        self.coarsest.factor = factorise(dense)?;
+        Ok(())
     }
 
     /// Rows of each level, finest first.
     pub fn sizes(&self) -> Vec<usize> {
-        self.levels.iter().map(|l| l.matrix.rows()).chain([self.coarsest.rows]).collect()
+        self.levels.iter().map(|l| l.own.len()).chain([self.coarsest.matrix.nrows()]).collect()
     }
 
-    /// Entries of all levels over entries of the finest.
+    /// Entries of all levels over entries of the finest; a structured cell counts as seven.
     pub fn operator_complexity(&self) -> f64 {
-        let entries: Vec<f64> = self.levels.iter().map(|l| l.matrix.values.len() as f64).collect();
+        let entries: Vec<f64> = self.levels.iter().map(Level::entries).collect();
         match entries.first() {
-            Some(first) => (entries.iter().sum::<f64>() + (self.coarsest.rows * self.coarsest.rows) as f64) / first,
+            Some(first) => (entries.iter().sum::<f64>() + self.coarsest.matrix.len() as f64) / first,
             None => 1.0,
         }
     }
 }
 
 impl Level {
-    /// A forward Gauss-Seidel sweep from zero: only the lower triangle inside each chunk acts.
-    fn forward_from_zero(&self, b: &[f64], x: &mut [f64]) {
-        for_chunks(x, |first, part| {
-            for k in 0..part.len() {
-                let i = first + k;
-                let (cols, values) = self.matrix.row(i);
-                let mut sum = b[i];
-                for (c, v) in cols.iter().zip(values) {
-                    let c = *c as usize;
-                    if c >= i {
-                        break;
-                    }
-                    if c >= first {
-                        sum -= v * part[c - first];
+    fn entries(&self) -> f64 {
+        match &self.operator {
+            Operator::Network { blocks, rest, .. } => blocks.iter().map(|b| 7.0 * b.len() as f64).sum::<f64>() + rest.values.len() as f64,
+            Operator::Rows(matrix) => matrix.values.len() as f64,
+        }
+    }
+
+    /// The rows of A x from `first` on.
+    fn product(&self, first: usize, x: &[f32], part: &mut [f32]) {
+        let range = first..first + part.len();
+        part.iter_mut().zip(&self.own[range.clone()]).zip(&x[range.clone()]).for_each(|((y, d), x)| *y = d * x);
+        match &self.operator {
+            Operator::Network { blocks, profiles, rest } => {
+                for (block, profile) in blocks.iter().zip(profiles) {
+                    for segment in block.segments(range.clone()) {
+                        let y = &mut part[segment.node - first..segment.node - first + segment.along.len()];
+                        segment.add_conduction(profile, x, y);
                     }
                 }
-                part[k] = sum * self.inverse_diagonal[i];
+                rest.add_product(first, x, part);
             }
+            Operator::Rows(matrix) => matrix.add_product(first, x, part, false),
+        }
+    }
+
+    /// r = b - A x
+    fn residual(&self, b: &[f32], x: &[f32], r: &mut [f32]) {
+        for_chunks(r, |first, part| {
+            self.product(first, x, part);
+            part.iter_mut().zip(&b[first..]).for_each(|(r, b)| *r = b - *r);
         });
     }
 
-    /// A backward Gauss-Seidel sweep; `old` holds x as it was before the sweep.
-    fn backward(&self, b: &[f64], x: &mut [f64], old: &[f64]) {
-        for_chunks(x, |first, part| {
-            let end = first + part.len();
-            for k in (0..part.len()).rev() {
-                let i = first + k;
-                let (cols, values) = self.matrix.row(i);
-                let mut sum = b[i];
-                for (c, v) in cols.iter().zip(values) {
-                    let c = *c as usize;
-                    if c != i {
-                        sum -= v * if (first..end).contains(&c) { part[c - first] } else { old[c] };
-                    }
+    /// Chebyshev's polynomial of the fourth kind; `other` is overwritten. With `from_zero` x need not be set.
+    fn smooth(&self, b: &[f32], x: &mut Vec<f32>, other: &mut Vec<f32>, from_zero: bool) {
+        let scale = 1.0 / self.bound;
+        for k in 1..=DEGREE {
+            let k = k as f32;
+            let (memory, gain) = ((2.0 * k - 3.0).max(0.0) / (2.0 * k + 1.0), (8.0 * k - 4.0) / (2.0 * k + 1.0) * scale);
+            let (is_first, starts_empty) = (k == 1.0, k == 1.0 && from_zero);
+            // The new iterate takes the place of the one before the last.
+            for_chunks(other, |first, part| {
+                let range = first..first + part.len();
+                let inverse = &self.inverse_diagonal[range.clone()];
+                if starts_empty {
+                    part.iter_mut().zip(&b[range]).zip(inverse).for_each(|((n, b), d)| *n = gain * d * b);
+                    return;
                 }
-                part[k] = sum * self.inverse_diagonal[i];
+                let mut product = [0.0f32; CHUNK];
+                let product = &mut product[..part.len()];
+                self.product(first, x, product);
+                let now = x[range.clone()].iter().zip(&b[range]).zip(inverse).zip(product.iter());
+                if is_first {
+                    part.iter_mut().zip(now).for_each(|(n, (((x, b), d), ax))| *n = x + gain * d * (b - ax));
+                } else if from_zero && k == 2.0 {
+                    part.iter_mut().zip(now).for_each(|(n, (((x, b), d), ax))| *n = x + memory * x + gain * d * (b - ax));
+                } else {
+                    part.iter_mut().zip(now).for_each(|(n, (((x, b), d), ax))| *n = x + memory * (x - *n) + gain * d * (b - ax));
+                }
+            });
+            std::mem::swap(x, other);
+        }
+    }
+
+    /// Diagonal of the operator, without the nodes' own coefficients.
+    fn held_diagonal(&self) -> Vec<f32> {
+        match &self.operator {
+            Operator::Network { blocks, profiles, .. } => conduction_diagonal(self.own.len(), blocks, profiles),
+            Operator::Rows(matrix) => {
+                let of = |i: usize| {
+                    let (cols, values) = matrix.row(i);
+                    cols.binary_search(&(i as u32)).map_or(0.0, |at| values[at])
+                };
+                (0..matrix.rows()).map(of).collect()
+            }
+        }
+    }
+
+    fn shift(&mut self, rate: f64) {
+        let steady = self.steady.get_or_insert_with(|| self.own.clone());
+        for ((own, steady), c) in self.own.iter_mut().zip(steady.iter()).zip(&self.capacity) {
+            *own = steady + (rate * c) as f32;
+        }
+        self.inverse_diagonal = self.held_diagonal().iter().zip(&self.own).map(|(held, own)| 1.0 / (held + own)).collect();
+    }
+}
+
+/// The finest level, from the network itself.
+fn network_level(matrix: &Symmetric<'_>, capacity: &[f64], transfer: Transfer) -> Level {
+    let rows = matrix.to_given.len();
+    let profiles: Vec<Profile<f32>> = matrix.profiles.iter().map(|p| p.each_ref().map(|g| g.iter().map(|g| *g as f32).collect())).collect();
+    let mut rest = SparseRows::pattern(matrix.couplings.iter().flat_map(|(a, b, _)| [(*a, *b), (*b, *a)]).collect());
+    let mut own: Vec<f64> = matrix.to_given.clone();
+    for (a, b, g) in &matrix.couplings {
+        rest.add(*a, *b, -*g as f32);
+        rest.add(*b, *a, -*g as f32);
+        own[*a as usize] += g;
+        own[*b as usize] += g;
+    }
+    let held = conduction_diagonal(rows, matrix.blocks, &profiles);
+    let own: Vec<f32> = own.iter().map(|o| *o as f32).collect();
+    // Gershgorin: twice the diagonal where no conductance is negative, as they are in obtuse tetrahedra.
+    let excess = rest.iter().map(|(row, _, values)| {
+        let i = row as usize;
+        (2.0 * held[i] + own[i] + values.iter().map(|v| v.abs()).sum::<f32>()) / (held[i] + own[i])
+    });
+    let bound = excess.fold(2.0, f32::max);
+    Level {
+        inverse_diagonal: held.iter().zip(&own).map(|(h, o)| 1.0 / (h + o)).collect(),
+        own,
+        steady: None,
+        bound,
+        capacity: capacity.to_vec(),
+        operator: Operator::Network { blocks: matrix.blocks.to_vec(), profiles, rest },
+        step: Step::Blocks(transfer),
+    }
+}
+
+fn conduction_diagonal(rows: usize, blocks: &[Block], profiles: &[Profile<f32>]) -> Vec<f32> {
+    let mut diagonal = vec![0.0f32; rows];
+    for (block, profile) in blocks.iter().zip(profiles) {
+        for_chunks(&mut diagonal[block.nodes()], |first, part| {
+            let start = block.first + first;
+            for segment in block.segments(start..start + part.len()) {
+                segment.add_diagonal(profile, &mut part[segment.node - start..segment.node - start + segment.along.len()]);
             }
         });
     }
+    diagonal
+}
+
+/// A network without blocks as compressed rows.
+fn rows_of(matrix: &Symmetric<'_>) -> Csr {
+    let rows = matrix.to_given.len();
+    let mut entries: Vec<(u32, u32, f64)> = matrix.couplings.iter().flat_map(|(a, b, g)| [(*a, *b, -g), (*b, *a, -g), (*a, *a, *g), (*b, *b, *g)]).collect();
+    entries.extend(matrix.to_given.iter().enumerate().map(|(i, g)| (i as u32, i as u32, *g)));
+    entries.sort_by_key(|(i, j, _)| (*i, *j));
+    let (mut lengths, mut cols, mut values) = (vec![0usize; rows], Vec::new(), Vec::new());
+    let mut last = None;
+    for (i, j, v) in entries {
+        if last == Some((i, j)) {
+            if let Some(sum) = values.last_mut() {
+                *sum += v;
+            }
+        } else {
+            lengths[i as usize] += 1;
+            cols.push(j);
+            values.push(v);
+            last = Some((i, j));
+        }
+    }
+    Csr::from_chunks(rows, vec![(lengths, cols, values)])
 }
 
 fn diagonal(matrix: &Csr) -> Vec<f64> {
-    (0..matrix.rows()).map(|i| matrix.values[matrix.position(i as u32, i as u32)]).collect()
-}
-
-fn is_strong(v: f64, di: f64, dj: f64, theta: f64) -> bool {
-    v * v > theta * theta * di * dj
-}
-
-/// Aggregate of each node, and how many there are.
-fn aggregates(matrix: &Csr, diagonal: &[f64], theta: f64) -> (Vec<u32>, usize) {
-    let n = matrix.rows();
-    let mut aggregate = vec![NOWHERE; n];
-    let mut count = 0u32;
-    let strong = |i: usize| {
+    let of = |i: usize| {
         let (cols, values) = matrix.row(i);
-        cols.iter()
-            .zip(values)
-            .filter(move |(j, v)| **j as usize != i && is_strong(**v, diagonal[i], diagonal[**j as usize], theta))
-            .map(|(j, v)| (*j as usize, *v))
+        cols.binary_search(&(i as u32)).map_or(0.0, |at| values[at])
     };
-    // Nodes whose whole strong neighbourhood is free found an aggregate.
-    for i in 0..n {
-        if aggregate[i] != NOWHERE {
-            continue;
-        }
-        let (mut any, mut free) = (false, true);
-        for (j, _) in strong(i) {
-            any = true;
-            free &= aggregate[j] == NOWHERE;
-        }
-        if any && free {
-            aggregate[i] = count;
-            for (j, _) in strong(i) {
-                aggregate[j] = count;
-            }
-            count += 1;
-        }
-    }
-    // The rest join the aggregate they are bound to most strongly.
-    let founded = aggregate.clone();
-    for (i, own) in aggregate.iter_mut().enumerate() {
-        if *own == NOWHERE {
-            let best = strong(i).filter(|(j, _)| founded[*j] != NOWHERE).max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-            if let Some((j, _)) = best {
-                *own = founded[j];
-            }
-        }
-    }
-    // What is still free gathers its free neighbours; a node that its own diagonal holds stays out.
-    for i in 0..n {
-        if aggregate[i] != NOWHERE {
-            continue;
-        }
-        let (cols, values) = matrix.row(i);
-        let off: f64 = cols.iter().zip(values).filter(|(j, _)| **j as usize != i).map(|(_, v)| v.abs()).sum();
-        if off < 0.1 * diagonal[i] {
-            continue;
-        }
-        aggregate[i] = count;
-        for (j, _) in strong(i) {
-            if aggregate[j] == NOWHERE {
-                aggregate[j] = count;
-            }
-        }
-        count += 1;
-    }
-    (aggregate, count as usize)
+    (0..matrix.rows()).map(of).collect()
 }
 
-/// P = (I - w D^-1 A_F) P_0, with weak couplings of A lumped into the diagonal of A_F.
-fn smoothed_prolongation(matrix: &Csr, diagonal: &[f64], aggregate: &[u32], count: usize, theta: f64) -> Csr {
-    let n = matrix.rows();
-    let mut prolongation = Csr { columns: count, starts: Vec::with_capacity(n + 1), cols: Vec::new(), values: Vec::new() };
-    prolongation.starts.push(0);
-    let mut row: Vec<(u32, f64)> = Vec::new();
-    for i in 0..n {
-        row.clear();
-        let (cols, values) = matrix.row(i);
-        let mut filtered_diagonal = diagonal[i];
-        for (j, v) in cols.iter().zip(values) {
-            let j = *j as usize;
-            if j != i && !is_strong(*v, diagonal[i], diagonal[j], theta) {
-                filtered_diagonal += v;
-            }
-        }
-        // A row that is all weak would divide by nearly nothing: it keeps its own diagonal.
-        let filtered_diagonal = filtered_diagonal.max(0.05 * diagonal[i]);
-        let mut add = |a: u32, w: f64| {
-            if a == NOWHERE {
-                return;
-            }
-            match row.iter_mut().find(|(c, _)| *c == a) {
-                Some((_, sum)) => *sum += w,
-                None => row.push((a, w)),
-            }
-        };
-        add(aggregate[i], 1.0 - DAMPING);
-        for (j, v) in cols.iter().zip(values) {
-            let j = *j as usize;
-            if j != i && is_strong(*v, diagonal[i], diagonal[j], theta) {
-                add(aggregate[j], -DAMPING * v / filtered_diagonal);
-            }
-        }
-        row.sort_unstable_by_key(|(c, _)| *c);
-        prolongation.cols.extend(row.iter().map(|(c, _)| *c));
-        prolongation.values.extend(row.iter().map(|(_, v)| *v));
-        prolongation.starts.push(prolongation.cols.len());
-    }
-    prolongation
+fn factorise(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
+    Cholesky::new(matrix).ok_or_else(|| {
+        Error::numerics("the network's matrix is not positive definite")
+            .help("some part has no path for its heat: connect it by a contact, or let it radiate to the chamber")
+    })
 }
-
-// One chunk of rows is one task everywhere; a power of two keeps chunk borders off most block borders.
-const _: () = assert!(CHUNK.is_power_of_two());

@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::balance::{Balance, balance};
-use super::csr::Csr;
+use super::jacobian::Jacobian;
 use super::krylov::{Outcome, conjugate_gradients, gmres};
 use super::multigrid::Multigrid;
 use super::system::System;
@@ -21,7 +21,7 @@ const RESIDUAL_TOLERANCE: f64 = 1e-10;
 const LINEAR_TOLERANCE: f64 = 1e-3;
 const MOST_NEWTON: usize = 40;
 const MOST_KRYLOV: usize = 400;
-const RESTART: usize = 30;
+const RESTART: usize = 12;
 
 /// A network with everything that can be set up once for all conditions.
 #[derive(Debug, Clone)]
@@ -61,7 +61,7 @@ impl<'a> Solver<'a> {
         let system = System::new(network);
         let start = initial(network, reference);
         let streams = network.stream_states(reference, &start)?;
-        let multigrid = Multigrid::new(leading_block(&system.jacobian(network, reference, &streams, &start, true), network.solids))?;
+        let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
         let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty();
         let unsolved = Solution {
             temperatures: start,
@@ -144,7 +144,7 @@ impl<'a> Solver<'a> {
                 ))
                 .help("look for a part without a path for its heat, or a source that grows with its own temperature"));
             }
-            let matrix = self.system.jacobian(network, load, &streams, &temperatures, false);
+            let matrix = self.system.jacobian(network, load, &streams, &temperatures);
             assembling += clock.elapsed().as_secs_f64();
 
             let clock = Instant::now();
@@ -152,6 +152,7 @@ impl<'a> Solver<'a> {
             let outcome = self.linear(&matrix, &streams, &right, &mut step, &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;
+            if std::env::var("DBG").is_ok() { eprintln!("{newton}: {} its rel {:.2e} res {imbalance:.2e}", outcome.iterations, outcome.relative_residual); }
             if !outcome.converged && outcome.relative_residual > 0.1 {
                 return Err(Error::numerics(format!(
                     "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
@@ -168,7 +169,7 @@ impl<'a> Solver<'a> {
     }
 
     /// One linear solve.
-    fn linear(&self, matrix: &Csr, streams: &[StreamState], b: &[f64], x: &mut [f64], work: &mut super::multigrid::Workspace) -> Outcome {
+    fn linear(&self, matrix: &Jacobian<'_>, streams: &[StreamState], b: &[f64], x: &mut [f64], work: &mut super::multigrid::Workspace) -> Outcome {
         let solids = self.network.solids;
         if self.is_symmetric {
             return conjugate_gradients(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));
@@ -219,17 +220,4 @@ fn initial(network: &Network, load: &Load) -> Vec<f64> {
 /// Heat that passes through the network, W: the scale the residual is measured against.
 fn throughput(network: &Network, load: &Load, temperatures: &[f64], streams: &[StreamState]) -> f64 {
     balance(network, load, streams, temperatures).in_watts
-}
-
-/// Rows and columns before `n`.
-fn leading_block(matrix: &Csr, n: usize) -> Csr {
-    let mut block = Csr { columns: n, starts: vec![0], cols: Vec::new(), values: Vec::new() };
-    for i in 0..n {
-        let (cols, values) = matrix.row(i);
-        let kept = cols.partition_point(|c| (*c as usize) < n);
-        block.cols.extend(&cols[..kept]);
-        block.values.extend(&values[..kept]);
-        block.starts.push(block.cols.len());
-    }
-    block
 }

@@ -1,86 +1,102 @@
-//! The residual and the Jacobian of a network.
+//! The residual of a network, its Jacobian, and the symmetric part a preconditioner is made from.
 
-use super::csr::Csr;
+use rayon::prelude::*;
+
+use super::csr::{CHUNK, for_chunks};
+use super::jacobian::{Conduction, Jacobian, SparseRows};
+use crate::network::block::{Block, Profile, Segment};
 use crate::network::{Load, NONE, Network, StreamState, surface::SurfaceState};
 use crate::physics::radiation::SIGMA;
 
-/// Sparsity pattern and constant entries of a network's Jacobian.
+/// The sparsity pattern of a network's Jacobian outside the blocks, and what in it never changes.
 #[derive(Debug, Clone)]
 pub struct System {
-    /// Pattern; its values are the constant conductors' part.
-    constant: Csr,
+    pattern: SparseRows<f64>,
+    /// Conductances of the blocks at 300 K; those with k(T) are evaluated anew each time.
+    profiles: Vec<Profile<f64>>,
+    is_constant: Vec<bool>,
+    is_held: Vec<u32>,
+}
+
+/// The symmetric positive definite part of a linearised network of solids: what multigrid works on.
+#[derive(Debug, Clone)]
+pub struct Symmetric<'a> {
+    /// The structured blocks.
+    pub blocks: &'a [Block],
+    /// Conductances inside each block, W/K, with one conductivity for all its cells.
+    pub profiles: Vec<Profile<f64>>,
+    /// All other conductances between two nodes, W/K.
+    pub couplings: Vec<(u32, u32, f64)>,
+    /// Conductance from each solid node to given temperatures, W/K.
+    pub to_given: Vec<f64>,
 }
 
 impl System {
     /// The pattern of `network`.
     pub fn new(network: &Network) -> Self {
-        let pairs = network
-            .conductors
-            .iter()
-            .map(|(a, b, _)| (*a, *b))
-            .chain(network.joints.iter().map(|j| (j.a, j.b)))
-            .chain(network.radiative.iter().map(|(a, b, _)| (*a, *b)));
-        let symmetric = pairs.flat_map(|(a, b)| [(a, b), (b, a)]);
-        let water = network.streams.iter().flat_map(move |stream| {
-            stream.stations.iter().enumerate().flat_map(move |(k, station)| {
+        let mut entries: Vec<(u32, u32)> = Vec::with_capacity(2 * (network.joints.len() + network.radiative.len()));
+        let pairs = network.joints.iter().map(|j| (j.a, j.b)).chain(network.radiative.iter().map(|(a, b, _)| (*a, *b)));
+        entries.extend(pairs.flat_map(|(a, b)| [(a, b), (b, a)]));
+        for stream in &network.streams {
+            for (k, station) in stream.stations.iter().enumerate() {
                 let own = stream.first_node + k as u32;
                 let above: Vec<u32> =
                     if k > 0 { vec![own - 1] } else { stream.upstream.iter().map(|u| network.streams[*u].outlet()).collect() };
-                let to_cells = station.cells.iter().flat_map({
-                    let above = above.clone();
-                    move |(cell, _)| {
-                        let cell = *cell as u32;
-                        above.clone().into_iter().map(move |w| (cell, w)).chain([(own, cell)])
-                    }
-                });
-                let to_above = above.into_iter().map(move |w| (own, w));
-                to_cells.chain(to_above).collect::<Vec<_>>()
-            })
-        });
-        let mut constant = Csr::pattern(network.nodes, symmetric.chain(water));
-        for (a, b, g) in &network.conductors {
-            add_conductance(&mut constant, *a, *b, *g);
+                for (cell, _) in &station.cells {
+                    entries.push((own, *cell as u32));
+                    entries.extend(above.iter().map(|w| (*cell as u32, *w)));
+                }
+                entries.extend(above.iter().map(|w| (own, *w)));
+            }
         }
-        Self { constant }
+        let profiles = network.blocks.iter().map(|b| b.profile(&network.properties, 300.0)).collect();
+        let is_constant = network.blocks.iter().map(|b| b.is_constant(&network.properties)).collect();
+        let mut is_held: Vec<u32> = network.fixed.iter().map(|(node, _)| *node).collect();
+        is_held.sort_unstable();
+        Self { pattern: SparseRows::pattern(entries), profiles, is_constant, is_held }
     }
 
     /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
     /// to one unit in the last place of either. No iteration brings the residual below it.
     pub fn rounding(&self, network: &Network, streams: &[StreamState], temperatures: &[f64]) -> f64 {
         let t = |n: u32| temperatures[n as usize];
-        let linear: f64 = network.conductors.iter().map(|(_, _, g)| g).sum();
-        let joints: f64 = network.joints.iter().map(|j| network.joint_state(j, t(j.a), t(j.b)).conductance).sum();
+        let of_block = |(block, profile): (&Block, &Profile<f64>)| {
+            let [_, n1, n2] = block.cells.map(|n| n as f64);
+            let sums = [0, 1, 2].map(|d| profile[d].iter().sum::<f64>());
+            sums[0] * n1 * n2 + sums[1] * (if block.wraps { n1 } else { n1 - 1.0 }) * n2 + sums[2] * n1 * (n2 - 1.0)
+        };
+        let linear: f64 = network.blocks.iter().zip(&self.profiles).map(of_block).sum();
+        let joints: f64 = network.joints.iter().map(|j| network.joint_state(j, t(j.a), t(j.b)).conductance.abs()).sum();
         let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
         let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
         // Each conductance stands in the balances of two nodes.
         2.0 * f64::EPSILON * hottest * (linear + joints + water)
     }
 
-    /// Jacobian of the residual at `temperatures`. With `symmetric` the derivatives of conductances and
-    /// the one-way terms of the streams are left out: the matrix the preconditioner is made from.
-    pub fn jacobian(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64], symmetric: bool) -> Csr {
-        let mut matrix = self.constant.clone();
+    /// Conductances of each block, W/K, with the conductivity at the mean temperature of its cells.
+    fn mean_profiles(&self, network: &Network, temperatures: &[f64]) -> Vec<Profile<f64>> {
+        let blocks = network.blocks.iter().zip(&self.profiles).zip(&self.is_constant);
+        let mean = |block: &Block| temperatures[block.nodes()].iter().sum::<f64>() / block.len() as f64;
+        blocks.map(|((b, fixed), constant)| if *constant { fixed.clone() } else { b.profile(&network.properties, mean(b)) }).collect()
+    }
+
+    /// Jacobian of the residual at `temperatures`, the streams' coefficients held as they are.
+    pub fn jacobian<'a>(&self, network: &'a Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Jacobian<'a> {
         let t = |n: u32| temperatures[n as usize];
+        let mut rest = self.pattern.clone();
+        let mut diagonal = vec![0.0; network.nodes];
         for joint in &network.joints {
             let state = network.joint_state(joint, t(joint.a), t(joint.b));
-            add_conductance(&mut matrix, joint.a, joint.b, state.conductance);
-            if !symmetric && (state.slope_a != 0.0 || state.slope_b != 0.0) {
-                let drop = t(joint.a) - t(joint.b);
-                add_derivative(&mut matrix, joint.a, joint.b, state.slope_a * drop, state.slope_b * drop);
-            }
+            let drop = t(joint.a) - t(joint.b);
+            let (da, db) = (state.conductance + state.slope_a * drop, state.conductance - state.slope_b * drop);
+            add_pair(&mut diagonal, &mut rest, joint.a, joint.b, da, db);
         }
         for (a, b, area) in &network.radiative {
-            // d/dT of sigma A (Ta^4 - Tb^4); for the preconditioner both at the mean temperature.
-            let (mut ga, mut gb) = (4.0 * SIGMA * area * t(*a).powi(3), 4.0 * SIGMA * area * t(*b).powi(3));
-            if symmetric {
-                (ga, gb) = (f64::midpoint(ga, gb), f64::midpoint(ga, gb));
-            }
-            add_derivative(&mut matrix, *a, *b, ga, -gb);
+            let slope = |n: u32| 4.0 * SIGMA * area * t(n).powi(3);
+            add_pair(&mut diagonal, &mut rest, *a, *b, slope(*a), slope(*b));
         }
-        for surface in &network.surfaces {
-            let state = surface.state(t(surface.node), &network.properties, load);
-            let at = matrix.position(surface.node, surface.node);
-            matrix.values[at] += state.slope;
+        for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+            diagonal[surface.node as usize] += state.slope;
         }
         for (stream, state) in network.streams.iter().zip(streams) {
             for (k, station) in stream.stations.iter().enumerate() {
@@ -91,56 +107,104 @@ impl System {
                 } else {
                     stream.upstream.iter().zip(&state.mixture).map(|(u, w)| (network.streams[*u].outlet(), *w)).collect()
                 };
-                let mut add = |i: u32, j: u32, v: f64| {
-                    let at = matrix.position(i, j);
-                    matrix.values[at] += v;
-                };
                 for (cell, share) in &station.cells {
-                    add(*cell as u32, *cell as u32, exchange * share);
-                    if !symmetric {
-                        for (w, mix) in &above {
-                            add(*cell as u32, *w, -exchange * share * mix);
-                        }
+                    diagonal[*cell] += exchange * share;
+                    for (w, mix) in &above {
+                        rest.add(*cell as u32, *w, -exchange * share * mix);
                     }
                 }
                 if state.capacity_rate > 0.0 {
-                    add(own, own, state.capacity_rate);
-                    if !symmetric {
-                        for (w, mix) in &above {
-                            add(own, *w, -(state.capacity_rate - exchange) * mix);
-                        }
-                        for (cell, share) in &station.cells {
-                            add(own, *cell as u32, -exchange * share);
-                        }
+                    diagonal[own as usize] += state.capacity_rate;
+                    for (w, mix) in &above {
+                        rest.add(own, *w, -(state.capacity_rate - exchange) * mix);
+                    }
+                    for (cell, share) in &station.cells {
+                        rest.add(own, *cell as u32, -exchange * share);
                     }
                 } else {
                     // Water at rest takes the temperature of its wall.
-                    add(own, own, 1.0);
-                    if !symmetric {
-                        for (cell, share) in &station.cells {
-                            add(own, *cell as u32, -share);
-                        }
+                    diagonal[own as usize] += 1.0;
+                    for (cell, share) in &station.cells {
+                        rest.add(own, *cell as u32, -share);
                     }
                 }
             }
         }
-        for (node, _) in &network.fixed {
-            hold(&mut matrix, *node);
+        self.hold(&mut diagonal, &mut rest);
+        let blocks = network.blocks.iter().zip(&self.profiles).zip(&self.is_constant).map(|((block, profile), constant)| {
+            if *constant { Conduction::Constant(profile.clone()) } else { varying(network, block, temperatures) }
+        });
+        Jacobian::new(network, blocks.collect(), diagonal, rest)
+    }
+
+    /// The symmetric part for the solids: without the slopes of conductances and the one-way terms of the streams.
+    pub fn symmetric<'a>(&self, network: &'a Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Symmetric<'a> {
+        let t = |n: u32| temperatures[n as usize];
+        let is_held = |n: u32| self.is_held.binary_search(&n).is_ok();
+        let mut couplings = Vec::with_capacity(network.joints.len() + network.radiative.len());
+        let mut to_given = vec![0.0; network.solids];
+        let joints = network.joints.iter().map(|j| (j.a, j.b, network.joint_state(j, t(j.a), t(j.b)).conductance));
+        let radiative = network.radiative.iter().map(|(a, b, area)| {
+            (*a, *b, 2.0 * SIGMA * area * (t(*a).powi(3) + t(*b).powi(3)))
+        });
+        for (a, b, g) in joints.chain(radiative) {
+            match (is_held(a), is_held(b)) {
+                (false, false) => couplings.push((a, b, g)),
+                (true, false) => to_given[b as usize] += g,
+                (false, true) => to_given[a as usize] += g,
+                (true, true) => {}
+            }
         }
-        matrix
+        for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+            to_given[surface.node as usize] += state.slope;
+        }
+        for (stream, state) in network.streams.iter().zip(streams) {
+            for (station, exchange) in stream.stations.iter().zip(&state.exchange) {
+                for (cell, share) in &station.cells {
+                    to_given[*cell] += exchange * share;
+                }
+            }
+        }
+        for node in &self.is_held {
+            to_given[*node as usize] = 1.0;
+        }
+        Symmetric { blocks: &network.blocks, profiles: self.mean_profiles(network, temperatures), couplings, to_given }
+    }
+
+    /// Turns the rows and columns of held nodes into those of the identity.
+    fn hold(&self, diagonal: &mut [f64], rest: &mut SparseRows<f64>) {
+        if self.is_held.is_empty() {
+            return;
+        }
+        let is_held = |n: u32| self.is_held.binary_search(&n).is_ok();
+        let cleared: Vec<bool> = rest.iter().flat_map(|(row, cols, _)| cols.iter().map(move |c| is_held(row) || is_held(*c))).collect();
+        rest.values.iter_mut().zip(cleared).filter(|(_, cleared)| *cleared).for_each(|(v, _)| *v = 0.0);
+        for node in &self.is_held {
+            diagonal[*node as usize] = 1.0;
+        }
     }
 
     /// Heat leaving each node minus heat entering it, W: zero in the steady state.
     pub fn residual(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
-        let mut r = vec![0.0; network.nodes];
         let t = |n: u32| temperatures[n as usize];
+        let mut r = vec![0.0; network.nodes];
+        for ((block, profile), constant) in network.blocks.iter().zip(&self.profiles).zip(&self.is_constant) {
+            let conductivity = if *constant { None } else { Some(conductivities(network, block, temperatures)) };
+            for_chunks(&mut r[block.nodes()], |first, part| {
+                let start = block.first + first;
+                for segment in block.segments(start..start + part.len()) {
+                    let y = &mut part[segment.node - start..segment.node - start + segment.along.len()];
+                    match &conductivity {
+                        None => segment.add_conduction(profile, temperatures, y),
+                        Some(k) => add_varying(&segment, block, k, temperatures, y),
+                    }
+                }
+            });
+        }
         let mut flow = |a: u32, b: u32, heat: f64| {
             r[a as usize] += heat;
             r[b as usize] -= heat;
         };
-        for (a, b, g) in &network.conductors {
-            flow(*a, *b, g * (t(*a) - t(*b)));
-        }
         for joint in &network.joints {
             let g = network.joint_state(joint, t(joint.a), t(joint.b)).conductance;
             flow(joint.a, joint.b, g * (t(joint.a) - t(joint.b)));
@@ -148,8 +212,8 @@ impl System {
         for (a, b, area) in &network.radiative {
             flow(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
         }
-        for surface in &network.surfaces {
-            r[surface.node as usize] += surface.state(t(surface.node), &network.properties, load).heat;
+        for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+            r[surface.node as usize] += state.heat;
         }
         for (source, power) in network.sources.iter().zip(&load.powers) {
             for (node, share) in source {
@@ -194,34 +258,66 @@ pub fn entering_temperature(network: &Network, load: &Load, streams: &[StreamSta
 }
 
 /// State of every surface at given temperatures, in the network's order.
-pub fn surface_states<'a>(network: &'a Network, load: &'a Load, temperatures: &'a [f64]) -> impl Iterator<Item = SurfaceState> + 'a {
-    network.surfaces.iter().map(move |s| s.state(temperatures[s.node as usize], &network.properties, load))
+pub fn surface_states(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<SurfaceState> {
+    let state = |s: &crate::network::Surface| s.state(temperatures[s.node as usize], &network.properties, load);
+    network.surfaces.par_iter().with_min_len(CHUNK).map(state).collect()
 }
 
-fn add_conductance(matrix: &mut Csr, a: u32, b: u32, g: f64) {
-    add_derivative(matrix, a, b, g, -g);
-}
-
-/// Adds the derivatives of a heat flow from a to b with respect to both temperatures.
-fn add_derivative(matrix: &mut Csr, a: u32, b: u32, da: f64, db: f64) {
+/// Adds the derivatives of a heat flow from a to b: `da` with respect to a's temperature, `-db` to b's.
+fn add_pair(diagonal: &mut [f64], rest: &mut SparseRows<f64>, a: u32, b: u32, da: f64, db: f64) {
     debug_assert!(a != NONE && b != NONE);
-    for (i, j, v) in [(a, a, da), (a, b, db), (b, a, -da), (b, b, -db)] {
-        let at = matrix.position(i, j);
-        matrix.values[at] += v;
-    }
+    diagonal[a as usize] += da;
+    diagonal[b as usize] += db;
+    rest.add(a, b, -db);
+    rest.add(b, a, -da);
 }
 
-/// Turns a node's row and column into those of the identity, keeping symmetry.
-fn hold(matrix: &mut Csr, node: u32) {
-    let range = matrix.starts[node as usize]..matrix.starts[node as usize + 1];
-    for at in range {
-        let j = matrix.cols[at];
-        if j == node {
-            matrix.values[at] = 1.0;
-        } else {
-            matrix.values[at] = 0.0;
-            let back = matrix.position(j, node);
-            matrix.values[back] = 0.0;
-        }
+/// Conductivity of every cell of a block along each axis, with its slope: W/(m K) and W/(m K²).
+fn conductivities(network: &Network, block: &Block, temperatures: &[f64]) -> [Vec<(f64, f64)>; 3] {
+    let along = |d: usize| {
+        let property = &network.properties[block.property[d] as usize];
+        temperatures[block.nodes()].par_iter().with_min_len(CHUNK).map(|t| property.with_slope(*t)).collect::<Vec<_>>()
+    };
+    let first = along(0);
+    // Isotropic materials state one property three times.
+    let same = |d: usize| network.properties[block.property[d] as usize] == network.properties[block.property[0] as usize];
+    let [second, third] = [1, 2].map(|d| if same(d) { first.clone() } else { along(d) });
+    [first, second, third]
+}
+
+/// Heat from a cell to the next one per kelvin of difference, with derivatives of that conductance with
+/// respect to both temperatures: two half cells in series, each with its own conductivity.
+fn face_conductance(gap: crate::network::block::Gap, (ka, sa): (f64, f64), (kb, sb): (f64, f64)) -> (f64, f64, f64) {
+    let resistance = gap.length_a / ka + gap.length_b / kb;
+    let g = gap.area / resistance;
+    (g, g / resistance * gap.length_a * sa / (ka * ka), g / resistance * gap.length_b * sb / (kb * kb))
+}
+
+/// Adds to `y` what conduction makes leave each cell of a segment of a block with k(T).
+fn add_varying(segment: &Segment, block: &Block, k: &[Vec<(f64, f64)>; 3], x: &[f64], y: &mut [f64]) {
+    segment.each_face(block.cells[0], |at, d, other, is_next, owner| {
+        let (own, next) = (segment.node + at - block.first, other - block.first);
+        // The face is seen from the same end by both its cells, so that what leaves one enters the other exactly.
+        let (a, b) = if is_next { (own, next) } else { (next, own) };
+        let (g, _, _) = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
+        y[at] += g * (x[own + block.first] - x[other]);
+    });
+}
+
+/// Linearised conduction in a block with k(T).
+fn varying(network: &Network, block: &Block, temperatures: &[f64]) -> Conduction {
+    let k = conductivities(network, block, temperatures);
+    let (mut out, mut into) = ([0, 1, 2].map(|_| vec![0.0; block.len()]), [0, 1, 2].map(|_| vec![0.0; block.len()]));
+    for segment in block.segments(block.nodes()) {
+        segment.each_face(block.cells[0], |at, d, other, is_next, owner| {
+            if !is_next {
+                return;
+            }
+            let (a, b) = (segment.node + at - block.first, other - block.first);
+            let (g, slope_a, slope_b) = face_conductance(block.faces[d][owner], k[d][a], k[d][b]);
+            let drop = temperatures[a + block.first] - temperatures[other];
+            (out[d][a], into[d][a]) = (g + slope_a * drop, g - slope_b * drop);
+        });
     }
+    Conduction::Varying { out, into }
 }

@@ -3,7 +3,8 @@
 mod contacts;
 
 use super::stream::{CircuitTree, Stream};
-use super::{Joint, NONE, Network, SensorTerm, Surface};
+use super::block::Gap;
+use super::{Block, NONE, Network, SensorTerm, Surface};
 use crate::error::{Error, Result};
 use crate::machine::{Face, Layout, Machine, Place, Reading, Side};
 use crate::mesh::{Mesh, path};
@@ -87,31 +88,27 @@ impl Builder<'_> {
     /// Conduction between neighbouring cells of each block.
     fn blocks(&mut self) {
         for grid in &self.mesh.grids {
-            for d in 0..3 {
+            let cells = [0, 1, 2].map(|d| grid.n(d));
+            let wraps = grid.wraps(1) && cells[1] > 2;
+            // Widths along the second and third axis are uniform, so one line of cells stands for all.
+            let faces = [0, 1, 2].map(|d| {
                 let (low, high) = (Side::ALL[2 * d], Side::ALL[2 * d + 1]);
-                let property = self.property(grid.part, d);
-                let constant = self.network.properties[property as usize].is_constant();
-                let k = self.network.properties[property as usize].at(300.0);
-                for c in grid.cells() {
+                let gap = |i: usize| {
+                    let c = [i, 0, 0];
                     let mut next = c;
                     next[d] += 1;
-                    if next[d] == grid.n(d) {
-                        if !(grid.wraps(d) && grid.n(d) > 2) {
-                            continue;
+                    if next[d] == cells[d] {
+                        if !(d == 1 && wraps) {
+                            return Gap::default();
                         }
                         next[d] = 0;
                     }
-                    let (a, b) = (grid.cell(c) as u32, grid.cell(next) as u32);
-                    let area = grid.face_area(c, high);
-                    let (length_a, length_b) = (grid.half_length(c, high), grid.half_length(next, low));
-                    if constant {
-                        self.network.conductors.push((a, b, k * area / (length_a + length_b)));
-                    } else {
-                        let joint = Joint { a, b, area, length_a, length_b, property_a: property, property_b: property, contact: NONE };
-                        self.network.joints.push(joint);
-                    }
-                }
-            }
+                    Gap { area: grid.face_area(c, high), length_a: grid.half_length(c, high), length_b: grid.half_length(next, low) }
+                };
+                (0..cells[0]).map(gap).collect()
+            });
+            let property = [0, 1, 2].map(|d| self.property(grid.part, d));
+            self.network.blocks.push(Block { first: grid.first, cells, wraps, property, faces });
         }
     }
 
