@@ -103,7 +103,7 @@ fn jacobian_against_differences() {
     let (net, load, solution) = (&run.model.network, &run.state.load, &run.state.solution);
     let system = coldplate::solve::System::new(net);
     let t = &solution.temperatures;
-    let jacobian = system.jacobian(net, load, &solution.streams, t, false);
+    let jacobian = system.jacobian(net, load, &solution.streams, t);
     // A reproducible direction without structure.
     let mut seed = 1u64;
     let direction: Vec<f64> = t
