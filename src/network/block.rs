@@ -34,7 +34,9 @@ pub struct Gap {
     pub length_b: f64,
 }
 
-/// Coefficients of the faces along the three axes, by a cell's first index, W/K.
+/// Coefficients of the faces of a block, W/K, by a cell's first index. Along the first axis entry i belongs to
+/// the face below cell i, so there is one more, and the first and the last are zero; along the others entry i
+/// belongs to all faces of the cells with first index i.
 pub type Profile<T> = [Vec<T>; 3];
 
 /// What the kernels need of a number.
@@ -82,10 +84,13 @@ impl Block {
 
     /// Conductances of the faces, W/K, with every conductivity taken at one temperature (K).
     pub fn profile(&self, properties: &[Property], temperature: f64) -> Profile<f64> {
-        [0, 1, 2].map(|d| {
+        let mut found = [0, 1, 2].map(|d| {
             let k = properties[self.property[d] as usize].at(temperature);
-            self.faces[d].iter().map(|gap| if gap.area > 0.0 { k * gap.area / (gap.length_a + gap.length_b) } else { 0.0 }).collect()
-        })
+            let conductance = |gap: &Gap| if gap.area > 0.0 { k * gap.area / (gap.length_a + gap.length_b) } else { 0.0 };
+            self.faces[d].iter().map(conductance).collect::<Vec<_>>()
+        });
+        found[0].insert(0, 0.0);
+        found
     }
 
     /// The lines of the block that hold the nodes of `range`, cut to it.
@@ -117,38 +122,54 @@ impl Segment {
         let Range { start, end } = self.along;
         let n = end - start;
         let own = &x[self.node..self.node + n];
-        // Along the line: every face inside the segment, then the two at its ends.
-        let g = &profile[0];
-        for (((y, x), above), g) in y.iter_mut().zip(own).zip(&own[1..]).zip(&g[start..]) {
-            *y += *g * (*x - *above);
-        }
-        for (((y, x), below), g) in y[1..].iter_mut().zip(&own[1..]).zip(own).zip(&g[start..]) {
-            *y += *g * (*x - *below);
-        }
-        if start > 0 {
-            y[0] += g[start - 1] * (own[0] - x[self.node - 1]);
-        }
-        if end < g.len() {
-            y[n - 1] += g[end - 1] * (own[n - 1] - x[self.node + n]);
-        }
-        for (side, shift) in self.neighbours.iter().enumerate() {
-            let Some(shift) = shift else { continue };
-            let g = &profile[1 + side / 2][start..end];
-            let at = self.node.wrapping_add_signed(*shift);
-            for (((y, x), other), g) in y.iter_mut().zip(own).zip(&x[at..at + n]).zip(g) {
-                *y += *g * (*x - *other);
+        // Where there is no neighbour a cell is its own, and the difference is zero.
+        let [below, above, before, behind] = self.neighbours.map(|shift| {
+            let at = self.node.wrapping_add_signed(shift.unwrap_or(0));
+            &x[at..at + n]
+        });
+        let (g1, g2) = (&profile[1][start..end], &profile[2][start..end]);
+        let (lower, upper) = (&profile[0][start..end], &profile[0][start + 1..end + 1]);
+        let y = &mut y[..n];
+        // Along the line the neighbours are the same values moved by one; at the ends of a line the coefficient is
+        // zero, whatever the value. Only the first and the last value of the whole vector have nothing beyond.
+        let (from, to) = (usize::from(self.node == 0), if self.node + n == x.len() { n - 1 } else { n });
+        if from < to {
+            let m = to - from;
+            let (left, right) = (&x[self.node + from - 1..][..m], &x[self.node + from + 1..][..m]);
+            let [own, below, above, before, behind] = [own, below, above, before, behind].map(|s| &s[from..to]);
+            let [g1, g2, lower, upper] = [g1, g2, lower, upper].map(|s| &s[from..to]);
+            let y = &mut y[from..to];
+            for i in 0..m {
+                let v = own[i];
+                let mut sum = lower[i] * (v - left[i]);
+                sum += upper[i] * (v - right[i]);
+                sum += g1[i] * (v - below[i]);
+                sum += g1[i] * (v - above[i]);
+                sum += g2[i] * (v - before[i]);
+                sum += g2[i] * (v - behind[i]);
+                y[i] += sum;
             }
+        }
+        for i in (0..from).chain(to.max(from)..n) {
+            let v = own[i];
+            if start + i > 0 {
+                y[i] += lower[i] * (v - x[self.node + i - 1]);
+            }
+            if self.node + i + 1 < x.len() {
+                y[i] += upper[i] * (v - x[self.node + i + 1]);
+            }
+            y[i] += g1[i] * (v - below[i]);
+            y[i] += g1[i] * (v - above[i]);
+            y[i] += g2[i] * (v - before[i]);
+            y[i] += g2[i] * (v - behind[i]);
         }
     }
 
     /// Adds to `y` the sum of the coefficients that act on each cell: the diagonal of [`Segment::add_conduction`].
     pub fn add_diagonal<T: Real>(&self, profile: &Profile<T>, y: &mut [T]) {
-        let Range { start, end } = self.along;
-        for (i, y) in (start..end).zip(y.iter_mut()) {
+        for (i, y) in self.along.clone().zip(y.iter_mut()) {
             *y += profile[0][i];
-            if i > 0 {
-                *y += profile[0][i - 1];
-            }
+            *y += profile[0][i + 1];
             for side in 0..4 {
                 if self.neighbours[side].is_some() {
                     *y += profile[1 + side / 2][i];

@@ -152,12 +152,25 @@ pub fn for_chunks<T: Send>(y: &mut [T], work: impl Fn(usize, &mut [T]) + Sync) {
 
 /// Scalar product.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let chunk = |(a, b): (&[f64], &[f64])| -> f64 { a.iter().zip(b).map(|(x, y)| x * y).sum() };
+    let chunk = |(a, b): (&[f64], &[f64])| dot_chunk(a, b);
     if a.len() <= 2 * CHUNK {
         return a.chunks(CHUNK).zip(b.chunks(CHUNK)).map(chunk).sum();
     }
     let parts: Vec<f64> = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK)).map(chunk).collect();
     parts.iter().sum()
+}
+
+/// Scalar product of two short vectors, in eight interleaved sums that the processor can form side by side.
+pub fn dot_chunk<T: Copy + Into<f64>>(a: &[T], b: &[f64]) -> f64 {
+    let mut sums = [0.0f64; 8];
+    let (whole_a, whole_b) = (a.chunks_exact(8), b.chunks_exact(8));
+    let left: f64 = whole_a.remainder().iter().zip(whole_b.remainder()).map(|(a, b)| (*a).into() * b).sum();
+    for (a, b) in whole_a.zip(whole_b) {
+        for i in 0..8 {
+            sums[i] += a[i].into() * b[i];
+        }
+    }
+    sums.iter().sum::<f64>() + left
 }
 
 /// Euclidean norm.

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::csr::{CHUNK, add_scaled, dot, for_chunks, norm};
+use super::csr::{CHUNK, add_scaled, dot, dot_chunk, for_chunks, norm};
 use super::jacobian::Jacobian;
 
 /// How an iteration ended.
@@ -70,15 +70,17 @@ pub fn gmres(
     let mut r = b.to_vec();
     let (mut z, mut w) = (vec![0.0; n], vec![0.0; n]);
     let (mut basis, mut images): (Vec<Vec<f32>>, Vec<Vec<f32>>) = (Vec::new(), Vec::new());
+    // Vectors of a finished cycle serve the next.
+    let mut spare: Vec<Vec<f32>> = Vec::new();
     let mut iterations = 0;
     while iterations < most {
         let beta = norm(&r);
         if beta <= target || !beta.is_finite() {
             break;
         }
-        basis.clear();
-        images.clear();
-        basis.push(rounded(&mut r, 1.0 / beta));
+        spare.append(&mut basis);
+        spare.append(&mut images);
+        basis.push(rounded(&mut r, 1.0 / beta, spare.pop()));
         let mut hessenberg: Vec<Vec<f64>> = Vec::new();
         let mut rotations: Vec<(f64, f64)> = Vec::new();
         let mut g = vec![beta];
@@ -86,7 +88,7 @@ pub fn gmres(
             let j = hessenberg.len();
             // r holds the last basis vector as it was rounded.
             precondition(&r, &mut z);
-            images.push(rounded(&mut z, 1.0));
+            images.push(rounded(&mut z, 1.0, spare.pop()));
             matrix.multiply(&z, &mut w);
             iterations += 1;
             let mut h = projections(&basis, &w);
@@ -106,7 +108,7 @@ pub fn gmres(
                 break;
             }
             std::mem::swap(&mut r, &mut w);
-            basis.push(rounded(&mut r, 1.0 / length));
+            basis.push(rounded(&mut r, 1.0 / length, spare.pop()));
         }
         let m = hessenberg.len();
         let mut y = vec![0.0; m];
@@ -124,11 +126,15 @@ pub fn gmres(
     finish(matrix, b, x, target, iterations)
 }
 
-/// `v` times `scale` in single precision; `v` becomes exactly that.
-fn rounded(v: &mut [f64], scale: f64) -> Vec<f32> {
-    let mut single = vec![0.0f32; v.len()];
-    for_chunks(&mut single, |first, part| part.iter_mut().zip(&v[first..]).for_each(|(s, v)| *s = (v * scale) as f32));
-    for_chunks(v, |first, part| part.iter_mut().zip(&single[first..]).for_each(|(v, s)| *v = f64::from(*s)));
+/// `v` times `scale` in single precision, in the place of a vector no longer needed; `v` becomes exactly that.
+fn rounded(v: &mut [f64], scale: f64, spare: Option<Vec<f32>>) -> Vec<f32> {
+    let mut single = spare.unwrap_or_else(|| vec![0.0f32; v.len()]);
+    single.par_chunks_mut(CHUNK).zip(v.par_chunks_mut(CHUNK)).for_each(|(single, v)| {
+        for (s, v) in single.iter_mut().zip(v) {
+            *s = (*v * scale) as f32;
+            *v = f64::from(*s);
+        }
+    });
     single
 }
 
@@ -136,7 +142,7 @@ fn rounded(v: &mut [f64], scale: f64) -> Vec<f32> {
 fn projections(basis: &[Vec<f32>], w: &[f64]) -> Vec<f64> {
     let chunk = |(c, w): (usize, &[f64])| -> Vec<f64> {
         let from = c * CHUNK;
-        basis.iter().map(|v| v[from..from + w.len()].iter().zip(w).map(|(v, w)| f64::from(*v) * w).sum()).collect()
+        basis.iter().map(|v| dot_chunk(&v[from..from + w.len()], w)).collect()
     };
     let parts: Vec<Vec<f64>> = w.par_chunks(CHUNK).enumerate().map(chunk).collect();
     (0..basis.len()).map(|i| parts.iter().map(|p| p[i]).sum()).collect()
@@ -149,7 +155,7 @@ fn subtract(basis: &[Vec<f32>], h: &[f64], w: &mut [f64]) -> f64 {
         for (v, h) in basis.iter().zip(h) {
             w.iter_mut().zip(&v[from..]).for_each(|(w, v)| *w -= h * f64::from(*v));
         }
-        w.iter().map(|w| w * w).sum()
+        dot_chunk(w, w)
     };
     let parts: Vec<f64> = w.par_chunks_mut(CHUNK).enumerate().map(chunk).collect();
     parts.iter().sum::<f64>().sqrt()

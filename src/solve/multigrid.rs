@@ -26,7 +26,7 @@ const STRENGTH: f64 = 0.08;
 /// Blocks are coarsened while that leaves less than this share of the rows.
 const WORTHWHILE: f64 = 0.6;
 /// Products with the matrix in each smoothing.
-const DEGREE: usize = 3;
+const DEGREE: usize = 4;
 
 /// A hierarchy of matrices.
 #[derive(Debug, Clone)]
@@ -85,7 +85,7 @@ impl Multigrid {
     /// The matrix is not positive definite: some node has no path to any given temperature.
     pub fn new(matrix: &Symmetric<'_>, capacity: &[f64]) -> Result<Self> {
         let mut levels = Vec::new();
-        let along: Vec<[f64; 3]> = matrix.profiles.iter().map(|p| p.each_ref().map(|g| g.iter().sum::<f64>() / g.len() as f64)).collect();
+        let along: Vec<[f64; 3]> = matrix.profiles.iter().map(mean_conductances).collect();
         let mut transfer = Transfer::new(matrix.blocks, &along, matrix.to_given.len());
         let (mut current, mut carried) = if matrix.blocks.is_empty() {
             (rows_of(matrix), capacity.to_vec())
@@ -304,6 +304,13 @@ impl Level {
         }
         self.inverse_diagonal = self.held_diagonal().iter().zip(&self.own).map(|(held, own)| 1.0 / (held + own)).collect();
     }
+}
+
+/// Mean conductance between neighbours along each axis, W/K.
+fn mean_conductances(profile: &Profile<f64>) -> [f64; 3] {
+    let inner = profile[0].len().saturating_sub(2).max(1);
+    let mean = |g: &Vec<f64>, n: usize| g.iter().sum::<f64>() / n as f64;
+    [mean(&profile[0], inner), mean(&profile[1], profile[1].len()), mean(&profile[2], profile[2].len())]
 }
 
 /// The finest level, from the network itself.

@@ -69,7 +69,7 @@ impl Axis {
                 return (lower as u32, upper as u32, (from / (centre(upper) - centre(lower)).rem_euclid(n as f64)) as f32);
             }
             let lower = lower.clamp(0, m as isize - 2) as usize;
-            (lower as u32, lower as u32 + 1, ((at - centre(lower)) / (centre(lower + 1) - centre(lower))) as f32)
+            (lower as u32, lower as u32 + 1, ((at - centre(lower)) / (centre(lower + 1) - centre(lower))).clamp(0.0, 1.0) as f32)
         };
         let pairs: Vec<(u32, u32, f32)> = (0..n).map(pair).collect();
         let mut reach = vec![Vec::new(); m];
@@ -406,7 +406,7 @@ impl BlockTransfer {
     fn conduction(&self, profile: &Profile<f64>) -> Factors {
         let a = &self.axes;
         Factors {
-            first: [a[0].stiffness(|i| profile[0][i]), a[0].mass(|i| profile[1][i]), a[0].mass(|i| profile[2][i])],
+            first: [a[0].stiffness(|i| profile[0][i + 1]), a[0].mass(|i| profile[1][i]), a[0].mass(|i| profile[2][i])],
             others: [[a[1].stiffness(|_| 1.0), a[1].mass(|_| 1.0)], [a[2].stiffness(|_| 1.0), a[2].mass(|_| 1.0)]],
         }
     }
