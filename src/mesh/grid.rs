@@ -113,10 +113,9 @@ impl Grid {
         self.edges[d][i + 1] - self.edges[d][i]
     }
 
-    /// Local coordinate the temperature of a cell stands for: the middle, in r the root mean square.
+    /// Local coordinate the temperature of a cell stands for: the middle.
     pub fn centre(&self, d: usize, i: usize) -> f64 {
-        let (low, high) = (self.edges[d][i], self.edges[d][i + 1]);
-        if d == 0 && self.is_cylindrical() { ((low * low + high * high) / 2.0).sqrt() } else { (low + high) / 2.0 }
+        f64::midpoint(self.edges[d][i], self.edges[d][i + 1])
     }
 
     /// Whether the local coordinates are (r, theta, s).
@@ -155,7 +154,8 @@ impl Grid {
 
     /// Conduction length from a cell's temperature to one of its faces: flux = k (T - T_face) / length.
     /// Exact for one-dimensional conduction without sources along each axis. In r this is the logarithm of
-    /// a tube; a solid cylinder has no such solution, and its lengths are exact for a uniform source instead.
+    /// a tube; a solid cylinder has no such solution, and its lengths are exact for a uniform source and for a
+    /// constant slope across the axis instead.
     pub fn half_length(&self, c: [usize; 3], side: Side) -> f64 {
         let d = side.axis();
         let half = self.width(d, c[d]) / 2.0;
@@ -164,13 +164,14 @@ impl Grid {
         }
         let (ri, ro) = (self.edges[0][c[0]], self.edges[0][c[0] + 1]);
         let is_solid = self.edges[0][0] == 0.0;
+        let r = self.centre(0, c[0]);
         match (d, side.is_high()) {
-            (0, true) if is_solid => (ro * ro - ri * ri) / (4.0 * ro),
-            (0, false) if is_solid && ri > 0.0 => (ro * ro - ri * ri) / (4.0 * ri),
-            (0, true) => ro * (ro / self.centre(0, c[0])).ln(),
-            (0, false) if ri == 0.0 => ro / 2.0, // a face without area
-            (0, false) => ri * (self.centre(0, c[0]) / ri).ln(),
-            _ if ri == 0.0 => half * self.centre(0, c[0]),
+            (0, true) if is_solid => (ro * ro - r * r) / (2.0 * ro),
+            (0, false) if ri == 0.0 => half, // a face without area
+            (0, false) if is_solid => (r * r - ri * ri) / (2.0 * ri),
+            (0, true) => ro * (ro / r).ln(),
+            (0, false) => ri * (r / ri).ln(),
+            _ if is_solid => half * r,
             _ => half * (ro - ri) / (ro / ri).ln(),
         }
     }

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::grid::{Frame, Grid, tangents};
-use crate::machine::Side;
+use crate::machine::{Axis, Side};
 
 /// Faces closer than this (m) touch.
 pub const TOUCHING: f64 = 1e-6;
@@ -17,6 +17,8 @@ pub struct Overlap {
     pub b: usize,
     /// Shared area, m².
     pub area: f64,
+    /// Centre of the shared area, m, in the machine's coordinates.
+    pub point: [f64; 3],
 }
 
 /// Overlaps of two ascending edge lists: (index in the first, index in the second, low, high).
@@ -54,7 +56,7 @@ pub fn overlaps(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> 
         }
         (Frame::Cylindrical { .. }, Frame::Cartesian) => ends(a, side_a, b, side_b, false),
         (Frame::Cartesian, Frame::Cylindrical { .. }) => {
-            ends(b, side_b, a, side_a, false).into_iter().map(|o| Overlap { a: o.b, b: o.a, area: o.area }).collect()
+            ends(b, side_b, a, side_a, false).into_iter().map(|o| Overlap { a: o.b, b: o.a, ..o }).collect()
         }
     }
 }
@@ -98,10 +100,14 @@ fn product(
     for &(jp, kp, lp, hp) in along_p {
         for &(jq, kq, lq, hq) in along_q {
             let measure_p = if p == 0 && a.is_cylindrical() && q == 1 { (hp * hp - lp * lp) / 2.0 } else { hp - lp };
+            let mut local = [face_position(a, side_a); 3];
+            local[p] = (lp + hp) / 2.0;
+            local[q] = (lq + hq) / 2.0;
             found.push(Overlap {
                 a: face_cell(a, side_a, p, jp, q, jq),
                 b: face_cell(b, side_b, p, kp, q, kq),
                 area: area(measure_p, hq - lq),
+                point: a.to_machine(local),
             });
         }
     }
@@ -155,7 +161,9 @@ fn ends(a: &Grid, side_a: Side, b: &Grid, side_b: Side, polar: bool) -> Vec<Over
         let area = a.face_area(c, side_a);
         let cell = a.cell(c);
         if polar {
-            found.extend(scatter(a, c, b, side_b).into_iter().map(|(cell_b, share)| Overlap { a: cell, b: cell_b, area: area * share }));
+            let plane = face_position(a, side_a);
+            let shared = scatter(a, c, b, side_b).into_iter();
+            found.extend(shared.map(|(cell_b, share, at)| Overlap { a: cell, b: cell_b, area: area * share, point: in_plane(axis, at, plane) }));
             continue;
         }
         let tile = tile_polygon(a, c, u, v);
@@ -172,7 +180,8 @@ fn ends(a: &Grid, side_a: Side, b: &Grid, side_b: Side, polar: bool) -> Vec<Over
                 let share = polygon_area(&clipped) / total;
                 if share > 1e-9 {
                     let (p, q) = if u < v { (i, j) } else { (j, i) };
-                    found.push(Overlap { a: cell, b: face_cell(b, side_b, u.min(v), p, u.max(v), q), area: area * share });
+                    let point = in_plane(axis, polygon_centre(&clipped), face_position(a, side_a));
+                    found.push(Overlap { a: cell, b: face_cell(b, side_b, u.min(v), p, u.max(v), q), area: area * share, point });
                 }
             }
         }
@@ -180,11 +189,20 @@ fn ends(a: &Grid, side_a: Side, b: &Grid, side_b: Side, polar: bool) -> Vec<Over
     found
 }
 
-/// Shares of cell `c`'s end face that fall on the cells of another cylinder's end, by 16 x 16 equal-area points.
-fn scatter(a: &Grid, c: [usize; 3], b: &Grid, side_b: Side) -> Vec<(usize, f64)> {
+/// A point in the plane normal to `axis`, given by the two other coordinates in cyclic order.
+fn in_plane(axis: Axis, [u, v]: [f64; 2], plane: f64) -> [f64; 3] {
+    let [du, dv] = Frame::normals(axis);
+    let mut point = [plane; 3];
+    (point[du], point[dv]) = (u, v);
+    point
+}
+
+/// Shares of cell `c`'s end face that fall on the cells of another cylinder's end, by 16 x 16 equal-area points:
+/// cell, share, and the centre of what they share in the plane.
+fn scatter(a: &Grid, c: [usize; 3], b: &Grid, side_b: Side) -> Vec<(usize, f64, [f64; 2])> {
     const N: usize = 16;
     let (ri, ro) = (a.edges[0][c[0]], a.edges[0][c[0] + 1]);
-    let mut shares: Vec<(usize, f64)> = Vec::new();
+    let mut shares: Vec<(usize, f64, [f64; 2])> = Vec::new();
     for i in 0..N {
         let r = (ri * ri + (ro * ro - ri * ri) * (i as f64 + 0.5) / N as f64).sqrt();
         for j in 0..N {
@@ -198,11 +216,18 @@ fn scatter(a: &Grid, c: [usize; 3], b: &Grid, side_b: Side) -> Vec<(usize, f64)>
             let mut at = b.locate(point);
             at[2] = if side_b.is_high() { b.n(2) - 1 } else { 0 };
             let cell = b.cell(at);
-            match shares.iter_mut().find(|(known, _)| *known == cell) {
-                Some((_, share)) => *share += 1.0 / (N * N) as f64,
-                None => shares.push((cell, 1.0 / (N * N) as f64)),
+            let [u, v] = Frame::normals(axis).map(|d| point[d]);
+            match shares.iter_mut().find(|(known, _, _)| *known == cell) {
+                Some((_, share, sum)) => {
+                    *share += 1.0 / (N * N) as f64;
+                    *sum = [sum[0] + u, sum[1] + v];
+                }
+                None => shares.push((cell, 1.0 / (N * N) as f64, [u, v])),
             }
         }
+    }
+    for (_, share, sum) in &mut shares {
+        *sum = sum.map(|x| x / (*share * (N * N) as f64));
     }
     shares
 }
@@ -238,6 +263,21 @@ fn polygon_area(polygon: &[[f64; 2]]) -> f64 {
         twice += p[0] * q[1] - p[1] * q[0];
     }
     twice.abs() / 2.0
+}
+
+/// Centroid of a polygon.
+fn polygon_centre(polygon: &[[f64; 2]]) -> [f64; 2] {
+    // Relative to the first corner, so that nothing cancels far from the origin.
+    let origin = polygon[0];
+    let (mut twice, mut moment) = (0.0, [0.0; 2]);
+    for (i, p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (p, q) = ([p[0] - origin[0], p[1] - origin[1]], [q[0] - origin[0], q[1] - origin[1]]);
+        let cross = p[0] * q[1] - p[1] * q[0];
+        twice += cross;
+        moment = [moment[0] + (p[0] + q[0]) * cross, moment[1] + (p[1] + q[1]) * cross];
+    }
+    [origin[0] + moment[0] / (3.0 * twice), origin[1] + moment[1] / (3.0 * twice)]
 }
 
 /// The part of a polygon inside a rectangle (Sutherland and Hodgman 1974: clip by one half plane after the other).

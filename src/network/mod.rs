@@ -40,6 +40,8 @@ pub struct Network {
     pub blocks: Vec<Block>,
     /// All other linear conductors: contacts, bonds between blocks, edges of imported meshes.
     pub joints: Vec<Joint>,
+    /// Temperatures beside the middle of a cell.
+    pub reaches: Vec<Reach>,
     /// Contacts the joints belong to.
     pub contacts: Vec<ContactGroup>,
     /// Conductivities the joints and surfaces refer to, W/(m K).
@@ -81,6 +83,19 @@ pub struct Joint {
     pub property_b: u32,
     /// Contact it belongs to, or [`NONE`] where nothing resists between the halves.
     pub contact: u32,
+    /// Where each end's temperature is not its node's: indices into [`Network::reaches`], or [`NONE`].
+    pub reach: [u32; 2],
+}
+
+/// The temperature beside the middle of a cell, where cells that do not match meet: the cell's own, and a share
+/// of the way to a neighbour along each of two tangential axes. Second order for any smooth temperature.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reach {
+    /// A neighbour along each axis (the node itself where the point is level with it).
+    pub nodes: [u32; 2],
+    /// Share of the way to each, at most 1/2; negative at the edge of a face, where the point lies away from the
+    /// only neighbour.
+    pub shares: [f64; 2],
 }
 
 /// A contact with its law and its joints.
@@ -152,6 +167,23 @@ impl Network {
         }
         let g = joint.area / total;
         JointState { conductance: g, slope_a: -g / total * (dra + drc / 2.0), slope_b: -g / total * (drb + drc / 2.0) }
+    }
+
+    /// Temperatures (K) at the two ends of a joint.
+    pub fn joint_ends(&self, joint: &Joint, temperatures: &[f64]) -> (f64, f64) {
+        let end = |node: u32, reach: u32| {
+            let own = temperatures[node as usize];
+            let Some(reach) = self.reaches.get(reach as usize) else { return own };
+            let towards = reach.nodes.map(|n| temperatures[n as usize] - own);
+            own + reach.shares[0] * towards[0] + reach.shares[1] * towards[1]
+        };
+        (end(joint.a, joint.reach[0]), end(joint.b, joint.reach[1]))
+    }
+
+    /// Heat (W) through a joint from its first node to its second.
+    pub fn joint_heat(&self, joint: &Joint, temperatures: &[f64]) -> f64 {
+        let (ta, tb) = self.joint_ends(joint, temperatures);
+        self.joint_state(joint, ta, tb).conductance * (ta - tb)
     }
 
     /// Specific resistance (m² K/W) of a joint's contact at a mean temperature (K), with its slope.

@@ -86,7 +86,7 @@ fn held_heat(network: &Network, load: &Load, node: u32, temperatures: &[f64]) ->
         .joints
         .iter()
         .filter(|j| j.a == node || j.b == node)
-        .map(|j| sign(j.a, j.b) * network.joint_state(j, t(j.a), t(j.b)).conductance * (t(j.a) - t(j.b)))
+        .map(|j| sign(j.a, j.b) * network.joint_heat(j, temperatures))
         .sum();
     let linked: f64 = network
         .radiative
@@ -123,8 +123,8 @@ pub fn contact_flows(network: &Network, temperatures: &[f64]) -> Vec<ContactFlow
     let flow = |group: &crate::network::ContactGroup| {
         let (mut heat, mut conductance) = (0.0, 0.0);
         for joint in &network.joints[group.joints.clone()] {
-            let (ta, tb) = (temperatures[joint.a as usize], temperatures[joint.b as usize]);
-            heat += network.joint_state(joint, ta, tb).conductance * (ta - tb);
+            let (ta, tb) = network.joint_ends(joint, temperatures);
+            heat += network.joint_heat(joint, temperatures);
             // The interface alone: the same joint without its half cells.
             let bare = crate::network::Joint { length_a: 0.0, length_b: 0.0, ..*joint };
             let g = network.joint_state(&bare, ta, tb).conductance;
@@ -156,7 +156,7 @@ pub fn heat_flow_matrix(network: &Network, temperatures: &[f64]) -> Vec<(usize, 
         }
     };
     for j in &network.joints {
-        add(j.a, j.b, network.joint_state(j, t(j.a), t(j.b)).conductance * (t(j.a) - t(j.b)));
+        add(j.a, j.b, network.joint_heat(j, temperatures));
     }
     for (a, b, area) in &network.radiative {
         add(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));

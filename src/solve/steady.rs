@@ -62,7 +62,7 @@ impl<'a> Solver<'a> {
         let start = initial(network, reference);
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
-        let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty();
+        let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty() && network.reaches.is_empty();
         let unsolved = Solution {
             temperatures: start,
             streams,

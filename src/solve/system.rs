@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::csr::{CHUNK, for_chunks};
 use super::jacobian::{Conduction, Jacobian, SparseRows};
 use crate::network::block::{Block, Profile, Segment};
-use crate::network::{Load, NONE, Network, StreamState, surface::SurfaceState};
+use crate::network::{Joint, Load, NONE, Network, StreamState, surface::SurfaceState};
 use crate::physics::radiation::SIGMA;
 
 /// The sparsity pattern of a network's Jacobian outside the blocks, and what in it never changes.
@@ -37,6 +37,12 @@ impl System {
         let mut entries: Vec<(u32, u32)> = Vec::with_capacity(2 * (network.joints.len() + network.radiative.len()));
         let pairs = network.joints.iter().map(|j| (j.a, j.b)).chain(network.radiative.iter().map(|(a, b, _)| (*a, *b)));
         entries.extend(pairs.flat_map(|(a, b)| [(a, b), (b, a)]));
+        for joint in &network.joints {
+            for reach in joint.reach.iter().filter_map(|r| network.reaches.get(*r as usize)) {
+                let beside = reach.nodes.into_iter().flat_map(|n| [(joint.a, n), (joint.b, n)]);
+                entries.extend(beside.filter(|(row, column)| row != column));
+            }
+        }
         for stream in &network.streams {
             for (k, station) in stream.stations.iter().enumerate() {
                 let own = stream.first_node + k as u32;
@@ -59,14 +65,17 @@ impl System {
     /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
     /// to one unit in the last place of either. No iteration brings the residual below it.
     pub fn rounding(&self, network: &Network, streams: &[StreamState], temperatures: &[f64]) -> f64 {
-        let t = |n: u32| temperatures[n as usize];
         let of_block = |(block, profile): (&Block, &Profile<f64>)| {
             let [_, n1, n2] = block.cells.map(|n| n as f64);
             let sums = [0, 1, 2].map(|d| profile[d].iter().sum::<f64>());
             sums[0] * n1 * n2 + sums[1] * (if block.wraps { n1 } else { n1 - 1.0 }) * n2 + sums[2] * n1 * (n2 - 1.0)
         };
         let linear: f64 = network.blocks.iter().zip(&self.profiles).map(of_block).sum();
-        let joints: f64 = network.joints.iter().map(|j| network.joint_state(j, t(j.a), t(j.b)).conductance.abs()).sum();
+        let conductance = |j: &Joint| {
+            let (ta, tb) = network.joint_ends(j, temperatures);
+            network.joint_state(j, ta, tb).conductance.abs()
+        };
+        let joints: f64 = network.joints.iter().map(conductance).sum();
         let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
         let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
         // Each conductance stands in the balances of two nodes.
@@ -86,10 +95,22 @@ impl System {
         let mut rest = self.pattern.clone();
         let mut diagonal = vec![0.0; network.nodes];
         for joint in &network.joints {
-            let state = network.joint_state(joint, t(joint.a), t(joint.b));
-            let drop = t(joint.a) - t(joint.b);
-            let (da, db) = (state.conductance + state.slope_a * drop, state.conductance - state.slope_b * drop);
+            let (ta, tb) = network.joint_ends(joint, temperatures);
+            let state = network.joint_state(joint, ta, tb);
+            let (da, db) = (state.conductance + state.slope_a * (ta - tb), state.conductance - state.slope_b * (ta - tb));
             add_pair(&mut diagonal, &mut rest, joint.a, joint.b, da, db);
+            for (end, slope) in [(0, da), (1, -db)] {
+                let Some(reach) = network.reaches.get(joint.reach[end] as usize) else { continue };
+                let own = [joint.a, joint.b][end];
+                for (node, share) in reach.nodes.into_iter().zip(reach.shares).filter(|(_, share)| *share != 0.0) {
+                    for (row, sign) in [(joint.a, 1.0), (joint.b, -1.0)] {
+                        for (column, weight) in [(node, share), (own, -share)] {
+                            let value = sign * slope * weight;
+                            if row == column { diagonal[row as usize] += value } else { rest.add(row, column, value) }
+                        }
+                    }
+                }
+            }
         }
         for (a, b, area) in &network.radiative {
             let slope = |n: u32| 4.0 * SIGMA * area * t(n).powi(3);
@@ -143,7 +164,10 @@ impl System {
         let is_held = |n: u32| self.is_held.binary_search(&n).is_ok();
         let mut couplings = Vec::with_capacity(network.joints.len() + network.radiative.len());
         let mut to_given = vec![0.0; network.solids];
-        let joints = network.joints.iter().map(|j| (j.a, j.b, network.joint_state(j, t(j.a), t(j.b)).conductance));
+        let joints = network.joints.iter().map(|j| {
+            let (ta, tb) = network.joint_ends(j, temperatures);
+            (j.a, j.b, network.joint_state(j, ta, tb).conductance)
+        });
         let radiative = network.radiative.iter().map(|(a, b, area)| {
             (*a, *b, 2.0 * SIGMA * area * (t(*a).powi(3) + t(*b).powi(3)))
         });
@@ -206,8 +230,7 @@ impl System {
             r[b as usize] -= heat;
         };
         for joint in &network.joints {
-            let g = network.joint_state(joint, t(joint.a), t(joint.b)).conductance;
-            flow(joint.a, joint.b, g * (t(joint.a) - t(joint.b)));
+            flow(joint.a, joint.b, network.joint_heat(joint, temperatures));
         }
         for (a, b, area) in &network.radiative {
             flow(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));

@@ -4,7 +4,9 @@ use super::{Builder, Foot};
 use crate::error::{Error, Result};
 use crate::machine::{Contact, ContactLaw, Face, Place, Side};
 use crate::mesh::Interface;
-use crate::network::{ContactGroup, Joint, NONE};
+use crate::mesh::grid::{Grid, tangents};
+use crate::network::{ContactGroup, Joint, NONE, Reach};
+use std::f64::consts::TAU;
 
 /// Interfaces by index, and whether the contact counts heat against the interface's own order.
 type Crossings = Vec<(usize, bool)>;
@@ -98,7 +100,8 @@ impl Builder<'_> {
         let start = self.network.joints.len();
         let contact = self.network.contacts.len() as u32;
         for (i, crossed) in interfaces {
-            let joints = self.joints_of(&self.mesh.interfaces[*i], *crossed, contact);
+            let mesh = self.mesh;
+            let joints = self.joints_of(&mesh.interfaces[*i], *crossed, contact);
             self.network.joints.extend(joints);
         }
         let joints = start..self.network.joints.len();
@@ -106,21 +109,19 @@ impl Builder<'_> {
     }
 
     /// Joints of one interface, from its first side to its second (or crossed).
-    fn joints_of(&self, interface: &Interface, crossed: bool, contact: u32) -> Vec<Joint> {
+    fn joints_of(&mut self, interface: &Interface, crossed: bool, contact: u32) -> Vec<Joint> {
         let ((ga, sa), (gb, sb)) = (interface.a, interface.b);
         let (grid_a, grid_b) = (&self.mesh.grids[ga], &self.mesh.grids[gb]);
         let (property_a, property_b) = (self.property(grid_a.part, sa.axis()), self.property(grid_b.part, sb.axis()));
-        let joint = |o: &crate::mesh::overlap::Overlap| {
+        let reaches = &mut self.network.reaches;
+        let mut joint = |o: &crate::mesh::overlap::Overlap| {
             let (length_a, length_b) = (grid_a.half_length(grid_a.indices(o.a), sa), grid_b.half_length(grid_b.indices(o.b), sb));
+            let reach = [reach(grid_a, o.a, sa, o.point, reaches), reach(grid_b, o.b, sb, o.point, reaches)];
             let (a, b) = (o.a as u32, o.b as u32);
-            if crossed {
-                let (length_a, length_b, property_a, property_b) = (length_b, length_a, property_b, property_a);
-                Joint { a: b, b: a, area: o.area, length_a, length_b, property_a, property_b, contact }
-            } else {
-                Joint { a, b, area: o.area, length_a, length_b, property_a, property_b, contact }
-            }
+            let joint = Joint { a, b, area: o.area, length_a, length_b, property_a, property_b, contact, reach };
+            if crossed { reversed(joint) } else { joint }
         };
-        interface.overlaps.iter().map(joint).collect()
+        interface.overlaps.iter().map(&mut joint).collect()
     }
 
     pub(super) fn place_name(&self, place: Place) -> String {
@@ -303,7 +304,7 @@ impl Builder<'_> {
 
 /// A joint from one foot to another, over the area of the first.
 fn joint_between(a: Foot, b: Foot, contact: u32) -> Joint {
-    Joint { a: a.0, b: b.0, area: a.1, length_a: a.2, length_b: b.2, property_a: a.3, property_b: b.3, contact }
+    Joint { a: a.0, b: b.0, area: a.1, length_a: a.2, length_b: b.2, property_a: a.3, property_b: b.3, contact, reach: [NONE; 2] }
 }
 
 /// The same joint, counted the other way.
@@ -317,7 +318,45 @@ fn reversed(j: Joint) -> Joint {
         property_a: j.property_b,
         property_b: j.property_a,
         contact: j.contact,
+        reach: [j.reach[1], j.reach[0]],
     }
+}
+
+/// How the temperature beside the middle of a face cell is found, where `point` (m) is not in its middle.
+fn reach(grid: &Grid, cell: usize, side: Side, point: [f64; 3], reaches: &mut Vec<Reach>) -> u32 {
+    let (c, local) = (grid.indices(cell), grid.to_local(point));
+    let mut found = Reach { nodes: [cell as u32; 2], shares: [0.0; 2] };
+    for (slot, d) in tangents(side.axis()).into_iter().enumerate() {
+        let (n, at) = (grid.n(d), c[d]);
+        let mut offset = local[d] - grid.centre(d, at);
+        if grid.wraps(d) {
+            offset = (offset + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+        }
+        if offset.abs() < 1e-6 * grid.width(d, at) {
+            continue;
+        }
+        let (next, sign) = match (offset > 0.0, grid.wraps(d)) {
+            (true, true) => ((at + 1) % n, 1.0),
+            (false, true) => ((at + n - 1) % n, 1.0),
+            (true, false) if at + 1 < n => (at + 1, 1.0),
+            (false, false) if at > 0 => (at - 1, 1.0),
+            // At the edge of a face nothing lies beyond: the slope inside is continued.
+            (true, false) if at > 0 => (at - 1, -1.0),
+            (false, false) if at + 1 < n => (at + 1, -1.0),
+            _ => continue,
+        };
+        let mut other = c;
+        other[d] = next;
+        let span = (grid.width(d, at) + grid.width(d, next)) / 2.0;
+        let span = if grid.wraps(d) { span } else { (grid.centre(d, next) - grid.centre(d, at)).abs() };
+        found.nodes[slot] = grid.cell(other) as u32;
+        found.shares[slot] = sign * (offset.abs() / span).min(0.5);
+    }
+    if found.shares == [0.0; 2] {
+        return NONE;
+    }
+    reaches.push(found);
+    (reaches.len() - 1) as u32
 }
 
 /// The faces of a place: all six sides of a part, none of a lumped node.
