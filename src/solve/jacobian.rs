@@ -4,6 +4,8 @@
 //! radiative links, water) stands in a short list of sparse rows. A product moves the two vectors and
 //! little more: about 24 bytes per unknown, where compressed rows would move a hundred.
 
+use rayon::prelude::*;
+
 use super::csr::for_chunks;
 use crate::network::Network;
 use crate::network::block::{Profile, Real};
@@ -115,7 +117,7 @@ pub(super) struct SparseRows<T> {
 impl<T: Real> SparseRows<T> {
     /// The pattern that holds a set of (row, column) entries, with zero values.
     pub fn pattern(mut entries: Vec<(u32, u32)>) -> Self {
-        entries.sort_unstable();
+        entries.par_sort_unstable();
         entries.dedup();
         let mut found = Self { rows: Vec::new(), starts: Vec::new(), cols: Vec::with_capacity(entries.len()), values: Vec::new() };
         for (row, column) in entries {
@@ -137,13 +139,27 @@ impl<T: Real> SparseRows<T> {
         self.cols[range.clone()].binary_search(&column).ok().map(|at| range.start + at)
     }
 
-    /// Adds a value to an entry of the pattern.
-    pub fn add(&mut self, row: u32, column: u32, value: T) {
-        let at = self.position(row, column);
-        debug_assert!(at.is_some(), "entry ({row}, {column}) is not in the pattern");
-        if let Some(at) = at {
-            self.values[at] += value;
+    /// The rows that hold entries (row, column, value); those that stand twice add up.
+    pub fn of_entries(mut entries: Vec<(u32, u32, T)>) -> Self {
+        entries.par_sort_by_key(|(row, column, _)| (*row, *column));
+        let mut found = Self { rows: Vec::new(), starts: Vec::new(), cols: Vec::with_capacity(entries.len()), values: Vec::new() };
+        let mut last = None;
+        for (row, column, value) in entries {
+            match found.values.last_mut() {
+                Some(sum) if last == Some((row, column)) => *sum += value,
+                _ => {
+                    if found.rows.last() != Some(&row) {
+                        found.rows.push(row);
+                        found.starts.push(found.cols.len());
+                    }
+                    found.cols.push(column);
+                    found.values.push(value);
+                }
+            }
+            last = Some((row, column));
         }
+        found.starts.push(found.cols.len());
+        found
     }
 
     /// Entries of every row: row, columns and values.

@@ -317,11 +317,9 @@ fn mean_conductances(profile: &Profile<f64>) -> [f64; 3] {
 fn network_level(matrix: &Symmetric<'_>, capacity: &[f64], transfer: Transfer) -> Level {
     let rows = matrix.to_given.len();
     let profiles: Vec<Profile<f32>> = matrix.profiles.iter().map(|p| p.each_ref().map(|g| g.iter().map(|g| *g as f32).collect())).collect();
-    let mut rest = SparseRows::pattern(matrix.couplings.iter().flat_map(|(a, b, _)| [(*a, *b), (*b, *a)]).collect());
+    let rest = SparseRows::of_entries(matrix.couplings.iter().flat_map(|(a, b, g)| [(*a, *b, -*g as f32), (*b, *a, -*g as f32)]).collect());
     let mut own: Vec<f64> = matrix.to_given.clone();
     for (a, b, g) in &matrix.couplings {
-        rest.add(*a, *b, -*g as f32);
-        rest.add(*b, *a, -*g as f32);
         own[*a as usize] += g;
         own[*b as usize] += g;
     }

@@ -12,6 +12,8 @@ use crate::physics::radiation::SIGMA;
 #[derive(Debug, Clone)]
 pub struct System {
     pattern: SparseRows<f64>,
+    /// Where the entries that [`each_entry`] visits stand in the pattern, in the order of the visit.
+    slots: Vec<u32>,
     /// Conductances of the blocks at 300 K; those with k(T) are evaluated anew each time.
     profiles: Vec<Profile<f64>>,
     is_constant: Vec<bool>,
@@ -34,32 +36,19 @@ pub struct Symmetric<'a> {
 impl System {
     /// The pattern of `network`.
     pub fn new(network: &Network) -> Self {
-        let mut entries: Vec<(u32, u32)> = Vec::with_capacity(2 * (network.joints.len() + network.radiative.len()));
-        let pairs = network.joints.iter().map(|j| (j.a, j.b)).chain(network.radiative.iter().map(|(a, b, _)| (*a, *b)));
-        entries.extend(pairs.flat_map(|(a, b)| [(a, b), (b, a)]));
-        for joint in &network.joints {
-            for reach in joint.reach.iter().filter_map(|r| network.reaches.get(*r as usize)) {
-                let beside = reach.nodes.into_iter().flat_map(|n| [(joint.a, n), (joint.b, n)]);
-                entries.extend(beside.filter(|(row, column)| row != column));
+        let mut entries = Vec::with_capacity(2 * (network.joints.len() + network.radiative.len()));
+        each_entry(network, &Derivatives::none(network), |row, column, _| {
+            if row != column {
+                entries.push((row, column));
             }
-        }
-        for stream in &network.streams {
-            for (k, station) in stream.stations.iter().enumerate() {
-                let own = stream.first_node + k as u32;
-                let above: Vec<u32> =
-                    if k > 0 { vec![own - 1] } else { stream.upstream.iter().map(|u| network.streams[*u].outlet()).collect() };
-                for (cell, _) in &station.cells {
-                    entries.push((own, *cell as u32));
-                    entries.extend(above.iter().map(|w| (*cell as u32, *w)));
-                }
-                entries.extend(above.iter().map(|w| (own, *w)));
-            }
-        }
+        });
+        let pattern = SparseRows::pattern(entries.clone());
+        let slots = entries.par_iter().with_min_len(CHUNK).map(|(row, column)| pattern.position(*row, *column).unwrap_or(0) as u32).collect();
         let profiles = network.blocks.iter().map(|b| b.profile(&network.properties, 300.0)).collect();
         let is_constant = network.blocks.iter().map(|b| b.is_constant(&network.properties)).collect();
         let mut is_held: Vec<u32> = network.fixed.iter().map(|(node, _)| *node).collect();
         is_held.sort_unstable();
-        Self { pattern: SparseRows::pattern(entries), profiles, is_constant, is_held }
+        Self { pattern, slots, profiles, is_constant, is_held }
     }
 
     /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
@@ -91,65 +80,18 @@ impl System {
 
     /// Jacobian of the residual at `temperatures`, the streams' coefficients held as they are.
     pub fn jacobian<'a>(&self, network: &'a Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Jacobian<'a> {
-        let t = |n: u32| temperatures[n as usize];
         let mut rest = self.pattern.clone();
         let mut diagonal = vec![0.0; network.nodes];
-        for joint in &network.joints {
-            let (ta, tb) = network.joint_ends(joint, temperatures);
-            let state = network.joint_state(joint, ta, tb);
-            let (da, db) = (state.conductance + state.slope_a * (ta - tb), state.conductance - state.slope_b * (ta - tb));
-            add_pair(&mut diagonal, &mut rest, joint.a, joint.b, da, db);
-            for (end, slope) in [(0, da), (1, -db)] {
-                let Some(reach) = network.reaches.get(joint.reach[end] as usize) else { continue };
-                let own = [joint.a, joint.b][end];
-                for (node, share) in reach.nodes.into_iter().zip(reach.shares).filter(|(_, share)| *share != 0.0) {
-                    for (row, sign) in [(joint.a, 1.0), (joint.b, -1.0)] {
-                        for (column, weight) in [(node, share), (own, -share)] {
-                            let value = sign * slope * weight;
-                            if row == column { diagonal[row as usize] += value } else { rest.add(row, column, value) }
-                        }
-                    }
-                }
+        let mut slots = self.slots.iter();
+        each_entry(network, &Derivatives::at(network, streams, temperatures), |row, column, value| {
+            if row == column {
+                diagonal[row as usize] += value;
+            } else if let Some(slot) = slots.next() {
+                rest.values[*slot as usize] += value;
             }
-        }
-        for (a, b, area) in &network.radiative {
-            let slope = |n: u32| 4.0 * SIGMA * area * t(n).powi(3);
-            add_pair(&mut diagonal, &mut rest, *a, *b, slope(*a), slope(*b));
-        }
+        });
         for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
             diagonal[surface.node as usize] += state.slope;
-        }
-        for (stream, state) in network.streams.iter().zip(streams) {
-            for (k, station) in stream.stations.iter().enumerate() {
-                let own = stream.first_node + k as u32;
-                let exchange = state.exchange[k];
-                let above: Vec<(u32, f64)> = if k > 0 {
-                    vec![(own - 1, 1.0)]
-                } else {
-                    stream.upstream.iter().zip(&state.mixture).map(|(u, w)| (network.streams[*u].outlet(), *w)).collect()
-                };
-                for (cell, share) in &station.cells {
-                    diagonal[*cell] += exchange * share;
-                    for (w, mix) in &above {
-                        rest.add(*cell as u32, *w, -exchange * share * mix);
-                    }
-                }
-                if state.capacity_rate > 0.0 {
-                    diagonal[own as usize] += state.capacity_rate;
-                    for (w, mix) in &above {
-                        rest.add(own, *w, -(state.capacity_rate - exchange) * mix);
-                    }
-                    for (cell, share) in &station.cells {
-                        rest.add(own, *cell as u32, -exchange * share);
-                    }
-                } else {
-                    // Water at rest takes the temperature of its wall.
-                    diagonal[own as usize] += 1.0;
-                    for (cell, share) in &station.cells {
-                        rest.add(own, *cell as u32, -share);
-                    }
-                }
-            }
         }
         self.hold(&mut diagonal, &mut rest);
         let blocks = network.blocks.iter().zip(&self.profiles).zip(&self.is_constant).map(|((block, profile), constant)| {
@@ -286,13 +228,97 @@ pub fn surface_states(network: &Network, load: &Load, temperatures: &[f64]) -> V
     network.surfaces.par_iter().with_min_len(CHUNK).map(state).collect()
 }
 
-/// Adds the derivatives of a heat flow from a to b: `da` with respect to a's temperature, `-db` to b's.
-fn add_pair(diagonal: &mut [f64], rest: &mut SparseRows<f64>, a: u32, b: u32, da: f64, db: f64) {
-    debug_assert!(a != NONE && b != NONE);
-    diagonal[a as usize] += da;
-    diagonal[b as usize] += db;
-    rest.add(a, b, -db);
-    rest.add(b, a, -da);
+/// Derivatives of the heat flows outside the blocks.
+struct Derivatives<'a> {
+    /// Of each joint's heat with respect to the temperatures at its two ends, the second with the sign turned, W/K.
+    joints: Vec<(f64, f64)>,
+    /// Of each radiative conductor's heat, likewise.
+    radiative: Vec<(f64, f64)>,
+    /// Where the streams' coefficients are, if they are known.
+    streams: Option<&'a [StreamState]>,
+}
+
+impl<'a> Derivatives<'a> {
+    /// All zero: what a visit needs that only asks where entries are.
+    fn none(network: &Network) -> Self {
+        Self { joints: vec![(0.0, 0.0); network.joints.len()], radiative: vec![(0.0, 0.0); network.radiative.len()], streams: None }
+    }
+
+    fn at(network: &Network, streams: &'a [StreamState], temperatures: &[f64]) -> Self {
+        let of_joint = |joint: &Joint| {
+            let (ta, tb) = network.joint_ends(joint, temperatures);
+            let state = network.joint_state(joint, ta, tb);
+            (state.conductance + state.slope_a * (ta - tb), state.conductance - state.slope_b * (ta - tb))
+        };
+        let of_link = |(a, b, area): &(u32, u32, f64)| {
+            let slope = |n: u32| 4.0 * SIGMA * area * temperatures[n as usize].powi(3);
+            (slope(*a), slope(*b))
+        };
+        Self {
+            joints: network.joints.par_iter().with_min_len(CHUNK).map(of_joint).collect(),
+            radiative: network.radiative.iter().map(of_link).collect(),
+            streams: Some(streams),
+        }
+    }
+}
+
+/// Visits every entry (row, column, value) of the Jacobian outside blocks and surfaces, entries that add up one after
+/// the other, always in the same order whatever the values.
+fn each_entry(network: &Network, derivatives: &Derivatives<'_>, mut visit: impl FnMut(u32, u32, f64)) {
+    let mut pair = |a: u32, b: u32, (da, db): (f64, f64)| {
+        debug_assert!(a != NONE && b != NONE);
+        visit(a, a, da);
+        visit(b, b, db);
+        visit(a, b, -db);
+        visit(b, a, -da);
+    };
+    for (joint, slopes) in network.joints.iter().zip(&derivatives.joints) {
+        pair(joint.a, joint.b, *slopes);
+    }
+    for ((a, b, _), slopes) in network.radiative.iter().zip(&derivatives.radiative) {
+        pair(*a, *b, *slopes);
+    }
+    for (joint, (da, db)) in network.joints.iter().zip(&derivatives.joints) {
+        for (reach, own, slope) in [(joint.reach[0], joint.a, *da), (joint.reach[1], joint.b, -db)] {
+            let Some(reach) = network.reaches.get(reach as usize) else { continue };
+            for (node, share) in reach.nodes.into_iter().zip(reach.shares).filter(|(_, share)| *share != 0.0) {
+                for (row, sign) in [(joint.a, 1.0), (joint.b, -1.0)] {
+                    visit(row, node, sign * slope * share);
+                    visit(row, own, -sign * slope * share);
+                }
+            }
+        }
+    }
+    for (s, stream) in network.streams.iter().enumerate() {
+        for (k, station) in stream.stations.iter().enumerate() {
+            let own = stream.first_node + k as u32;
+            // Without flow the water takes the temperature of its wall.
+            let (rate, exchange) = match derivatives.streams {
+                Some(streams) if streams[s].capacity_rate > 0.0 => (streams[s].capacity_rate, streams[s].exchange[k]),
+                _ => (0.0, 0.0),
+            };
+            let is_moving = rate > 0.0;
+            visit(own, own, if is_moving { rate } else { 1.0 });
+            for (cell, share) in &station.cells {
+                visit(*cell as u32, *cell as u32, exchange * share);
+                visit(own, *cell as u32, if is_moving { -exchange * share } else { -share });
+            }
+            let mut from_above = |water: u32, mix: f64| {
+                visit(own, water, -(rate - exchange) * mix);
+                for (cell, share) in &station.cells {
+                    visit(*cell as u32, water, -exchange * share * mix);
+                }
+            };
+            if k > 0 {
+                from_above(own - 1, 1.0);
+            } else {
+                for (i, upstream) in stream.upstream.iter().enumerate() {
+                    let mix = derivatives.streams.map_or(0.0, |streams| streams[s].mixture[i]);
+                    from_above(network.streams[*upstream].outlet(), mix);
+                }
+            }
+        }
+    }
 }
 
 /// Conductivity of every cell of a block along each axis, with its slope: W/(m K) and W/(m K²).

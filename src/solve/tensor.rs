@@ -303,7 +303,7 @@ impl Transfer {
     pub fn galerkin(&self, matrix: &Symmetric) -> Csr {
         let to_given = self.lump(&matrix.to_given);
         let mut joined = self.coarse_couplings(&matrix.couplings);
-        joined.sort_unstable_by_key(|(i, j, _)| (*i, *j));
+        joined.par_sort_by_key(|(i, j, _)| (*i, *j));
         let mut chunks: Vec<(Vec<usize>, Vec<u32>, Vec<f64>)> = Vec::new();
         let finish = |first: usize, rows: Vec<Vec<(u32, f64)>>| {
             let (mut lengths, mut cols, mut values) = (Vec::with_capacity(rows.len()), Vec::new(), Vec::new());
