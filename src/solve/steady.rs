@@ -152,7 +152,6 @@ impl<'a> Solver<'a> {
             let outcome = self.linear(&matrix, &streams, &right, &mut step, &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;
-            if std::env::var("DBG").is_ok() { eprintln!("{newton}: {} its rel {:.2e} res {imbalance:.2e}", outcome.iterations, outcome.relative_residual); }
             if !outcome.converged && outcome.relative_residual > 0.1 {
                 return Err(Error::numerics(format!(
                     "the linear solver stopped at a relative residual of {:.2e} after {} iterations",

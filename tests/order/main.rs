@@ -231,6 +231,92 @@ fn blocks_that_do_not_match() {
     slopes("blocks that do not match", &found, [1.8, 1.8]);
 }
 
+/// A contact that resists between cells that do not match: T = T0 + A cos(p x) cos(q y) (z + J), where J is 0 below the
+/// interface and k/h above it, so that the flux k A cos cos crosses both halves and the contact alike.
+struct Jump {
+    interface: f64,
+    k: f64,
+    h: f64,
+}
+
+impl Jump {
+    const P: [f64; 2] = [PI / 0.12, PI / 0.1];
+
+    fn across(&self, [x, y, _]: [f64; 3]) -> f64 {
+        400.0 * (Self::P[0] * x).cos() * (Self::P[1] * y).cos()
+    }
+
+    fn along(&self, z: f64) -> f64 {
+        z + if z > self.interface { self.k / self.h } else { 0.0 }
+    }
+}
+
+impl Field for Jump {
+    fn temperature(&self, at: [f64; 3]) -> f64 {
+        310.0 + self.across(at) * self.along(at[2])
+    }
+
+    fn gradient(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        let ([p, q], a) = (Self::P, 400.0 * self.along(z));
+        [-p * a * (p * x).sin() * (q * y).cos(), -q * a * (p * x).cos() * (q * y).sin(), self.across([x, y, z])]
+    }
+
+    fn source(&self, at: [f64; 3]) -> f64 {
+        self.k * (Self::P[0].powi(2) + Self::P[1].powi(2)) * (self.temperature(at) - 310.0)
+    }
+
+    fn conductivity(&self, _: f64) -> [f64; 3] {
+        [self.k; 3]
+    }
+}
+
+#[test]
+fn contacts_between_cells_that_do_not_match() {
+    let field = Jump { interface: 0.04, k: 16.3, h: 800.0 };
+    let boxes = r#"
+        [chamber]
+        temperature = "300 K"
+        [material.steel]
+        conductivity = "16.3 W/(m K)"
+        [part.lower]
+        material = "steel"
+        box = ["0.12 m", "0.1 m", "0.04 m"]
+        surface = { effective_emissivity = 0.55 }
+        [part.upper]
+        material = "steel"
+        box = ["0.12 m", "0.1 m", "0.03 m"]
+        at = ["0 m", "0 m", "0.04 m"]
+        element_scale = 0.7
+        surface = { effective_emissivity = 0.55 }
+        [contact.joint]
+        between = ["lower", "upper"]
+        conductance = "800 W/(m2 K)"
+    "#;
+    let found: Vec<[f64; 2]> = [10e-3, 5e-3, 2.5e-3].map(|size| errors(model(boxes, size * 1.000_001), &field)).to_vec();
+    slopes("boxes in contact", &found, [1.8, 1.8]);
+    // The end of a rod on a plate: annular tiles on squares.
+    let rod = r#"
+        [chamber]
+        temperature = "300 K"
+        [material.steel]
+        conductivity = "16.3 W/(m K)"
+        [part.lower]
+        material = "steel"
+        box = ["0.12 m", "0.1 m", "0.04 m"]
+        surface = { effective_emissivity = 0.55 }
+        [part.upper]
+        material = "steel"
+        cylinder = { axis = "z", inner = "15 mm", outer = "40 mm", length = "0.03 m" }
+        at = ["0.06 m", "0.05 m", "0.04 m"]
+        surface = { effective_emissivity = 0.55 }
+        [contact.joint]
+        between = ["lower", "upper"]
+        conductance = "800 W/(m2 K)"
+    "#;
+    let found: Vec<[f64; 2]> = [10e-3, 5e-3, 2.5e-3, 1.25e-3].map(|size| errors(model(rod, size * 1.000_001), &field)).to_vec();
+    slopes("a rod's end on a plate", &found, [1.8, 1.7]);
+}
+
 /// Sensors converge at second order too: a face mean and a point on a face of V01's slab.
 #[test]
 fn sensors_on_faces() {

@@ -1,0 +1,117 @@
+//! What the full solver costs on this machine.
+//!
+//!     cargo bench --bench solver                         all of the below, the machine's default sizes
+//!     cargo bench --bench solver -- cost [CELLS ...]     one steady state of the five-axis machine from file to temperatures
+//!     cargo bench --bench solver -- linear [N] [DIR]     one linear system of N^3 unknowns to 1e-8; its matrix goes to DIR
+//!     cargo bench --bench solver -- sweep [CELLS]        further conditions beside the first
+//!
+//! `compare.py` beside this file solves the exported matrix with other programs and prints both.
+
+mod linear;
+
+use std::hint::black_box;
+use std::path::Path;
+use std::time::Instant;
+
+use coldplate::machine::{Condition, Machine};
+use coldplate::mesh::Mesh;
+use coldplate::network::{Load, Network};
+use coldplate::solve::Solver;
+
+const MACHINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/five_axis.toml");
+const SIZES: [usize; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 5_000_000];
+
+fn main() {
+    let args: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
+    let number = |i: usize| args.get(i).and_then(|a| a.parse::<usize>().ok());
+    match args.first().map(String::as_str) {
+        Some("cost") => cost(&args[1..].iter().filter_map(|a| a.parse().ok()).collect::<Vec<_>>()),
+        Some("linear") => linear::run(number(1).unwrap_or(171), args.get(2).map(Path::new)),
+        Some("sweep") => sweep(number(1).unwrap_or(1_000_000)),
+        _ => {
+            println!("memory bandwidth (triad, all cores): {:.1} GB/s\n", triad());
+            cost(&[]);
+            println!();
+            sweep(1_000_000);
+            println!();
+            linear::run(171, None);
+        }
+    }
+}
+
+fn condition(machine: &Machine, flow: &str, speed: &str) -> Condition {
+    let given = [("coolant_flow", flow), ("coolant_temperature", "20.5 degC"), ("motor_speed", speed), ("ambient_temperature", "23.5 degC")];
+    machine.condition(&given).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The cost of one steady state, everything included, by size.
+fn cost(sizes: &[usize]) {
+    let machine = Machine::read(Path::new(MACHINE), &[]).unwrap_or_else(|e| panic!("{e}"));
+    println!("| unknowns | mesh, network s | hierarchy s | coefficients s | linear solves s | total s | us per unknown | Newton | Krylov | peak MB |");
+    println!("|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
+    let mut points: Vec<(f64, f64)> = Vec::new();
+    for cells in if sizes.is_empty() { &SIZES } else { sizes } {
+        let clock = Instant::now();
+        let mesh = Mesh::with_cells(&machine, *cells).unwrap_or_else(|e| panic!("{e}"));
+        let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));
+        let built = clock.elapsed().as_secs_f64();
+        let load = Load::at(&machine, &condition(&machine, "9.42 L/min", "2500 rpm")).unwrap_or_else(|e| panic!("{e}"));
+        let solver = Solver::new(&network, &load).unwrap_or_else(|e| panic!("{e}"));
+        let total = clock.elapsed().as_secs_f64();
+        let s = solver.steady(&load).unwrap_or_else(|e| panic!("{e}"));
+        let hierarchy = total - built - s.assemble_seconds - s.solve_seconds;
+        println!(
+            "| {} | {built:.2} | {hierarchy:.2} | {:.2} | {:.2} | {total:.2} | {:.2} | {} | {} | {:.0} |",
+            network.nodes,
+            s.assemble_seconds,
+            s.solve_seconds,
+            total / network.nodes as f64 * 1e6,
+            s.newton_iterations,
+            s.krylov_iterations,
+            linear::peak_megabytes()
+        );
+        points.push(((network.nodes as f64).ln(), total.ln()));
+    }
+    if points.len() > 1 {
+        let n = points.len() as f64;
+        let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
+        let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
+        println!("\ncost grows as N^{slope:.2}");
+    }
+}
+
+/// Further conditions on one hierarchy, beside the first with everything it sets up.
+fn sweep(cells: usize) {
+    let machine = Machine::read(Path::new(MACHINE), &[]).unwrap_or_else(|e| panic!("{e}"));
+    let clock = Instant::now();
+    let mesh = Mesh::with_cells(&machine, cells).unwrap_or_else(|e| panic!("{e}"));
+    let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));
+    let at = |flow: &str, speed: &str| Load::at(&machine, &condition(&machine, flow, speed)).unwrap_or_else(|e| panic!("{e}"));
+    let solver = Solver::new(&network, &at("9.42 L/min", "2500 rpm")).unwrap_or_else(|e| panic!("{e}"));
+    let first = clock.elapsed().as_secs_f64();
+    println!("first condition, {} unknowns: {first:.2} s", network.nodes);
+    for (flow, speed) in [("9.42 L/min", "2400 rpm"), ("9 L/min", "2500 rpm"), ("4 L/min", "1000 rpm"), ("18 L/min", "250 rpm")] {
+        let clock = Instant::now();
+        let s = solver.steady(&at(flow, speed)).unwrap_or_else(|e| panic!("{e}"));
+        let seconds = clock.elapsed().as_secs_f64();
+        let share = seconds / first;
+        println!("{flow}, {speed}: {seconds:.2} s, {share:.2} of the first ({} Newton, {} Krylov)", s.newton_iterations, s.krylov_iterations);
+    }
+}
+
+/// Memory bandwidth: a = b + s c over vectors larger than any cache, GB/s.
+fn triad() -> f64 {
+    use rayon::prelude::*;
+    let n = 40_000_000;
+    let (mut a, b, c) = (vec![0.0f64; n], vec![1.0f64; n], vec![2.0f64; n]);
+    let mut best = f64::INFINITY;
+    for _ in 0..5 {
+        let clock = Instant::now();
+        a.par_chunks_mut(65_536).zip(b.par_chunks(65_536)).zip(c.par_chunks(65_536)).for_each(|((a, b), c)| {
+            a.iter_mut().zip(b).zip(c).for_each(|((a, b), c)| *a = b + 3.0 * c);
+        });
+        best = best.min(clock.elapsed().as_secs_f64());
+    }
+    black_box(&a);
+    24.0 * n as f64 / best / 1e9
+}
