@@ -87,15 +87,28 @@ fn sweep(cells: usize) {
     let mesh = Mesh::with_cells(&machine, cells).unwrap_or_else(|e| panic!("{e}"));
     let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));
     let at = |flow: &str, speed: &str| Load::at(&machine, &condition(&machine, flow, speed)).unwrap_or_else(|e| panic!("{e}"));
-    let solver = Solver::new(&network, &at("9.42 L/min", "2500 rpm")).unwrap_or_else(|e| panic!("{e}"));
+    let mut solver = Solver::new(&network, &at("9.42 L/min", "2500 rpm")).unwrap_or_else(|e| panic!("{e}"));
     let first = clock.elapsed().as_secs_f64();
     println!("first condition, {} unknowns: {first:.2} s", network.nodes);
-    for (flow, speed) in [("9.42 L/min", "2400 rpm"), ("9 L/min", "2500 rpm"), ("4 L/min", "1000 rpm"), ("18 L/min", "250 rpm")] {
+    let further = |solver: &Solver<'_>, (flow, speed): (&str, &str)| {
         let clock = Instant::now();
         let s = solver.steady(&at(flow, speed)).unwrap_or_else(|e| panic!("{e}"));
         let seconds = clock.elapsed().as_secs_f64();
         let share = seconds / first;
         println!("{flow}, {speed}: {seconds:.2} s, {share:.2} of the first ({} Newton, {} Krylov)", s.newton_iterations, s.krylov_iterations);
+    };
+    let others = [("9.42 L/min", "2400 rpm"), ("9 L/min", "2500 rpm"), ("4 L/min", "1000 rpm"), ("18 L/min", "250 rpm"), ("6 L/min", "1700 rpm")];
+    for other in others {
+        further(&solver, other);
+    }
+    let flows = ["2.355 L/min", "3.5 L/min", "5.5 L/min", "8.5 L/min", "13 L/min", "18.84 L/min"];
+    let speeds = ["250 rpm", "2500 rpm", "1400 rpm"];
+    let known: Vec<Load> = flows.iter().enumerate().flat_map(|(i, f)| [at(f, speeds[i % 3]), at(f, speeds[(i + 1) % 3])]).collect();
+    let clock = Instant::now();
+    solver.learn(&known);
+    println!("{} conditions to start from: {:.2} s", known.len(), clock.elapsed().as_secs_f64());
+    for other in others {
+        further(&solver, other);
     }
 }
 

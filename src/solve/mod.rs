@@ -6,6 +6,7 @@ pub mod csr;
 mod jacobian;
 pub mod krylov;
 pub mod multigrid;
+mod start;
 mod steady;
 mod system;
 mod tensor;

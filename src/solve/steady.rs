@@ -6,6 +6,7 @@ use super::balance::{Balance, balance};
 use super::jacobian::Jacobian;
 use super::krylov::{Outcome, conjugate_gradients, gmres};
 use super::multigrid::Multigrid;
+use super::start::Anchors;
 use super::system::System;
 use crate::error::{Error, Result};
 use crate::network::{Load, Network, StreamState};
@@ -22,6 +23,8 @@ const LINEAR_TOLERANCE: f64 = 1e-3;
 const MOST_NEWTON: usize = 40;
 const MOST_KRYLOV: usize = 400;
 const RESTART: usize = 12;
+/// Passes of the search for a combination of known states to start from.
+const ANCHOR_PASSES: usize = 2;
 
 /// A network with everything that can be set up once for all conditions.
 #[derive(Debug, Clone)]
@@ -31,6 +34,7 @@ pub struct Solver<'a> {
     multigrid: Multigrid,
     is_symmetric: bool,
     reference: (Load, Solution),
+    anchors: Anchors,
 }
 
 /// A steady state.
@@ -72,10 +76,20 @@ impl<'a> Solver<'a> {
             assemble_seconds: 0.0,
             solve_seconds: 0.0,
         };
-        let mut solver = Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved) };
+        let mut solver = Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
         solver.reference.1 = solver.iterate(reference)?;
         Ok(solver)
+    }
+
+    /// Solves some conditions so that others start from a combination of them. What others come to does not depend
+    /// on their order, only on these. A condition without a solution teaches nothing.
+    pub fn learn(&mut self, loads: &[Load]) {
+        for load in loads {
+            if let Ok(solution) = self.steady(load) {
+                self.anchors.add(&self.reference.1.temperatures, &solution.temperatures);
+            }
+        }
     }
 
     /// Rows of each level of the hierarchy, finest first, and its operator complexity.
@@ -98,6 +112,14 @@ impl<'a> Solver<'a> {
         let mut temperatures = self.reference.1.temperatures.clone();
         for (node, index) in &network.fixed {
             temperatures[*node as usize] = load.fixed[*index as usize];
+        }
+        if !self.anchors.is_empty() {
+            for _ in 0..ANCHOR_PASSES {
+                let streams = network.stream_states(load, &temperatures)?;
+                let residual = self.system.residual(network, load, &streams, &temperatures);
+                let jacobian = self.system.jacobian(network, load, &streams, &temperatures);
+                self.anchors.improve(&jacobian, &residual, &mut temperatures);
+            }
         }
         let (mut newton, mut krylov) = (0, 0);
         let (mut assembling, mut solving) = (0.0, 0.0);

@@ -16,7 +16,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("solve", &["error", "units", "network", "physics"]),
     ("model", &["error", "units", "machine", "mesh", "network", "physics", "solve"]),
     ("table", &["error", "units"]),
-    ("sweep", &["error", "units", "reader", "machine", "table", "model", "solve"]),
+    ("sweep", &["error", "units", "reader", "machine", "table", "model", "network", "solve"]),
     ("fit", &["error", "units", "table"]),
     ("accept", &["error", "units", "fit"]),
     ("chart", &["error", "units"]),
