@@ -214,6 +214,15 @@ pub enum Shape {
         /// cyclic order (axis z: from x towards y; axis x: from y towards z; axis y: from z towards x).
         turn: (f64, f64),
     },
+    /// A ball or a spherical shell, whose temperature depends on the radius alone.
+    Sphere {
+        /// Centre, m.
+        centre: [f64; 3],
+        /// Inner radius, m (0 for solid).
+        inner: f64,
+        /// Outer radius, m.
+        outer: f64,
+    },
 }
 
 /// One block of a part.
@@ -256,12 +265,13 @@ pub struct Surface {
     pub excluded: Vec<Face>,
 }
 
-/// A face of a block. For boxes: the six sides. For cylinders: two ends, inner, outer, two cuts.
+/// A face of a block. For boxes: the six sides. For cylinders: two ends, inner, outer, two cuts. For
+/// spheres: inner and outer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Box: x low. Cylinder: inner radius.
+    /// Box: x low. Cylinder and sphere: inner radius.
     Low0,
-    /// Box: x high. Cylinder: outer radius.
+    /// Box: x high. Cylinder and sphere: outer radius.
     High0,
     /// Box: y low. Cylinder: first angle.
     Low1,

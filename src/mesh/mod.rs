@@ -1,5 +1,6 @@
 //! Parts become cells: one structured grid per block, joined wherever faces touch.
 
+mod draw;
 pub mod grid;
 pub mod overlap;
 pub mod path;
@@ -173,6 +174,7 @@ fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
             high[axis.index()] = base[axis.index()] + length;
             (low, high)
         }
+        Shape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
     }
 }
 

@@ -11,3 +11,4 @@ mod cylinder;
 mod plane;
 mod radiation;
 mod slab;
+mod sphere;

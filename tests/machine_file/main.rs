@@ -4,3 +4,4 @@ mod formulas;
 mod machines;
 mod overlaps;
 mod reading;
+mod spheres;
