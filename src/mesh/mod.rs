@@ -4,6 +4,8 @@ mod draw;
 pub mod grid;
 pub mod overlap;
 pub mod path;
+pub mod ray;
+pub mod sight;
 pub mod vtu;
 
 use crate::error::{Error, Result};
@@ -165,7 +167,7 @@ fn side_index(grid: &Grid, side: Side, cell: usize) -> usize {
 }
 
 /// The box around a block, m.
-fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
+pub fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
     match shape {
         Shape::Box { min, max } => (*min, *max),
         Shape::Cylinder { axis, base, length, outer, .. } => {

@@ -1,5 +1,6 @@
 //! The machine file: what it says, what is refused, and how the refusal helps.
 
+mod enclosures;
 mod formulas;
 mod machines;
 mod overlaps;
