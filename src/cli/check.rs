@@ -10,6 +10,7 @@ use super::text::{significant, table};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::model::{Inventory, Model, inventory};
+use crate::network::EnclosureViews;
 
 /// Inventory of a machine file
 #[derive(Debug, clap::Args)]
@@ -74,6 +75,10 @@ fn to_json(model: &Model, found: &Inventory) -> Value {
         "parts": parts,
         "contacts": contacts,
         "channels": channels,
+        "enclosures": model.network.enclosures.iter().map(|e| json!({
+            "name": e.name, "surfaces": e.surfaces, "area_m2": e.areas, "emissivity": e.emissivities, "view_factors": e.view_factors,
+            "chamber": e.chamber, "patches": e.patches, "pairs_by_rays": e.by_rays, "standard_error": e.error, "largest_correction": e.corrected, "notes": e.notes,
+        })).collect::<Vec<_>>(),
         "sources": found.sources.iter().map(|(name, power)| json!({ "name": name, "power_W": power })).collect::<Vec<_>>(),
         "sensors": model.network.sensor_names,
         "limits": model.machine.limits.iter().map(|l| l.name.clone()).collect::<Vec<_>>(),
@@ -138,6 +143,9 @@ fn text(model: &Model, found: &Inventory) -> String {
         text += "\n";
         text += &table(&["source", "W"], &rows);
     }
+    for enclosure in &model.network.enclosures {
+        text += &enclosure_text(enclosure);
+    }
     text += &format!(
         "\n{} cells of {:.1} mm, {} unknowns, {} sensors, {} limits\n",
         model.mesh.cells,
@@ -154,6 +162,31 @@ fn text(model: &Model, found: &Inventory) -> String {
     }
     for warning in &found.warnings {
         text += &format!("\nwarning: {warning}");
+    }
+    text
+}
+
+/// Surfaces of an enclosure with what they see of each other.
+fn enclosure_text(e: &EnclosureViews) -> String {
+    let numbers: Vec<String> = (1..=e.surfaces.len()).map(|i| format!("to {i}")).collect();
+    let name = format!("enclosure {}", e.name);
+    let mut header = vec![name.as_str(), "area m2", "emissivity"];
+    header.extend(numbers.iter().map(String::as_str));
+    header.push("chamber");
+    let row = |i: usize| {
+        let mut row = vec![format!("{} {}", i + 1, e.surfaces[i]), significant(e.areas[i], 4), significant(e.emissivities[i], 3)];
+        row.extend(e.view_factors[i].iter().chain([&e.chamber[i]]).map(|f| format!("{f:.5}")));
+        row
+    };
+    let mut text = format!("\n{}", table(&header, &(0..e.surfaces.len()).map(row).collect::<Vec<_>>()));
+    if e.by_rays > 0 {
+        text += &format!(
+            "{} patches, {} pairs by rays: standard error at most {:.1e}, corrected by at most {:.1e} for reciprocity and sums\n",
+            e.patches, e.by_rays, e.error, e.corrected
+        );
+    }
+    for note in &e.notes {
+        text += &format!("note: {note}\n");
     }
     text
 }

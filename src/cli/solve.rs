@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::mesh::vtu;
 use crate::model::{Model, State};
-use crate::solve::balance::{ContactFlow, contact_flows, heat_flow_matrix};
+use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
 use crate::units::{Celsius, Kelvin, express};
 
 /// Steady temperatures at one condition
@@ -96,6 +96,12 @@ fn to_json(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64)
             (c.name.clone(), json!({ "area_m2": c.area, "hA_W_K": conductance, "heat_W": c.heat, "drop_K": c.drop }))
         })
         .collect();
+    let enclosures: Map<String, Value> = (model.network.enclosures.iter().zip(enclosure_heats(&model.network, &solution.temperatures)))
+        .map(|(e, heats)| {
+            let surfaces: Vec<Value> = e.surfaces.iter().zip(&heats).map(|(s, q)| json!({ "surface": s, "heat_W": q })).collect();
+            (e.name.clone(), Value::Array(surfaces))
+        })
+        .collect();
     let flows: Vec<Value> = heat_flow_matrix(&model.network, &solution.temperatures)
         .into_iter()
         .map(|(a, b, heat)| json!({ "from": model.network.groups[a], "to": model.network.groups[b], "heat_W": heat }))
@@ -112,6 +118,7 @@ fn to_json(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64)
         "sensors": sensors,
         "coolant": coolant,
         "contacts": contacts,
+        "enclosures": enclosures,
         "limits": limits,
         "heat_balance": {
             "in_W": solution.balance.in_watts,
@@ -174,6 +181,13 @@ fn text(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64) ->
             .collect();
         text += "\n";
         text += &table(&["contact", "area m2", "hA W/K", "heat W", "drop K"], &rows);
+    }
+    for (e, heats) in model.network.enclosures.iter().zip(enclosure_heats(&model.network, &solution.temperatures)) {
+        let to_chamber = ("chamber".to_string(), -heats.iter().sum::<f64>());
+        let rows = e.surfaces.iter().cloned().zip(heats.iter().copied()).chain([to_chamber]);
+        let rows: Vec<Vec<String>> = rows.map(|(name, heat)| vec![name, format!("{heat:+.3}")]).collect();
+        text += "\n";
+        text += &table(&[&format!("enclosure {}", e.name), "gives off W"], &rows);
     }
     let balance = &solution.balance;
     text += &format!(

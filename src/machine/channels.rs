@@ -79,6 +79,11 @@ pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 
 /// The corners of a channel in the machine's coordinates, checked to lie inside its part.
 fn path(section: &Section<'_>, part: &Part) -> Result<Vec<[f64; 3]>> {
+    if part.blocks.iter().any(|block| matches!(block.shape, Shape::Sphere { .. })) {
+        return Err(section
+            .error_at("in", format!("'{}' has a spherical block, whose temperature depends on the radius alone", part.name))
+            .help("run the channel through a part of boxes and cylinders"));
+    }
     let absolute = absolute(section)?;
     let key = section.one_of(&["path", "serpentine"])?;
     let value = section.value(key.unwrap_or("path"))?;

@@ -87,6 +87,7 @@ fn shift(shape: &mut Shape, by: [f64; 3]) {
     let points: Vec<&mut [f64; 3]> = match shape {
         Shape::Box { min, max } => vec![min, max],
         Shape::Cylinder { base, .. } => vec![base],
+        Shape::Sphere { centre, .. } => vec![centre],
     };
     for point in points {
         for (x, d) in point.iter_mut().zip(by) {
@@ -97,8 +98,8 @@ fn shift(shape: &mut Shape, by: [f64; 3]) {
 
 /// The blocks of a part in its own coordinates.
 fn blocks(section: &Section<'_>) -> Result<Vec<Block>> {
-    let help = "give box = [\"0.2 m\", \"0.1 m\", \"20 mm\"], cylinder = { axis = \"z\", outer = \"50 mm\", length = \"0.2 m\" }, or blocks = [{...}, ...]";
-    match section.one_of(&["box", "cylinder", "blocks"])? {
+    let help = "give box = [\"0.2 m\", \"0.1 m\", \"20 mm\"], cylinder = { axis = \"z\", outer = \"50 mm\", length = \"0.2 m\" }, sphere = { outer = \"50 mm\" }, or blocks = [{...}, ...]";
+    match section.one_of(&["box", "cylinder", "sphere", "blocks"])? {
         None => Err(section.error("this part has no shape").help(help)),
         Some("blocks") => {
             if section.has("cells") {
@@ -106,8 +107,8 @@ fn blocks(section: &Section<'_>) -> Result<Vec<Block>> {
             }
             let mut blocks = Vec::new();
             for block in section.tables("blocks")? {
-                if block.one_of(&["box", "cylinder"])?.is_none() {
-                    return Err(block.error("this block has no shape").help("give box = [...] or cylinder = {...}"));
+                if block.one_of(&["box", "cylinder", "sphere"])?.is_none() {
+                    return Err(block.error("this block has no shape").help("give box = [...], cylinder = {...} or sphere = {...}"));
                 }
                 let mut one = single(&block)?;
                 if let Some(at) = block.opt_triple("at", Dimension::LENGTH)? {
@@ -123,7 +124,7 @@ fn blocks(section: &Section<'_>) -> Result<Vec<Block>> {
     }
 }
 
-/// A box with its smallest corner, or a cylinder with the centre of its base, at the origin.
+/// A box with its smallest corner, a cylinder with the centre of its base, or a sphere with its centre at the origin.
 fn single(section: &Section<'_>) -> Result<Block> {
     let shape = if section.has("box") {
         let sizes = section.value("box")?;
@@ -132,6 +133,8 @@ fn single(section: &Section<'_>) -> Result<Block> {
             check_size(*size, &entry)?;
         }
         Shape::Box { min: [0.0; 3], max }
+    } else if section.has("sphere") {
+        sphere(section.section("sphere")?)?
     } else {
         cylinder(section.section("cylinder")?)?
     };
@@ -149,6 +152,11 @@ fn single(section: &Section<'_>) -> Result<Block> {
             *cell = (count > 0).then_some(count);
         }
     }
+    if let Shape::Sphere { .. } = shape
+        && cells[1..].iter().any(|n| n.is_some_and(|n| n > 1))
+    {
+        return Err(section.error_at("cells", "a sphere has cells along its radius alone").help("write for example [20, 0, 0]"));
+    }
     Ok(Block { shape, cells })
 }
 
@@ -162,8 +170,8 @@ fn check_size(size: f64, value: &Value<'_>) -> Result<()> {
     Ok(())
 }
 
-fn cylinder(section: Section<'_>) -> Result<Shape> {
-    let axis = [Axis::X, Axis::Y, Axis::Z][section.opt_choice("axis", &["x", "y", "z"])?.unwrap_or(2)];
+/// Inner (0 where none is given) and outer radius of a cylinder or sphere.
+fn radii(section: &Section<'_>) -> Result<(f64, f64)> {
     let radius = |radius: &str, diameter: &str| -> Result<Option<f64>> {
         match section.one_of(&[radius, diameter])? {
             None => Ok(None),
@@ -184,6 +192,18 @@ fn cylinder(section: Section<'_>) -> Result<Shape> {
             .error_at(inner_key, "the inner radius must lie between zero and the outer one")
             .help("inner and outer are radii; there are inner_diameter and outer_diameter too"));
     }
+    Ok((inner, outer))
+}
+
+fn sphere(section: Section<'_>) -> Result<Shape> {
+    let (inner, outer) = radii(&section)?;
+    section.finish()?;
+    Ok(Shape::Sphere { centre: [0.0; 3], inner, outer })
+}
+
+fn cylinder(section: Section<'_>) -> Result<Shape> {
+    let axis = [Axis::X, Axis::Y, Axis::Z][section.opt_choice("axis", &["x", "y", "z"])?.unwrap_or(2)];
+    let (inner, outer) = radii(&section)?;
     let length = section.quantity("length", Dimension::LENGTH)?;
     check_size(length, &section.value("length")?)?;
     let turn = section.opt_range("turn", Dimension::ANGLE)?.unwrap_or((0.0, 2.0 * PI));
@@ -251,7 +271,7 @@ fn offset(draft: &Draft<'_>, target: &Part, value: &Value<'_>, spelling: &Spelli
     let normal = match shapes[0] {
         Shape::Box { .. } => face.side.axis(),
         Shape::Cylinder { axis, .. } if face.side.axis() == 2 => axis.index(),
-        Shape::Cylinder { .. } => {
+        Shape::Cylinder { .. } | Shape::Sphere { .. } => {
             return Err(value
                 .error("a part can be placed on plane faces only")
                 .help("use the start or end of the cylinder, or place the part with 'at'"));

@@ -8,6 +8,7 @@ use crate::formula::Formula;
 mod channels;
 mod condition;
 mod contacts;
+mod enclosures;
 mod geometry;
 mod library;
 mod names;
@@ -53,6 +54,8 @@ pub struct Machine {
     pub boundaries: Vec<Boundary>,
     /// Radiative links between facing surfaces.
     pub radiation_links: Vec<RadiationLink>,
+    /// Enclosures of surfaces that see each other.
+    pub enclosures: Vec<Enclosure>,
     /// Heat sources.
     pub sources: Vec<Source>,
     /// Measurement points.
@@ -214,6 +217,15 @@ pub enum Shape {
         /// cyclic order (axis z: from x towards y; axis x: from y towards z; axis y: from z towards x).
         turn: (f64, f64),
     },
+    /// A ball or a spherical shell, whose temperature depends on the radius alone.
+    Sphere {
+        /// Centre, m.
+        centre: [f64; 3],
+        /// Inner radius, m (0 for solid).
+        inner: f64,
+        /// Outer radius, m.
+        outer: f64,
+    },
 }
 
 /// One block of a part.
@@ -256,12 +268,13 @@ pub struct Surface {
     pub excluded: Vec<Face>,
 }
 
-/// A face of a block. For boxes: the six sides. For cylinders: two ends, inner, outer, two cuts.
+/// A face of a block. For boxes: the six sides. For cylinders: two ends, inner, outer, two cuts. For
+/// spheres: inner and outer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// Box: x low. Cylinder: inner radius.
+    /// Box: x low. Cylinder and sphere: inner radius.
     Low0,
-    /// Box: x high. Cylinder: outer radius.
+    /// Box: x high. Cylinder and sphere: outer radius.
     High0,
     /// Box: y low. Cylinder: first angle.
     Low1,
@@ -463,6 +476,54 @@ pub struct RadiationLink {
     pub view_factor: f64,
     /// Emissivities of the two.
     pub emissivity: [f64; 2],
+}
+
+/// Grey diffuse surfaces that exchange radiation, each with all others.
+#[derive(Debug, Clone)]
+pub struct Enclosure {
+    /// Name.
+    pub name: String,
+    /// Its surfaces.
+    pub surfaces: Vec<EnclosureSurface>,
+    /// What they see of each other.
+    pub views: Views,
+    /// Whether nothing leaves between the surfaces; else the rest of each one's view is the chamber.
+    pub closed: bool,
+    /// How far given view factors may miss reciprocity and the sum of a row.
+    pub tolerance: f64,
+    /// File in which view factors found by rays are kept, if any.
+    pub cache: Option<std::path::PathBuf>,
+    /// Line in the machine file.
+    pub line: usize,
+}
+
+/// One surface of an enclosure.
+#[derive(Debug, Clone)]
+pub struct EnclosureSurface {
+    /// What it is called in reports: the text that named it.
+    pub name: String,
+    /// Where it is; `None` is the chamber wall.
+    pub place: Option<Place>,
+    /// Emissivity.
+    pub emissivity: f64,
+    /// Area, m²; `None` takes the open area of the faces.
+    pub area: Option<f64>,
+    /// Pieces it is cut into along the two axes of its faces.
+    pub patches: [usize; 2],
+}
+
+/// Where the view factors of an enclosure come from.
+#[derive(Debug, Clone)]
+pub enum Views {
+    /// From the file, row by row; what is `None` follows from the others.
+    Given(Vec<Vec<Option<f64>>>),
+    /// In closed form where there is one, else by this many rays from each surface.
+    Computed {
+        /// Rays.
+        rays: usize,
+        /// Whether closed forms may be used.
+        closed_forms: bool,
+    },
 }
 
 /// A heat source.

@@ -9,6 +9,9 @@ pub(super) const BOX_SIDES: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 /// The six sides of a cylinder in the order of [`Side::ALL`].
 pub(super) const CYLINDER_SIDES: [&str; 6] = ["inner", "outer", "cut1", "cut2", "start", "end"];
 
+/// The sides of a sphere, the first two of [`Side::ALL`].
+pub(super) const SPHERE_SIDES: [&str; 2] = ["inner", "outer"];
+
 /// `part`, `part.side` or `part[block].side`, split.
 pub(super) struct Spelling {
     pub(super) name: String,
@@ -36,16 +39,21 @@ impl Spelling {
     }
 }
 
-/// The side called `name` on `shape`.
-pub(super) fn side_of(shape: &Shape, name: &str) -> Option<Side> {
-    let sides = match shape {
+/// The names of a shape's sides, in the order of [`Side::ALL`].
+fn sides(shape: &Shape) -> &'static [&'static str] {
+    match shape {
         Shape::Box { .. } => &BOX_SIDES,
         Shape::Cylinder { .. } => &CYLINDER_SIDES,
-    };
-    sides.iter().position(|side| *side == name).map(|at| Side::ALL[at])
+        Shape::Sphere { .. } => &SPHERE_SIDES,
+    }
 }
 
-/// Whether a shape really has a side: a solid cylinder has no inner one, a full turn no cuts.
+/// The side called `name` on `shape`.
+pub(super) fn side_of(shape: &Shape, name: &str) -> Option<Side> {
+    sides(shape).iter().position(|side| *side == name).map(|at| Side::ALL[at])
+}
+
+/// Whether a shape really has a side: a solid cylinder or sphere has no inner one, a full turn no cuts.
 pub(super) fn has_side(shape: &Shape, side: Side) -> bool {
     match shape {
         Shape::Box { .. } => true,
@@ -53,6 +61,10 @@ pub(super) fn has_side(shape: &Shape, side: Side) -> bool {
             Side::Low0 => *inner > 0.0,
             Side::Low1 | Side::High1 => turn.1 - turn.0 < 2.0 * std::f64::consts::PI,
             _ => true,
+        },
+        Shape::Sphere { inner, .. } => match side {
+            Side::Low0 => *inner > 0.0,
+            _ => side == Side::High0,
         },
     }
 }
@@ -125,7 +137,11 @@ impl Index<'_> {
                 }
             },
         };
-        let kind = |shape: &Shape| if let Shape::Cylinder { axis, .. } = shape { Some(*axis) } else { None };
+        let kind = |shape: &Shape| match shape {
+            Shape::Box { .. } => 0,
+            Shape::Cylinder { axis, .. } => 1 + axis.index(),
+            Shape::Sphere { .. } => 4,
+        };
         if in_question.iter().any(|shape| kind(shape) != kind(in_question[0])) {
             let what = format!("the blocks of '{}' are of several kinds, so '{name}' does not say which face", self.parts[part].name);
             return Err(value.error(what).help(format!("name the block too: \"{}[1].{name}\"", self.parts[part].name)));
@@ -136,8 +152,7 @@ impl Index<'_> {
             None => {
                 let mut known: Vec<&str> = Vec::new();
                 for shape in in_question {
-                    let names = if matches!(shape, Shape::Box { .. }) { BOX_SIDES } else { CYLINDER_SIDES };
-                    let real = names.into_iter().zip(Side::ALL).filter(|(_, side)| has_side(shape, *side)).map(|(name, _)| name);
+                    let real = sides(shape).iter().copied().zip(Side::ALL).filter(|(_, side)| has_side(shape, *side)).map(|(name, _)| name);
                     known.extend(real.filter(|name| !known.contains(name)).collect::<Vec<_>>());
                 }
                 Err(value
@@ -149,7 +164,7 @@ impl Index<'_> {
 }
 
 fn all_sides() -> String {
-    format!("{} on boxes, {} on cylinders", BOX_SIDES.join(" "), CYLINDER_SIDES.join(" "))
+    format!("{} on boxes, {} on cylinders, {} on spheres", BOX_SIDES.join(" "), CYLINDER_SIDES.join(" "), SPHERE_SIDES.join(" "))
 }
 
 /// The index of the name a value holds.

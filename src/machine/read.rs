@@ -5,6 +5,7 @@ use std::path::Path;
 use super::channels::{branches, channels, circuits, distance};
 use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
+use super::enclosures::enclosures;
 use super::geometry::parts;
 use super::library::Shelf;
 use super::names::Index;
@@ -18,7 +19,7 @@ use crate::reader::{Document, Section};
 use crate::units::Dimension;
 
 /// Everything that may stand at the top of a machine file.
-const TOP: [&str; 21] = [
+const TOP: [&str; 22] = [
     "name",
     "description",
     "variables",
@@ -36,6 +37,7 @@ const TOP: [&str; 21] = [
     "circuit",
     "boundary",
     "radiation_link",
+    "enclosure",
     "source",
     "sensor",
     "limit",
@@ -117,6 +119,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let circuits = circuits(&root, &channel_names, &symbols)?;
     let boundaries = boundaries(&root, &index, &symbols)?;
     let radiation_links = radiation_links(&root, &index)?;
+    let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;
     let sources = sources(&root, &index, &symbols)?;
     let sensors = sensors(&root, &index)?;
     let sensor_names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).collect();
@@ -141,6 +144,7 @@ fn machine(document: &Document) -> Result<Machine> {
         circuits,
         boundaries,
         radiation_links,
+        enclosures,
         sources,
         sensors,
         limits,

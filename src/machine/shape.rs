@@ -26,14 +26,16 @@ pub(super) fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
             }
             (low, high)
         }
+        Shape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
     }
 }
 
-/// The point coordinates of a part refer to: smallest corner of its first block, or centre of its base.
+/// The point coordinates of a part refer to: smallest corner of its first block, centre of its base, or centre.
 pub(super) fn origin(part: &Part) -> [f64; 3] {
     match part.blocks.first().map(|block| &block.shape) {
         Some(Shape::Box { min, .. }) => *min,
         Some(Shape::Cylinder { base, .. }) => *base,
+        Some(Shape::Sphere { centre, .. }) => *centre,
         None => [0.0; 3],
     }
 }
@@ -63,6 +65,10 @@ pub(super) fn contains(shape: &Shape, point: [f64; 3], margin: f64) -> bool {
             let beyond = (from_start - span).min(2.0 * PI - from_start);
             if from_start <= span { from_start.min(span - from_start) * r >= -margin } else { beyond * r <= margin }
         }
+        Shape::Sphere { centre, inner, outer } => {
+            let r = super::channels::distance(point, *centre);
+            r <= outer + margin && (*inner == 0.0 || r >= inner - margin)
+        }
     }
 }
 
@@ -73,7 +79,8 @@ pub(super) fn part_contains(part: &Part, point: [f64; 3]) -> bool {
 
 /// Whether two shapes share volume deeper than [`TOUCH`].
 ///
-/// Exact for boxes, for cylinders about parallel axes and for a box beside a full cylinder. Where a part of a
+/// Exact for boxes, for cylinders about parallel axes, for a box beside a full cylinder and for spheres beside
+/// all of these. Where a part of a
 /// turn is involved that the exact test of full turns does not clear, and for cylinders about crossed axes, points
 /// of each are looked up in the other, which can miss an overlap of less than a twelfth of their size.
 pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
@@ -116,6 +123,35 @@ pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
             let shared = |k: f64| (turn.1.min(turn_b.1 + k) - turn.0.max(turn_b.0 + k)) * reach > TOUCH;
             [-2.0, -1.0, 0.0, 1.0, 2.0].into_iter().any(|k| shared(k * 2.0 * PI))
         }
+        (Shape::Sphere { centre, inner, outer }, other) | (other, Shape::Sphere { centre, inner, outer }) => {
+            // The other shape is in one piece, so its distances from the centre fill the range from near to far.
+            let (near, far) = distances(other, *centre);
+            let reaches = near < outer - TOUCH && far > inner + TOUCH;
+            let is_cut = matches!(other, Shape::Cylinder { turn, .. } if turn.1 - turn.0 < 2.0 * PI);
+            reaches && (!is_cut || sampled(a, b))
+        }
+    }
+}
+
+/// Smallest and largest distance of a shape's points from a point, m; of a part of a turn, those of the full turn.
+fn distances(shape: &Shape, from: [f64; 3]) -> (f64, f64) {
+    let outside = |x: f64, low: f64, high: f64| (low - x).max(x - high).max(0.0);
+    let away = |x: f64, low: f64, high: f64| (x - low).abs().max((x - high).abs());
+    match shape {
+        Shape::Box { min, max } => {
+            let norm = |f: &dyn Fn(f64, f64, f64) -> f64| (0..3).map(|d| f(from[d], min[d], max[d]).powi(2)).sum::<f64>().sqrt();
+            (norm(&outside), norm(&away))
+        }
+        Shape::Cylinder { axis, base, length, inner, outer, .. } => {
+            let (z, u, v) = frame(axis.index());
+            let r = (from[u] - base[u]).hypot(from[v] - base[v]);
+            let along = |f: &dyn Fn(f64, f64, f64) -> f64| f(from[z], base[z], base[z] + length);
+            (outside(r, *inner, *outer).hypot(along(&outside)), (r + outer).hypot(along(&away)))
+        }
+        Shape::Sphere { centre, inner, outer } => {
+            let r = super::channels::distance(from, *centre);
+            (outside(r, *inner, *outer), r + outer)
+        }
     }
 }
 
@@ -140,6 +176,13 @@ fn points(shape: &Shape) -> impl Iterator<Item = [f64; 3]> + '_ {
                 point[u] += r * angle.cos();
                 point[v] += r * angle.sin();
                 point
+            }
+            Shape::Sphere { centre, inner, outer } => {
+                // As much volume at every point's height and angle.
+                let (r, height, angle) = (inner + s[0] * (outer - inner), 2.0 * s[1] - 1.0, 2.0 * PI * s[2]);
+                let across = (1.0 - height * height).sqrt();
+                let direction = [across * angle.cos(), across * angle.sin(), height];
+                std::array::from_fn(|d| centre[d] + r * direction[d])
             }
         }
     })

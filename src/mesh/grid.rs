@@ -1,11 +1,11 @@
 //! One block as a structured grid in its own orthogonal coordinates.
 //!
-//! Boxes use (x, y, z); cylinders use (r, theta, s), s being the coordinate along the axis. Every
-//! geometric factor the finite-volume network needs is a method here, so that nothing outside this
+//! Boxes use (x, y, z); cylinders use (r, theta, s), s being the coordinate along the axis; spheres use
+//! (r, polar angle, azimuth), with one cell for all angles. Every geometric factor the finite-volume network needs is a method here, so that nothing outside this
 //! file asks which kind of block it is looking at.
 
 use crate::machine::{Axis, Block, Shape, Side};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// A structured grid over one block.
 #[derive(Debug, Clone)]
@@ -36,6 +36,11 @@ pub enum Frame {
         /// Whether the turn is complete, so that the last cell in theta touches the first.
         full_turn: bool,
     },
+    /// (r, polar angle from z, azimuth from x) around a point; shells, so that r alone counts.
+    Spherical {
+        /// The point, m.
+        centre: [f64; 3],
+    },
 }
 
 impl Frame {
@@ -47,14 +52,16 @@ impl Frame {
 
 /// Cell counts along the local axes for a block, for an element size (m).
 pub fn divisions(block: &Block, size: f64) -> [usize; 3] {
+    let count = |length: f64, least: usize| ((length / size).ceil().min(1e6) as usize).max(least);
     let (lengths, least) = match &block.shape {
         Shape::Box { min, max } => ([0, 1, 2].map(|d| max[d] - min[d]), [2, 2, 2]),
         Shape::Cylinder { length, inner, outer, turn, .. } => {
             let angle = turn.1 - turn.0;
             ([outer - inner, angle * (inner + outer) / 2.0, *length], [2, if angle > 0.99 * TAU { 4 } else { 2 }, 2])
         }
+        Shape::Sphere { inner, outer, .. } => return [block.cells[0].unwrap_or_else(|| count(outer - inner, 2)), 1, 1],
     };
-    [0, 1, 2].map(|d| block.cells[d].unwrap_or_else(|| ((lengths[d] / size).ceil().min(1e6) as usize).max(least[d])))
+    [0, 1, 2].map(|d| block.cells[d].unwrap_or_else(|| count(lengths[d], least[d])))
 }
 
 fn uniform(low: f64, high: f64, n: usize) -> Vec<f64> {
@@ -72,6 +79,9 @@ impl Grid {
                 let [b, c] = Frame::normals(*axis);
                 let frame = Frame::Cylindrical { axis: *axis, centre: [base[b], base[c]], full_turn: turn.1 - turn.0 > TAU * (1.0 - 1e-9) };
                 ([uniform(*inner, *outer, cells[0]), uniform(turn.0, turn.1, cells[1]), uniform(s, s + length, cells[2])], frame)
+            }
+            Shape::Sphere { centre, inner, outer } => {
+                ([uniform(*inner, *outer, cells[0]), vec![0.0, PI], vec![0.0, TAU]], Frame::Spherical { centre: *centre })
             }
         };
         Self { part, block: index, edges, frame, first }
@@ -113,9 +123,34 @@ impl Grid {
         self.edges[d][i + 1] - self.edges[d][i]
     }
 
-    /// Local coordinate the temperature of a cell stands for: the middle.
+    /// Local coordinate the temperature of a cell stands for: the middle. In r of a
+    /// sphere it is where the field that [`Self::half_length`] is exact for has its mean over
+    /// the cell's volume: r² in a ball, 1/r in a shell.
     pub fn centre(&self, d: usize, i: usize) -> f64 {
-        f64::midpoint(self.edges[d][i], self.edges[d][i + 1])
+        let (low, high) = (self.edges[d][i], self.edges[d][i + 1]);
+        match self.frame {
+            Frame::Spherical { .. } if d == 0 => {
+                // Both means with the common factor of the differences taken out, so that thin cells lose no digits.
+                let cubes = high * high + high * low + low * low;
+                if self.is_ball() {
+                    let fifths = high.powi(4) + high.powi(3) * low + high * high * low * low + high * low.powi(3) + low.powi(4);
+                    (0.6 * fifths / cubes).sqrt()
+                } else {
+                    cubes / (1.5 * (high + low))
+                }
+            }
+            _ => f64::midpoint(low, high),
+        }
+    }
+
+    /// Whether this is a sphere without a hole.
+    fn is_ball(&self) -> bool {
+        self.is_spherical() && self.edges[0][0] == 0.0
+    }
+
+    /// Whether the local coordinates are (r, polar angle, azimuth).
+    pub fn is_spherical(&self) -> bool {
+        matches!(self.frame, Frame::Spherical { .. })
     }
 
     /// Whether the local coordinates are (r, theta, s).
@@ -125,40 +160,57 @@ impl Grid {
 
     /// Whether the last cell along `d` touches the first.
     pub fn wraps(&self, d: usize) -> bool {
-        d == 1 && matches!(self.frame, Frame::Cylindrical { full_turn: true, .. })
+        match self.frame {
+            Frame::Cartesian => false,
+            Frame::Cylindrical { full_turn, .. } => d == 1 && full_turn,
+            Frame::Spherical { .. } => d > 0,
+        }
     }
 
     /// Volume of a cell, m³.
     pub fn volume(&self, c: [usize; 3]) -> f64 {
+        if self.is_spherical() {
+            let (ri, ro) = (self.edges[0][c[0]], self.edges[0][c[0] + 1]);
+            return 2.0 * TAU / 3.0 * (ro - ri) * (ro * ro + ro * ri + ri * ri);
+        }
         self.face_area(c, Side::High2) * self.width(2, c[2])
     }
 
     /// Area of one of a cell's faces, m².
     pub fn face_area(&self, c: [usize; 3], side: Side) -> f64 {
         let w = |d: usize| self.width(d, c[d]);
-        if !self.is_cylindrical() {
-            return match side.axis() {
-                0 => w(1) * w(2),
-                1 => w(0) * w(2),
-                _ => w(0) * w(1),
-            };
-        }
         let (ri, ro) = (self.edges[0][c[0]], self.edges[0][c[0] + 1]);
-        match side {
-            Side::Low0 => ri * w(1) * w(2),
-            Side::High0 => ro * w(1) * w(2),
-            Side::Low1 | Side::High1 => w(0) * w(2),
-            Side::Low2 | Side::High2 => (ro * ro - ri * ri) / 2.0 * w(1),
+        match (self.frame, side) {
+            (Frame::Cartesian, _) => {
+                let [p, q] = tangents(side.axis());
+                w(p) * w(q)
+            }
+            (Frame::Cylindrical { .. }, Side::Low0) => ri * w(1) * w(2),
+            (Frame::Cylindrical { .. }, Side::High0) => ro * w(1) * w(2),
+            (Frame::Cylindrical { .. }, Side::Low1 | Side::High1) => w(0) * w(2),
+            (Frame::Cylindrical { .. }, Side::Low2 | Side::High2) => (ro * ro - ri * ri) / 2.0 * w(1),
+            (Frame::Spherical { .. }, Side::Low0) => 2.0 * TAU * ri * ri,
+            (Frame::Spherical { .. }, Side::High0) => 2.0 * TAU * ro * ro,
+            (Frame::Spherical { .. }, _) => 0.0, // the angles have no faces
         }
     }
 
     /// Conduction length from a cell's temperature to one of its faces: flux = k (T - T_face) / length.
     /// Exact for one-dimensional conduction without sources along each axis. In r this is the logarithm of
-    /// a tube; a solid cylinder has no such solution, and its lengths are exact for a uniform source and for a
-    /// constant slope across the axis instead.
+    /// a tube and 1/r of a shell; solid cylinders and spheres have no such solution, and their lengths are exact
+    /// for a uniform source (and, in cylinders, for a constant slope across the axis) instead.
     pub fn half_length(&self, c: [usize; 3], side: Side) -> f64 {
         let d = side.axis();
         let half = self.width(d, c[d]) / 2.0;
+        if self.is_spherical() {
+            let (face, centre) = (self.edges[0][c[0] + usize::from(side.is_high())], self.centre(0, c[0]));
+            return match d {
+                0 if face == 0.0 => centre, // a face without area
+                0 if self.is_ball() => (face - centre).abs() * (face + centre) / (2.0 * face),
+                0 => (face - centre).abs() * face / centre,
+                _ => half,
+            };
+        }
         if !self.is_cylindrical() || d == 2 {
             return half;
         }
@@ -207,6 +259,11 @@ impl Grid {
                 point[c] = centre[1] + local[0] * local[1].sin();
                 point
             }
+            Frame::Spherical { centre } => {
+                let ((sin, cos), (east, north)) = (local[1].sin_cos(), local[2].sin_cos());
+                let direction = [sin * north, sin * east, cos];
+                [0, 1, 2].map(|d| centre[d] + local[0] * direction[d])
+            }
         }
     }
 
@@ -221,6 +278,10 @@ impl Grid {
                 let start = self.edges[1][0];
                 let theta = start + (v.atan2(u) - start + 1e-12).rem_euclid(TAU) - 1e-12;
                 [u.hypot(v), theta, point[axis.index()]]
+            }
+            Frame::Spherical { centre } => {
+                let [x, y, z] = [0, 1, 2].map(|d| point[d] - centre[d]);
+                [x.hypot(y).hypot(z), x.hypot(y).atan2(z), y.atan2(x).rem_euclid(TAU)]
             }
         }
     }
@@ -241,7 +302,8 @@ impl Grid {
     }
 
     /// Weights (cell, weight) that interpolate linearly to a point in machine coordinates, extrapolating
-    /// linearly within the outer half cells; they sum to one.
+    /// linearly within the outer half cells; they sum to one. In r of a sphere, linear means in r² (ball) or
+    /// 1/r (shell).
     pub fn interpolate(&self, point: [f64; 3]) -> Vec<(usize, f64)> {
         let local = self.to_local(point);
         let axes: [Vec<(usize, f64)>; 3] = [0, 1, 2].map(|d| self.interpolate_axis(d, local[d]));
@@ -280,6 +342,11 @@ impl Grid {
             return vec![(0, 1.0)];
         }
         let between = |i: usize, j: usize, t: f64| vec![(i, 1.0 - t), (j, t)];
+        let scale = |x: f64| match self.frame {
+            Frame::Spherical { .. } if self.is_ball() => x * x,
+            Frame::Spherical { .. } => -1.0 / x,
+            _ => x,
+        };
         let above = (0..n).find(|i| self.centre(d, *i) > x).unwrap_or(n);
         if self.wraps(d) && (above == 0 || above == n) {
             let (last, first) = (self.centre(d, n - 1) - TAU, self.centre(d, 0));
@@ -287,8 +354,8 @@ impl Grid {
             return between(n - 1, 0, (x - last) / (first - last));
         }
         let j = above.clamp(1, n - 1);
-        let (a, b) = (self.centre(d, j - 1), self.centre(d, j));
-        between(j - 1, j, (x - a) / (b - a))
+        let (a, b) = (scale(self.centre(d, j - 1)), scale(self.centre(d, j)));
+        between(j - 1, j, (scale(x) - a) / (b - a))
     }
 }
 

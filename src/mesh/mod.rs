@@ -1,8 +1,11 @@
 //! Parts become cells: one structured grid per block, joined wherever faces touch.
 
+mod draw;
 pub mod grid;
 pub mod overlap;
 pub mod path;
+pub mod ray;
+pub mod sight;
 pub mod vtu;
 
 use crate::error::{Error, Result};
@@ -164,7 +167,7 @@ fn side_index(grid: &Grid, side: Side, cell: usize) -> usize {
 }
 
 /// The box around a block, m.
-fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
+pub fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
     match shape {
         Shape::Box { min, max } => (*min, *max),
         Shape::Cylinder { axis, base, length, outer, .. } => {
@@ -173,6 +176,7 @@ fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
             high[axis.index()] = base[axis.index()] + length;
             (low, high)
         }
+        Shape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
     }
 }
 

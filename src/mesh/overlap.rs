@@ -54,6 +54,12 @@ pub fn overlaps(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> 
                 Vec::new()
             }
         }
+        (Frame::Spherical { centre: ca }, Frame::Spherical { centre: cb }) => {
+            let apart = (0..3).map(|d| (ca[d] - cb[d]).powi(2)).sum::<f64>().sqrt();
+            if apart < TOUCHING { shells(a, side_a, b, side_b) } else { Vec::new() }
+        }
+        // A sphere touches a box or a cylinder in a point or a line, which has no area.
+        (Frame::Spherical { .. }, _) | (_, Frame::Spherical { .. }) => Vec::new(),
         (Frame::Cylindrical { .. }, Frame::Cartesian) => ends(a, side_a, b, side_b, false),
         (Frame::Cartesian, Frame::Cylindrical { .. }) => {
             ends(b, side_b, a, side_a, false).into_iter().map(|o| Overlap { a: o.b, b: o.a, ..o }).collect()
@@ -112,6 +118,19 @@ fn product(
         }
     }
     found
+}
+
+/// Concentric shells, one inside the other: one cell of each.
+fn shells(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> {
+    let facing = side_a.axis() == 0 && side_b.axis() == 0 && side_a.is_high() != side_b.is_high();
+    if !facing || (face_position(a, side_a) - face_position(b, side_b)).abs() > TOUCHING {
+        return Vec::new();
+    }
+    let cell = |grid: &Grid, side: Side| face_cell(grid, side, 1, 0, 2, 0);
+    let outermost = if side_a.is_high() { a.n(0) - 1 } else { 0 };
+    // In the middle of the only cell there is along the angles.
+    let point = a.to_machine([face_position(a, side_a), a.centre(1, 0), a.centre(2, 0)]);
+    vec![Overlap { a: cell(a, side_a), b: cell(b, side_b), area: a.face_area([outermost, 0, 0], side_a), point }]
 }
 
 fn coaxials(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> {

@@ -73,6 +73,8 @@ fn local_width(mesh: &Mesh, channel: &Channel, point: [f64; 3], direction: [f64;
             // The distance after which a line in this direction has crossed about one cell.
             (0..3).map(|d| (high[d] - low[d]) / direction[d].abs().max(1e-9)).fold(f64::INFINITY, f64::min)
         }
+        // The machine file lets no channel into a sphere; its cells are shells.
+        Frame::Spherical { .. } => high[0] - low[0],
         Frame::Cylindrical { .. } => (high[0] - low[0]).min((high[1] - low[1]) * high[0]).min(high[2] - low[2]),
     }
 }
@@ -122,6 +124,7 @@ fn across(frame: Frame, direction: [f64; 3]) -> [f64; 3] {
             let radial = (1.0 - (1.0 - along) / 2.0) / 2.0;
             [radial, radial, (1.0 - along) / 2.0]
         }
+        Frame::Spherical { .. } => [1.0, 0.0, 0.0],
     }
 }
 

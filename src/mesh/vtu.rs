@@ -5,13 +5,14 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use super::Mesh;
+use super::draw::Drawing;
 use super::grid::{Frame, Grid};
 use crate::error::{Error, Result};
 use crate::machine::{Machine, Property};
 use crate::units::{Celsius, Kelvin};
 
 /// Writes temperature (degC), heat flux (W/m²), part number and, in the field data, part names.
-/// Curved cells are drawn with straight edges. `temperatures` are those of the cells, K.
+/// Curved cells are drawn with straight edges, shells of spheres as facets. `temperatures` are those of the cells, K.
 ///
 /// # Errors
 /// The file cannot be written; nothing is left behind under its name then.
@@ -30,37 +31,15 @@ pub fn write(path: &Path, machine: &Machine, mesh: &Mesh, temperatures: &[f64]) 
 }
 
 fn body(file: &mut impl Write, machine: &Machine, mesh: &Mesh, temperatures: &[f64]) -> std::io::Result<()> {
-    let mut points: Vec<f32> = Vec::new();
-    let mut connectivity: Vec<u32> = Vec::with_capacity(8 * mesh.cells);
-    let (mut celsius, mut part, mut flux) = (Vec::with_capacity(mesh.cells), Vec::with_capacity(mesh.cells), Vec::new());
-    for grid in &mesh.grids {
-        let first = (points.len() / 3) as u32;
-        let n = [0, 1, 2].map(|d| grid.n(d) + 1);
-        for k in 0..n[2] {
-            for j in 0..n[1] {
-                for i in 0..n[0] {
-                    let point = grid.to_machine([grid.edges[0][i], grid.edges[1][j], grid.edges[2][k]]);
-                    points.extend(point.map(|x| x as f32));
-                }
-            }
-        }
-        let vertex = |i: usize, j: usize, k: usize| first + (i + n[0] * (j + n[1] * k)) as u32;
+    let Drawing { points, connectivity, offsets, types, owners, outward } = Drawing::new(&mesh.grids);
+    let (mut celsius, mut part, mut flux) = (Vec::with_capacity(types.len()), Vec::with_capacity(types.len()), Vec::new());
+    for ((g, c), outward) in owners.into_iter().zip(outward) {
+        let grid = &mesh.grids[g];
         let conductivity = &machine.materials[machine.parts[grid.part].material].conductivity;
-        for c in grid.cells() {
-            let [i, j, k] = c;
-            for (a, b) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
-                connectivity.push(vertex(i + a, j + b, k));
-            }
-            for (a, b) in [(0, 0), (1, 0), (1, 1), (0, 1)] {
-                connectivity.push(vertex(i + a, j + b, k + 1));
-            }
-            celsius.push(Celsius::from(Kelvin(temperatures[grid.cell(c)])).0 as f32);
-            part.push(grid.part as u32);
-            flux.extend(heat_flux(grid, c, temperatures, conductivity).map(|q| q as f32));
-        }
+        celsius.push(Celsius::from(Kelvin(temperatures[grid.cell(c)])).0 as f32);
+        part.push(grid.part as u32);
+        flux.extend(heat_flux(grid, c, outward, temperatures, conductivity).map(|q| q as f32));
     }
-    let offsets: Vec<u32> = (1..=mesh.cells as u32).map(|i| 8 * i).collect();
-    let types = vec![12u8; mesh.cells];
     let names: Vec<&str> = machine.parts.iter().map(|p| p.name.as_str()).collect();
 
     writeln!(file, r#"<?xml version="1.0"?>"#)?;
@@ -72,13 +51,13 @@ fn body(file: &mut impl Write, machine: &Machine, mesh: &Mesh, temperatures: &[f
         let _ = write!(codes, "{byte} ");
     }
     writeln!(file, "{codes}\n</DataArray>\n</FieldData>")?;
-    writeln!(file, r#"<Piece NumberOfPoints="{}" NumberOfCells="{}">"#, points.len() / 3, mesh.cells)?;
+    writeln!(file, r#"<Piece NumberOfPoints="{}" NumberOfCells="{}">"#, points.len() / 3, types.len())?;
     writeln!(file, "<Points>")?;
     array(file, "Float32", "Points", 3, points.iter().flat_map(|x| x.to_le_bytes()))?;
     writeln!(file, "</Points>\n<Cells>")?;
     array(file, "UInt32", "connectivity", 1, connectivity.iter().flat_map(|x| x.to_le_bytes()))?;
     array(file, "UInt32", "offsets", 1, offsets.iter().flat_map(|x| x.to_le_bytes()))?;
-    array(file, "UInt8", "types", 1, types.iter().copied())?;
+    array(file, "UInt8", "types", 1, types.into_iter())?;
     writeln!(file, r#"</Cells>"#)?;
     writeln!(file, r#"<CellData Scalars="temperature_degC" Vectors="heat_flux_W_m2">"#)?;
     array(file, "Float32", "temperature_degC", 1, celsius.iter().flat_map(|x| x.to_le_bytes()))?;
@@ -110,8 +89,9 @@ fn base64<'a>(file: &mut impl Write, bytes: impl Iterator<Item = &'a u8>) -> std
 }
 
 /// Heat flux in a cell, W/m², in machine coordinates: minus conductivity times the gradient of the
-/// temperatures of the cell and its neighbours in the block (one-sided at the block's faces).
-pub fn heat_flux(grid: &Grid, c: [usize; 3], temperatures: &[f64], conductivity: &[Property; 3]) -> [f64; 3] {
+/// temperatures of the cell and its neighbours in the block (one-sided at the block's faces). In a sphere it
+/// points along `outward`, a unit vector.
+pub fn heat_flux(grid: &Grid, c: [usize; 3], outward: [f64; 3], temperatures: &[f64], conductivity: &[Property; 3]) -> [f64; 3] {
     let here = temperatures[grid.cell(c)];
     let local = [0, 1, 2].map(|d| {
         let (low, high) = (c[d].saturating_sub(1), (c[d] + 1).min(grid.n(d) - 1));
@@ -128,6 +108,7 @@ pub fn heat_flux(grid: &Grid, c: [usize; 3], temperatures: &[f64], conductivity:
     });
     match grid.frame {
         Frame::Cartesian => local,
+        Frame::Spherical { .. } => outward.map(|e| e * local[0]),
         Frame::Cylindrical { axis, .. } => {
             let (sin, cos) = grid.centre(1, c[1]).sin_cos();
             let [u, v] = Frame::normals(axis);

@@ -19,7 +19,8 @@ pub struct Load {
     pub flows: Vec<f64>,
     /// Inlet temperature of each circuit, K.
     pub inlets: Vec<f64>,
-    /// Temperatures of the lumped nodes that are held, K (unused entries are 0).
+    /// Temperatures at which nodes are held, K: those of the lumped nodes, of the chamber wall, of the boundaries
+    /// (entries without a temperature are 0).
     pub fixed: Vec<f64>,
 }
 
@@ -69,8 +70,16 @@ impl Load {
             .map(|c| positive(c.flow.evaluate(&values)?, &format!("the flow of the circuit '{}'", c.name)))
             .collect::<Result<_>>()?;
         let inlets = machine.circuits.iter().map(|c| c.inlet.evaluate(&values)).collect::<Result<_>>()?;
-        let fixed = machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
+        let mut fixed: Vec<f64> =
+            machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
+        fixed.push(chamber);
+        fixed.extend(boundaries.iter().map(|b| if let BoundaryState::Temperature(t) = b { *t } else { 0.0 }));
         let gas = gas::film(machine.chamber.pressure, chamber, machine.chamber.accommodation, machine.chamber.gap);
         Ok(Self { chamber, gas, boundaries, powers, flows, inlets, fixed })
+    }
+
+    /// The boundary whose temperature an entry of [`Load::fixed`] is, if it is one's.
+    pub fn boundary_of(&self, fixed: u32) -> Option<usize> {
+        (fixed as usize + self.boundaries.len()).checked_sub(self.fixed.len())
     }
 }

@@ -8,11 +8,13 @@
 
 pub mod block;
 mod build;
+mod enclosure;
 mod load;
 pub mod stream;
 pub mod surface;
 
 pub use block::Block;
+pub use enclosure::EnclosureViews;
 pub use load::{BoundaryState, Load};
 pub use stream::{Stream, StreamState};
 pub use surface::Surface;
@@ -58,6 +60,10 @@ pub struct Network {
     pub sources: Vec<Vec<(u32, f64)>>,
     /// Nodes held at a temperature: node and index into [`Load::fixed`].
     pub fixed: Vec<(u32, u32)>,
+    /// Node held at the temperature of the chamber wall, which enclosures radiate to; one of the fixed.
+    pub chamber: Option<u32>,
+    /// What the surfaces of each enclosure see of each other.
+    pub enclosures: Vec<EnclosureViews>,
     /// Sensors: weights over nodes.
     pub sensors: Vec<SensorTerm>,
     /// Names of the sensors.

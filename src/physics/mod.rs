@@ -9,8 +9,10 @@ pub mod bearing;
 pub mod channel;
 pub mod contact;
 pub mod drive;
+pub mod exchange;
 pub mod gas;
 pub mod radiation;
+pub mod view;
 pub mod water;
 
 mod bend;

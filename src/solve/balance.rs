@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::system::{entering_temperature, surface_states};
-use crate::network::{BoundaryState, Load, NONE, Network, StreamState};
+use crate::network::{BoundaryState, EnclosureViews, Load, NONE, Network, StreamState};
 use crate::physics::radiation::SIGMA;
 
 /// The heat balance of a network. Powers in W; positive is heat into the machine.
@@ -54,7 +54,14 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
         // The work of the pump enters and leaves with the water; it is listed on both sides.
         found.dissipation += dissipated;
     }
-    found.held = network.fixed.iter().map(|(node, _)| held_heat(network, load, *node, temperatures)).collect();
+    for ((node, index), heat) in network.fixed.iter().zip(held_heats(network, load, temperatures)) {
+        match load.boundary_of(*index) {
+            Some(boundary) => found.boundaries[boundary] += heat,
+            // Radiation through an enclosure arrives at the chamber's node.
+            None if network.chamber == Some(*node) => found.radiation += heat,
+            None => found.held.push(heat),
+        }
+    }
     let flux = |(b, q): (usize, &f64)| (matches!(load.boundaries[b], BoundaryState::Flux(_)), *q);
     let terms = found.sources.iter().copied().chain([found.radiation, found.gas]);
     let terms = terms
@@ -69,37 +76,44 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
     found
 }
 
-/// Heat that holding a node puts into the machine, W: what it gives to neighbours and surroundings less
+/// Heat that holding each held node puts into the machine, W: what it gives to neighbours and surroundings less
 /// what sources bring it.
-fn held_heat(network: &Network, load: &Load, node: u32, temperatures: &[f64]) -> f64 {
+fn held_heats(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<f64> {
+    let mut heats = vec![0.0; network.fixed.len()];
+    if heats.is_empty() {
+        return heats;
+    }
+    let mut slot = vec![NONE; network.nodes];
+    for (i, (node, _)) in network.fixed.iter().enumerate() {
+        slot[*node as usize] = i as u32;
+    }
     let t = |n: u32| temperatures[n as usize];
-    let sign = |a: u32, b: u32| {
-        if a == node {
-            1.0
-        } else if b == node {
-            -1.0
-        } else {
-            0.0
+    let mut leaves = |node: u32, heat: f64| {
+        let at = slot[node as usize];
+        if at != NONE {
+            heats[at as usize] += heat;
         }
     };
-    let joints: f64 = network
-        .joints
-        .iter()
-        .filter(|j| j.a == node || j.b == node)
-        .map(|j| sign(j.a, j.b) * network.joint_heat(j, temperatures))
-        .sum();
-    let linked: f64 = network
-        .radiative
-        .iter()
-        .filter(|(a, b, _)| *a == node || *b == node)
-        .map(|(a, b, area)| sign(*a, *b) * SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)))
-        .sum();
-    let surfaces = network.surfaces.iter().filter(|s| s.node == node);
-    let lost: f64 = surfaces.map(|s| s.state(t(node), &network.properties, load).heat).sum();
-    let brought = |(source, power): (&Vec<(u32, f64)>, &f64)| -> f64 {
-        source.iter().filter(|(n, _)| *n == node).map(|(_, share)| power * share).sum()
-    };
-    joints + linked + lost - network.sources.iter().zip(&load.powers).map(brought).sum::<f64>()
+    let is_held = |node: u32| slot[node as usize] != NONE;
+    for j in network.joints.iter().filter(|j| is_held(j.a) || is_held(j.b)) {
+        let heat = network.joint_heat(j, temperatures);
+        leaves(j.a, heat);
+        leaves(j.b, -heat);
+    }
+    for (a, b, area) in network.radiative.iter().filter(|(a, b, _)| is_held(*a) || is_held(*b)) {
+        let heat = SIGMA * area * (t(*a).powi(4) - t(*b).powi(4));
+        leaves(*a, heat);
+        leaves(*b, -heat);
+    }
+    for surface in network.surfaces.iter().filter(|s| is_held(s.node)) {
+        leaves(surface.node, surface.state(t(surface.node), &network.properties, load).heat);
+    }
+    for (source, power) in network.sources.iter().zip(&load.powers) {
+        for (node, share) in source {
+            leaves(*node, -power * share);
+        }
+    }
+    heats
 }
 
 /// Heat through a contact, W, from its first side to its second, and its conductance hA, W/K
@@ -136,6 +150,24 @@ pub fn contact_flows(network: &Network, temperatures: &[f64]) -> Vec<ContactFlow
         ContactFlow { name: group.name.clone(), area: group.area, conductance, heat, drop }
     };
     network.contacts.iter().map(flow).collect()
+}
+
+/// Heat that each surface of each enclosure gives off into it, W, in the network's order; the chamber gets the sum.
+pub fn enclosure_heats(network: &Network, temperatures: &[f64]) -> Vec<Vec<f64>> {
+    let t4 = |n: u32| temperatures[n as usize].powi(4);
+    let heats = |enclosure: &EnclosureViews| {
+        let mut heats = vec![0.0; enclosure.surfaces.len()];
+        for ((a, b, area), ends) in network.radiative[enclosure.conductors.clone()].iter().zip(&enclosure.ends) {
+            let heat = SIGMA * area * (t4(*a) - t4(*b));
+            for (end, heat) in ends.iter().zip([heat, -heat]) {
+                if let Some(own) = heats.get_mut(*end as usize) {
+                    *own += heat;
+                }
+            }
+        }
+        heats
+    };
+    network.enclosures.iter().map(heats).collect()
 }
 
 /// Heat between groups (parts and lumped nodes): entry (i, j, W) is what flows from group i to group j by

@@ -67,8 +67,9 @@ impl System {
         let joints: f64 = network.joints.iter().map(conductance).sum();
         let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
         let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
+        let radiation: f64 = network.radiative.iter().map(|(_, _, area)| 4.0 * SIGMA * area * hottest.powi(3)).sum();
         // Each conductance stands in the balances of two nodes.
-        2.0 * f64::EPSILON * hottest * (linear + joints + water)
+        2.0 * f64::EPSILON * hottest * (linear + joints + water + radiation)
     }
 
     /// Conductances of each block, W/K, with the conductivity at the mean temperature of its cells.

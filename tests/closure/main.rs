@@ -5,6 +5,7 @@ mod contact;
 mod drive;
 mod flow;
 mod radiation;
+mod view;
 
 /// Asserts that `found` is within the relative tolerance of `expected`.
 #[track_caller]

@@ -8,6 +8,9 @@
 mod bench;
 mod channel;
 mod cylinder;
+mod enclosure;
 mod plane;
 mod radiation;
+mod sight;
 mod slab;
+mod sphere;

@@ -7,6 +7,7 @@ mod bench;
 mod choice;
 mod conservation;
 mod geometry;
+mod picture;
 
 /// Asserts that two numbers agree to `tolerance` relative to `span`.
 #[track_caller]

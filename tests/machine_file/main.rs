@@ -1,6 +1,8 @@
 //! The machine file: what it says, what is refused, and how the refusal helps.
 
+mod enclosures;
 mod formulas;
 mod machines;
 mod overlaps;
 mod reading;
+mod spheres;

@@ -68,3 +68,26 @@ fn boxes_and_cylinders() {
     assert!(!overlap(&cylinder(20, 30, (0, 90)), &cube(20, [-30, -30, 10])));
     assert!(overlap(&cylinder(20, 30, (180, 270)), &cube(20, [-30, -30, 10])));
 }
+
+/// A shell about the origin moved along x, mm.
+fn sphere(inner: i32, outer: i32, x: i32) -> String {
+    format!("sphere = {{ inner = '{inner} mm', outer = '{outer} mm' }}, at = ['{x} mm', '0 mm', '0 mm']")
+}
+
+#[test]
+fn spheres() {
+    assert!(!overlap(&sphere(0, 10, 0), &sphere(0, 10, 20)) && overlap(&sphere(0, 10, 0), &sphere(0, 10, 19)));
+    // Within the hole of another, and through its wall.
+    assert!(!overlap(&sphere(20, 30, 0), &sphere(0, 10, 10)) && overlap(&sphere(20, 30, 0), &sphere(0, 10, 11)));
+    assert!(!overlap(&sphere(20, 30, 0), &sphere(10, 20, 0)) && overlap(&sphere(20, 30, 0), &sphere(10, 21, 0)));
+    // A cube of 10 mm whose nearest edge lies at 7, 7: sqrt(98) = 9.9 mm.
+    assert!(overlap(&sphere(0, 10, 0), &cube(10, [7, 7, -5])) && !overlap(&sphere(0, 9, 0), &cube(10, [7, 7, -5])));
+    // One that fits into the hole: its corners lie at sqrt(75) = 8.7 mm.
+    assert!(!overlap(&sphere(9, 12, 0), &cube(10, [-5, -5, -5])) && overlap(&sphere(8, 12, 0), &cube(10, [-5, -5, -5])));
+    // In the bore of a tube, and through its wall; the tube runs from 0 to 50 mm.
+    assert!(!overlap(&cylinder(20, 30, FULL), &sphere(0, 20, 0)) && overlap(&cylinder(20, 30, FULL), &sphere(0, 20, 1)));
+    assert!(!overlap(&cylinder(0, 20, FULL), &sphere(0, 10, 30)) && overlap(&cylinder(0, 20, FULL), &sphere(0, 10, 29)));
+    // A rod within the hole: its far corners lie at 53.9 mm.
+    assert!(!overlap(&cylinder(0, 20, FULL), &sphere(54, 60, 0)) && overlap(&cylinder(0, 20, FULL), &sphere(53, 60, 0)));
+    assert!(overlap(&cylinder(0, 20, (-90, 90)), &sphere(0, 10, 25)) && !overlap(&cylinder(0, 20, (90, 270)), &sphere(0, 10, 25)));
+}

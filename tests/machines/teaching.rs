@@ -1,4 +1,4 @@
-//! The two teaching machines by hand.
+//! The teaching machines by hand.
 
 use super::{Solved, USUAL};
 
@@ -40,4 +40,21 @@ fn spindle() {
     let k: f64 = 2.0 * 15.0 * 167.0 / (15.0 + 167.0);
     let spots = 1.25 * k * 0.15 / 2.3e-6 * (2e6f64 / 1.3e9).powf(0.95);
     assert!((foot.conductance / foot.area / spots - 1.0).abs() < 0.02, "{} {spots}", foot.conductance / foot.area);
+}
+
+#[test]
+fn enclosure() {
+    let hood = Solved::new("enclosure.toml", &[], &USUAL, None);
+    let views = &hood.model.network.enclosures[0];
+    // A convex body under a hood: everything it sends out arrives somewhere, and it does not see itself.
+    assert!(views.view_factors[0][0] == 0.0 && (views.view_factors[0].iter().sum::<f64>() + views.chamber[0] - 1.0).abs() < 1e-12);
+    assert!((views.view_factors[0][2] - views.view_factors[0][3]).abs() < 2e-3, "the hood is its own mirror image");
+    assert!((views.areas[0] - std::f64::consts::PI * (0.1 * 0.2 + 2.0 * 0.05 * 0.05)).abs() < 1e-9);
+    // 10 W, less what the feet carry, by radiation: less than to black surroundings at the temperature of the water,
+    // more than across one grey surface of its own area and emissivity 0.25 at the roof's temperature.
+    let radiated = 10.0 - hood.contact("feet").heat;
+    let t4 = |t: f64| (t + 273.15).powi(4);
+    let most = 0.8 * 5.670374e-8 * views.areas[0] * (t4(hood.read("motor")) - t4(20.5));
+    let least = 5.670374e-8 * views.areas[0] / (1.0 / 0.8 + 3.0) * (t4(hood.read("motor")) - t4(hood.read("roof")));
+    assert!(radiated < most && radiated > least, "{least} {radiated} {most}");
 }

@@ -382,3 +382,53 @@ fn faces_of_the_helper() {
         assert!(at[1] == 0.06 && (n[1] - 1.0).abs() < 1e-15);
     }
 }
+
+/// A shell with a uniform source, held inside, a film outside: T = a + b/r - q r²/6k. The scheme is exact in 1/r
+/// alone, so the source shows its order: surface, mean and a point a third of a cell from its border (on borders the error is nil).
+#[test]
+fn shell_with_source_is_second_order() {
+    let (ri, ro, k, q, h): (f64, f64, f64, f64, f64) = (0.02, 0.05, 16.3, 4e5, 60.0);
+    let text = |cells: usize| {
+        let power = q * 4.0 / 3.0 * PI * (ro.powi(3) - ri.powi(3));
+        format!(
+            r#"
+        [material.steel]
+        conductivity = "{k} W/(m K)"
+        [part.shell]
+        material = "steel"
+        sphere = {{ inner = "{ri} m", outer = "{ro} m" }}
+        cells = [{cells}, 0, 0]
+        surface = "none"
+        [source.heat]
+        in = ["shell"]
+        power = "{power} W"
+        [boundary.hot]
+        faces = ["shell.inner"]
+        temperature = "100 degC"
+        [boundary.air]
+        faces = ["shell.outer"]
+        film = "{h} W/(m2 K)"
+        fluid_temperature = "20 degC"
+        [sensor.skin]
+        face = "shell.outer"
+        [sensor.point]
+        point = ["0 mm", "0 mm", "30 mm"]
+        in = "shell"
+        [sensor.mean]
+        part = "shell"
+    "#
+        )
+    };
+    // -k T'(R) = h (T(R) - Tf) and T(ri) = 100 fix a and b.
+    let f = |r: f64| -q * r * r / (6.0 * k);
+    let b = (q * ro / 3.0 - h * (100.0 - f(ri) + f(ro) - 20.0)) / (h * (1.0 / ro - 1.0 / ri) - k / (ro * ro));
+    let a = 100.0 - f(ri) - b / ri;
+    let exact = |r: f64| a + b / r + f(r);
+    let cubes = ro.powi(3) - ri.powi(3);
+    let mean = a + b * 1.5 * (ro * ro - ri * ri) / cubes - q / (6.0 * k) * 0.6 * (ro.powi(5) - ri.powi(5)) / cubes;
+    let runs = [8, 16, 32, 64].map(|cells| solve(&text(cells), 1.0));
+    for (sensor, value) in [("skin", exact(ro)), ("point", exact(0.03)), ("mean", mean)] {
+        let errors: Vec<[f64; 2]> = runs.iter().map(|run| [(run.celsius(sensor) - value).abs(); 2]).collect();
+        slopes(&format!("shell with source, {sensor}"), &errors, [1.8, 1.8]);
+    }
+}

@@ -38,6 +38,7 @@ pub fn face(grid: &Grid, c: [usize; 3], side: Side) -> ([f64; 3], [f64; 3]) {
                 _ => normal[axis.index()] = sign,
             }
         }
+        Frame::Spherical { .. } => panic!("fields that vary over a sphere's surface have no place in its shells"),
     }
     (grid.to_machine(local), normal)
 }

@@ -291,7 +291,7 @@ impl Builder<'_> {
     }
 
     /// The node of a foot's surface: behind half a cell of conduction, or the node itself where it is lumped.
-    fn surface_node(&mut self, (node, area, length, property): Foot) -> u32 {
+    pub(super) fn surface_node(&mut self, (node, area, length, property): Foot) -> u32 {
         if property == NONE || length == 0.0 {
             return node;
         }
@@ -360,7 +360,7 @@ fn reach(grid: &Grid, cell: usize, side: Side, point: [f64; 3], reaches: &mut Ve
 }
 
 /// The faces of a place: all six sides of a part, none of a lumped node.
-fn faces_of(place: Place) -> Vec<Face> {
+pub(super) fn faces_of(place: Place) -> Vec<Face> {
     match place {
         Place::Node(_) => Vec::new(),
         Place::Face(face) => vec![face],

@@ -1,12 +1,17 @@
 //! Machine and mesh become a network.
 
 mod contacts;
+mod enclosure;
+mod views;
 
-use super::stream::{CircuitTree, Stream};
+use std::collections::HashMap;
+
 use super::block::Gap;
+use super::stream::{CircuitTree, Stream};
 use super::{Block, NONE, Network, SensorTerm, Surface};
 use crate::error::{Error, Result};
-use crate::machine::{Face, Layout, Machine, Place, Reading, Side};
+use crate::machine::{BoundaryLaw, Face, Layout, Machine, Place, Reading, Side};
+use crate::mesh::grid::Grid;
 use crate::mesh::{Mesh, path};
 use crate::physics::radiation::effective_emissivity;
 
@@ -16,12 +21,13 @@ impl Network {
     /// # Errors
     /// A contact, source, sensor or channel of the machine has nothing to attach to on this geometry.
     pub fn build(machine: &Machine, mesh: &Mesh) -> Result<Self> {
-        let mut builder = Builder { machine, mesh, network: Network::default(), view_left: vec![] };
+        let mut builder = Builder { machine, mesh, network: Network::default(), view_left: vec![], enclosed: HashMap::new() };
         builder.nodes();
         builder.blocks();
         builder.interfaces()?;
         builder.stated_contacts()?;
         builder.radiation_links()?;
+        builder.enclosures()?;
         builder.surfaces()?;
         builder.streams()?;
         builder.sources()?;
@@ -36,6 +42,9 @@ struct Builder<'a> {
     network: Network,
     /// Faces that see another surface, and the share of their view that is left for the chamber.
     view_left: Vec<(Face, f64)>,
+    /// Cell faces (grid, side, cell) in enclosures: the node of the surface and the share of its view that is the
+    /// chamber.
+    enclosed: HashMap<(usize, usize, usize), (u32, f64)>,
 }
 
 /// A node of a place with its share, and the half cell in front of it: (node, area, length, property).
@@ -114,17 +123,13 @@ impl Builder<'_> {
 
     fn surfaces(&mut self) -> Result<()> {
         for (p, part) in self.machine.parts.iter().enumerate() {
-            let excluded = |grid: &crate::mesh::grid::Grid, side: Side| {
+            let excluded = |grid: &Grid, side: Side| {
                 part.surface.excluded.iter().any(|f| f.part == p && f.side == side && f.block.is_none_or(|b| b == grid.block))
             };
             let mut faces = Vec::new();
             for (g, grid) in self.mesh.grids_of(p) {
                 for side in Side::ALL {
-                    let law = self
-                        .machine
-                        .boundaries
-                        .iter()
-                        .position(|b| b.faces.iter().any(|f| f.part == p && f.side == side && f.block.is_none_or(|i| i == grid.block)));
+                    let law = self.law_on(grid, side);
                     let view = self
                         .view_left
                         .iter()
@@ -132,7 +137,10 @@ impl Builder<'_> {
                         .map(|(_, left)| left)
                         .product::<f64>();
                     let view = if excluded(grid, side) { 0.0 } else { view };
-                    faces.extend(self.mesh.open_faces(g, side).map(|(c, area)| (grid, side, c, area, law, view)));
+                    faces.extend(self.mesh.open_faces(g, side).map(|(c, area)| {
+                        let enclosed = self.enclosed.get(&(g, side as usize, grid.cell(c))).copied();
+                        (grid, side, c, area, law, if enclosed.is_some() { 0.0 } else { view }, enclosed)
+                    }));
                 }
             }
             let seen: f64 = faces.iter().map(|f| f.3 * f.5).sum();
@@ -146,15 +154,21 @@ impl Builder<'_> {
                 None => 1.0,
             };
             let emissivity = self.effective(part.surface.emissivity, part.surface.effective, seen * factor);
-            for (grid, side, c, area, law, view) in faces {
-                let surface = Surface {
-                    node: grid.cell(c) as u32,
-                    property: self.property(p, side.axis()),
-                    length: grid.half_length(c, side),
-                    area,
-                    emissive: emissivity * area * view * factor,
-                    gas_area: area * view * factor,
-                    law: law.map_or(NONE, |l| l as u32),
+            for (grid, side, c, area, law, view, enclosed) in faces {
+                let is_held = enclosed.is_some() && law.is_some_and(|l| self.holds(l));
+                let law = if is_held { NONE } else { law.map_or(NONE, |l| l as u32) };
+                let surface = match enclosed {
+                    // Its surface is a node of its own, with the enclosure's radiation.
+                    Some((node, share)) => Surface { node, property: NONE, length: 0.0, area, emissive: 0.0, gas_area: area * share, law },
+                    None => Surface {
+                        node: grid.cell(c) as u32,
+                        property: self.property(p, side.axis()),
+                        length: grid.half_length(c, side),
+                        area,
+                        emissive: emissivity * area * view * factor,
+                        gas_area: area * view * factor,
+                        law,
+                    },
                 };
                 let gas = surface.gas_area > 0.0 && self.machine.chamber.pressure > 0.0;
                 if surface.emissive > 0.0 || surface.law != NONE || gas {
@@ -170,6 +184,17 @@ impl Builder<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The boundary that acts on a side of a grid.
+    fn law_on(&self, grid: &Grid, side: Side) -> Option<usize> {
+        let acts = |f: &Face| f.part == grid.part && f.side == side && f.block.is_none_or(|b| b == grid.block);
+        self.machine.boundaries.iter().position(|b| b.faces.iter().any(acts))
+    }
+
+    /// Whether a boundary prescribes a temperature.
+    fn holds(&self, boundary: usize) -> bool {
+        matches!(self.machine.boundaries[boundary].law, BoundaryLaw::Temperature(_))
     }
 
     fn effective(&self, emissivity: f64, effective: bool, area: f64) -> f64 {
