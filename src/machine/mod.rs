@@ -167,6 +167,23 @@ impl Property {
         (v0 + slope * (temperature - t0), slope)
     }
 
+    /// Integral over temperature from 300 K to `temperature` (K): of a specific heat, the enthalpy.
+    pub fn integral(&self, temperature: f64) -> f64 {
+        let table = match self {
+            Self::Constant(value) => return value * (temperature - 300.0),
+            Self::Table(table) => table,
+        };
+        let (sign, low, high) = if temperature < 300.0 { (-1.0, temperature, 300.0) } else { (1.0, 300.0, temperature) };
+        // Linear between the points of the table, so the trapezium is exact between neighbouring ones.
+        let mut sum = 0.0;
+        let mut last = low;
+        for next in table.iter().map(|(t, _)| *t).filter(|t| *t > low && *t < high).chain([high]) {
+            sum += 0.5 * (self.at(last) + self.at(next)) * (next - last);
+            last = next;
+        }
+        sign * sum
+    }
+
     /// Whether the value is the same at every temperature.
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))

@@ -32,8 +32,10 @@ pub struct Network {
     pub solids: usize,
     /// Nodes in total.
     pub nodes: usize,
-    /// Heat capacity of each solid node, J/K (0 for arithmetic nodes).
+    /// Heat capacity of each solid node at 300 K, J/K (0 for arithmetic nodes).
     pub capacity: Vec<f64>,
+    /// Specific heat of each group over its value at 300 K: how the capacity of its nodes changes with temperature.
+    pub relative_capacity: Vec<Property>,
     /// Group of each solid node: a part, a lumped node, or [`NONE`]; see [`Network::groups`].
     pub group: Vec<u32>,
     /// Names of the groups: first the parts, then the lumped nodes.
@@ -173,6 +175,22 @@ impl Network {
         }
         let g = joint.area / total;
         JointState { conductance: g, slope_a: -g / total * (dra + drc / 2.0), slope_b: -g / total * (drb + drc / 2.0) }
+    }
+
+    /// Heat capacity (J/K) of a solid node at a temperature (K).
+    pub fn capacity_at(&self, node: usize, temperature: f64) -> f64 {
+        match self.relative_capacity.get(self.group[node] as usize) {
+            Some(relative) => self.capacity[node] * relative.at(temperature),
+            None => self.capacity[node],
+        }
+    }
+
+    /// Enthalpy (J) of a solid node at a temperature (K), zero at 300 K.
+    pub fn enthalpy(&self, node: usize, temperature: f64) -> f64 {
+        match self.relative_capacity.get(self.group[node] as usize) {
+            Some(relative) => self.capacity[node] * relative.integral(temperature),
+            None => self.capacity[node] * (temperature - 300.0),
+        }
     }
 
     /// Temperatures (K) at the two ends of a joint.

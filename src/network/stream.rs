@@ -60,6 +60,10 @@ pub struct StreamState {
     pub mixture: Vec<f64>,
     /// For each station the exchange C (1 - exp(-UA/C)), W/K.
     pub exchange: Vec<f64>,
+    /// For each station the conductance between water and cells, UA, W/K.
+    pub conductance: Vec<f64>,
+    /// Heat capacity of a cubic metre of water at the inlet, J/(m³ K).
+    pub volumetric_capacity: f64,
     /// Heat of viscous dissipation per metre, W/m.
     pub dissipation: f64,
     /// Reynolds number.
@@ -189,7 +193,7 @@ impl Network {
         let drop = stream.pressure_drop(mass_flow, liquid);
         // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
         let rate = mass_flow * inlet.specific_heat;
-        let exchange = stream
+        let conductance: Vec<f64> = stream
             .stations
             .iter()
             .map(|station| {
@@ -203,10 +207,11 @@ impl Network {
                     let across: f64 = (0..3).map(|axis| station.across[axis] * k(axis).ln()).sum();
                     station.shape / (across.exp() * station.length)
                 };
-                let ua = 1.0 / (film_resistance + spread).max(0.2 * film_resistance);
-                if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 }
+                1.0 / (film_resistance + spread).max(0.2 * film_resistance)
             })
             .collect();
+        let exchange = conductance.iter().map(|ua| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 }).collect();
+        let volumetric_capacity = inlet.density * inlet.specific_heat;
         let upstream_flow: f64 = stream.upstream.iter().map(|u| flows[*u]).sum();
         let mixture = stream
             .upstream
@@ -214,7 +219,7 @@ impl Network {
             .map(|u| if upstream_flow > 0.0 { flows[*u] / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
             .collect();
         let dissipation = if dissipation { drop * flow / stream.length } else { 0.0 };
-        StreamState { capacity_rate: rate, flow, mixture, exchange, dissipation, reynolds, film, pressure_drop: drop, note }
+        StreamState { capacity_rate: rate, flow, mixture, exchange, conductance, volumetric_capacity, dissipation, reynolds, film, pressure_drop: drop, note }
     }
 }
 

@@ -55,16 +55,6 @@ impl<'a> Jacobian<'a> {
         });
     }
 
-    /// r = b - J x
-    pub fn residual(&self, x: &[f64], b: &[f64], r: &mut [f64]) {
-        for_chunks(r, |first, part| {
-            self.product(first, x, part);
-            for (r, b) in part.iter_mut().zip(&b[first..]) {
-                *r = b - *r;
-            }
-        });
-    }
-
     /// Adds to the coefficient of each of the first nodes' own temperature, for example capacity over time step, W/K.
     pub fn add_diagonal(&mut self, values: impl Iterator<Item = f64>) {
         self.diagonal.iter_mut().zip(values).for_each(|(d, v)| *d += v);

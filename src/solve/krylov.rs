@@ -5,6 +5,24 @@ use rayon::prelude::*;
 use super::csr::{CHUNK, add_scaled, dot, dot_chunk, for_chunks, norm};
 use super::jacobian::Jacobian;
 
+/// A linear operator.
+pub trait Operator {
+    /// y = A x
+    fn multiply(&self, x: &[f64], y: &mut [f64]);
+
+    /// r = b - A x
+    fn residual(&self, x: &[f64], b: &[f64], r: &mut [f64]) {
+        self.multiply(x, r);
+        for_chunks(r, |first, part| part.iter_mut().zip(&b[first..]).for_each(|(r, b)| *r = b - *r));
+    }
+}
+
+impl Operator for Jacobian<'_> {
+    fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        self.multiply(x, y);
+    }
+}
+
 /// How an iteration ended.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
@@ -18,7 +36,7 @@ pub struct Outcome {
 
 /// Conjugate gradients for a symmetric positive definite matrix, from zero (Saad, Iterative Methods, alg. 9.1).
 pub fn conjugate_gradients(
-    matrix: &Jacobian<'_>,
+    matrix: &impl Operator,
     b: &[f64],
     x: &mut [f64],
     tolerance: f64,
@@ -56,7 +74,7 @@ pub fn conjugate_gradients(
 /// products are formed in double precision with exactly the vectors kept, and each restart begins with the
 /// true residual, so that the solution is as accurate as the tolerance asks.
 pub fn gmres(
-    matrix: &Jacobian<'_>,
+    matrix: &impl Operator,
     b: &[f64],
     x: &mut [f64],
     tolerance: f64,
@@ -162,7 +180,7 @@ fn subtract(basis: &[Vec<f32>], h: &[f64], w: &mut [f64]) -> f64 {
 }
 
 /// Measures the true residual: the recursive one may have drifted.
-fn finish(matrix: &Jacobian<'_>, b: &[f64], x: &[f64], target: f64, iterations: usize) -> Outcome {
+fn finish(matrix: &impl Operator, b: &[f64], x: &[f64], target: f64, iterations: usize) -> Outcome {
     let mut r = vec![0.0; b.len()];
     matrix.residual(x, b, &mut r);
     let (residual, size) = (norm(&r), norm(b));

@@ -10,6 +10,7 @@ mod start;
 mod steady;
 mod system;
 mod tensor;
+pub mod transient;
 
 pub use jacobian::Jacobian;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};

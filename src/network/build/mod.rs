@@ -12,6 +12,7 @@ use super::{Block, NONE, Network, SensorTerm, Surface};
 use crate::error::{Error, Result};
 use crate::machine::{BoundaryLaw, Face, Layout, Machine, Place, Reading, Side};
 use crate::mesh::grid::Grid;
+use crate::machine::Property;
 use crate::mesh::{Mesh, path};
 use crate::physics::radiation::effective_emissivity;
 
@@ -56,11 +57,20 @@ impl Builder<'_> {
         net.groups = self.machine.parts.iter().map(|p| &p.name).chain(self.machine.nodes.iter().map(|n| &n.name)).cloned().collect();
         // Three conductivities per material, one per local axis.
         net.properties = self.machine.materials.iter().flat_map(|m| m.conductivity.iter().cloned()).collect();
+        let relative = |part: &crate::machine::Part| {
+            let c = &self.machine.materials[part.material].specific_heat;
+            match c {
+                Property::Constant(_) => Property::Constant(1.0),
+                Property::Table(table) => Property::Table(table.iter().map(|(t, v)| (*t, v / c.at(300.0))).collect()),
+            }
+        };
+        net.relative_capacity = self.machine.parts.iter().map(relative).collect();
+        net.relative_capacity.resize(net.groups.len(), Property::Constant(1.0));
         net.capacity = vec![0.0; self.mesh.cells];
         net.group = vec![0; self.mesh.cells];
         for grid in &self.mesh.grids {
             let material = &self.machine.materials[self.machine.parts[grid.part].material];
-            // Capacity at 300 K; transients re-evaluate c(T).
+            // At 300 K; the group's relative capacity says how it changes.
             let volumetric = material.density * material.specific_heat.at(300.0);
             for (i, c) in grid.cells().enumerate() {
                 net.capacity[grid.first + i] = volumetric * grid.volume(c);

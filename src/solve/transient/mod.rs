@@ -1,0 +1,335 @@
+//! Temperatures over time.
+//!
+//! The solids are integrated by TR-BDF2 (Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and
+//! Shampine, Applied Numerical Mathematics 20 (1996) 21): second order, L-stable, both stages with the same
+//! matrix. What is integrated is enthalpy, so that heat is conserved whatever the capacity does. Over each
+//! stage the water moves as parcels along walls held at the stage's own mean ([`water`]); the heat it brings
+//! counts as one integral. Where nothing changes any more this is the steady state's law.
+
+mod stage;
+pub mod water;
+
+use super::balance::balance;
+use super::steady::Solver;
+use super::system::System;
+use crate::error::{Error, Result};
+use crate::network::{Load, Network};
+use stage::Stage;
+use water::Parcels;
+
+/// Where the first stage ends, as a share of the step: 2 - sqrt 2.
+const GAMMA: f64 = 0.585_786_437_626_905;
+/// Weight of each stage's own heat flow: gamma / 2, the same in both.
+const OWN: f64 = GAMMA / 2.0;
+/// Weights of the first two heat flows in the whole step: sqrt 2 / 4.
+const EARLIER: f64 = std::f64::consts::SQRT_2 / 4.0;
+/// Constant of the local error h³ T''': (3 gamma² - 4 gamma + 2) / (12 (2 - gamma)).
+const LOCAL_ERROR: f64 = 0.040_440_114_519_881;
+/// Steps between two hierarchies of the preconditioner.
+const RENEWAL: usize = 100;
+const MOST_REJECTIONS: usize = 60;
+
+/// How accurately to integrate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Settings {
+    /// Error allowed in each step, K, at any node.
+    pub tolerance: f64,
+    /// Longest step, s.
+    pub longest: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { tolerance: 0.01, longest: f64::INFINITY }
+    }
+}
+
+/// A machine at one instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    /// Time, s.
+    pub time: f64,
+    /// Temperature of every node, K; water nodes are the ends of their stations.
+    pub temperatures: Vec<f64>,
+    /// Water in each stream from inlet to outlet: volume (m³) and temperature (K).
+    pub water: Vec<Parcels>,
+    /// Next step to try, s; 0 lets the integrator choose.
+    pub step: f64,
+    /// Steps taken.
+    pub steps: usize,
+    /// Steps tried again with a smaller size.
+    pub rejected: usize,
+    /// Heat since the beginning.
+    pub energy: Energy,
+}
+
+/// Heat that crossed the boundary of the machine and its water, and what is stored, J.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Energy {
+    /// What entered.
+    pub entered: f64,
+    /// What left.
+    pub left: f64,
+    /// What is stored more than in the beginning.
+    pub stored: f64,
+}
+
+impl Energy {
+    /// What does not add up, over the largest of the three.
+    pub fn relative(&self) -> f64 {
+        let largest = self.entered.max(self.left).max(self.stored.abs());
+        if largest > 0.0 { (self.entered - self.left - self.stored).abs() / largest } else { 0.0 }
+    }
+
+    fn add(&mut self, entered: f64, left: f64) {
+        self.entered += entered;
+        self.left += left;
+    }
+}
+
+/// A network over time.
+#[derive(Debug)]
+pub struct Transient<'a> {
+    network: &'a Network,
+    system: System,
+    settings: Settings,
+    preconditioner: Option<stage::Preconditioner>,
+    /// Temperatures at the beginning of the step before, and its length: what the error is estimated from.
+    before: Option<(Vec<f64>, f64)>,
+}
+
+impl<'a> Transient<'a> {
+    /// Sets up the integration of `network`.
+    ///
+    /// # Errors
+    /// The tolerance or the longest step is not positive.
+    pub fn new(network: &'a Network, settings: Settings) -> Result<Self> {
+        if settings.tolerance.is_nan() || settings.tolerance <= 0.0 {
+            return Err(Error::input("the tolerance must be positive").at_key("tolerance").read(settings.tolerance));
+        }
+        if settings.longest.is_nan() || settings.longest <= 0.0 {
+            return Err(Error::input("the longest step must be positive").at_key("longest").read(settings.longest));
+        }
+        Ok(Self { network, system: System::new(network), settings, preconditioner: None, before: None })
+    }
+
+    /// The steady state of `load`, at time zero.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn from_steady(&self, load: &Load) -> Result<State> {
+        let solver = Solver::new(self.network, load)?;
+        let solution = solver.steady(load)?;
+        let mut water = Vec::with_capacity(self.network.streams.len());
+        for (s, (stream, state)) in self.network.streams.iter().zip(&solution.streams).enumerate() {
+            let entering = super::system::entering_temperature(self.network, load, &solution.streams, s, &solution.temperatures);
+            let area = std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter;
+            let mut above = entering;
+            let mut parcels = Parcels::new();
+            for (k, station) in stream.stations.iter().enumerate() {
+                let below = solution.temperatures[stream.first_node as usize + k];
+                let wall: f64 = station.cells.iter().map(|(n, w)| w * solution.temperatures[*n]).sum();
+                // The mean over the station of an exponential approach to the wall.
+                let passes = if state.capacity_rate > 0.0 { state.conductance[k] / state.capacity_rate } else { 0.0 };
+                let mean = if passes > 1e-9 { wall + (above - below) / passes } else { f64::midpoint(above, below) };
+                parcels.push((area * station.length, mean));
+                above = below;
+            }
+            water.push(parcels);
+        }
+        Ok(State { time: 0.0, temperatures: solution.temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() })
+    }
+
+    /// One temperature (K) everywhere at time zero, held nodes excepted.
+    pub fn uniform(&self, load: &Load, temperature: f64) -> State {
+        let mut temperatures = vec![temperature; self.network.nodes];
+        for (node, index) in &self.network.fixed {
+            temperatures[*node as usize] = load.fixed[*index as usize];
+        }
+        let area = |diameter: f64| std::f64::consts::PI / 4.0 * diameter * diameter;
+        let fill = |s: &crate::network::Stream| s.stations.iter().map(|k| (area(s.diameter) * k.length, temperature)).collect();
+        let water = self.network.streams.iter().map(fill).collect();
+        State { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
+    }
+
+    /// Advances to time `until` (s). `load` gives the condition at a time and must be smooth until then; `seen` is
+    /// called after every step.
+    ///
+    /// # Errors
+    /// A condition cannot be evaluated, a step does not converge, or `seen` fails.
+    pub fn advance(
+        &mut self,
+        state: &mut State,
+        until: f64,
+        load: &dyn Fn(f64) -> Result<Load>,
+        seen: &mut dyn FnMut(&State, &Load) -> Result<()>,
+    ) -> Result<()> {
+        // Whatever changed at a corner of the schedule, slopes of before tell nothing of those after.
+        self.before = None;
+        let mut now = load(state.time)?;
+        self.settle(state, &now)?;
+        let mut step = if state.step > 0.0 { state.step } else { self.first_step(state, &now) };
+        let mut rejections = 0;
+        while state.time < until {
+            let left = until - state.time;
+            let is_last = step >= left * (1.0 - 1e-9);
+            // Two even steps rather than a long one and a sliver.
+            let h = if is_last { left } else if step > 0.5 * left { 0.5 * left } else { step };
+            let tried = self.step(state, h, &now, load);
+            let (next, error) = match tried {
+                Ok(found) => found,
+                Err(e) if rejections >= MOST_REJECTIONS => return Err(e),
+                Err(_) => {
+                    rejections += 1;
+                    state.rejected += 1;
+                    step = 0.25 * h;
+                    continue;
+                }
+            };
+            let growth = 0.9 * (self.settings.tolerance / error.max(1e-300)).cbrt();
+            if error > self.settings.tolerance {
+                rejections += 1;
+                state.rejected += 1;
+                if rejections >= MOST_REJECTIONS {
+                    return Err(Error::numerics(format!(
+                        "no step is short enough at {:.6} s: {h:.2e} s still gives an error of {error:.2e} K",
+                        state.time
+                    ))
+                    .help("allow a larger tolerance, or look for a jump in the schedule that is no corner of it"));
+                }
+                step = h * growth.clamp(0.1, 0.7);
+                continue;
+            }
+            rejections = 0;
+            self.before = Some((std::mem::replace(&mut state.temperatures, next.temperatures), h));
+            state.time = if is_last { until } else { state.time + h };
+            state.water = next.water;
+            state.energy = next.energy;
+            state.steps += 1;
+            // The same step as long as it serves: a new one needs a new matrix.
+            let grown = if growth > 1.2 { h * growth.min(2.5) } else if growth < 1.0 { h * growth.max(0.5) } else { h };
+            step = if is_last { step.max(grown) } else { grown }.min(self.settings.longest);
+            state.step = step;
+            now = load(state.time)?;
+            seen(state, &now)?;
+        }
+        Ok(())
+    }
+
+    /// Brings held and arithmetic nodes to what the load at the beginning asks of them.
+    fn settle(&mut self, state: &mut State, load: &Load) -> Result<()> {
+        for (node, index) in &self.network.fixed {
+            state.temperatures[*node as usize] = load.fixed[*index as usize];
+        }
+        if self.network.capacity.iter().zip(&self.network.group).any(|(c, _)| *c == 0.0) {
+            // A step of no length moves only what stores nothing.
+            let tiny = Stage { duration: 1e-6, own: 1e-6, earlier: Vec::new(), effective: (1.0, Vec::new()), begin: load, middle: load, load };
+            let (temperatures, _) = self.solve(&tiny, state, &state.temperatures)?;
+            for (i, t) in temperatures.iter().enumerate().take(self.network.solids) {
+                if self.network.capacity[i] == 0.0 {
+                    state.temperatures[i] = *t;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// A step in which nothing moves by more than a few tolerances.
+    fn first_step(&self, state: &State, load: &Load) -> f64 {
+        let flow = self.solid_flow(load, &state.temperatures);
+        let fastest = flow.iter().zip(&self.network.capacity).filter(|(_, c)| **c > 0.0).map(|(f, c)| (f / c).abs()).fold(0.0, f64::max);
+        let apart = load.inlets.iter().flat_map(|t| state.temperatures[..self.network.solids].iter().map(move |s| (s - t).abs())).fold(0.0, f64::max);
+        let by_rate = if fastest > 0.0 { 5.0 * self.settings.tolerance / fastest } else { f64::INFINITY };
+        let by_water = if apart > self.settings.tolerance { 0.1 } else { f64::INFINITY };
+        by_rate.min(by_water).min(60.0).min(self.settings.longest).max(1e-6)
+    }
+
+    /// One step of length `h` from `state`: the new state and the estimated error, K.
+    fn step(&mut self, state: &State, h: f64, now: &Load, load: &dyn Fn(f64) -> Result<Load>) -> Result<(Taken, f64)> {
+        let network = self.network;
+        if state.steps.is_multiple_of(RENEWAL) || self.preconditioner.is_none() {
+            self.preconditioner = Some(stage::Preconditioner::new(network, &self.system, now, &state.temperatures)?);
+        }
+        let (between, end) = (load(state.time + GAMMA * h)?, load(state.time + h)?);
+        let (early, middle) = (load(state.time + 0.5 * GAMMA * h)?, load(state.time + 0.5 * h)?);
+        let begin = self.solid_flow(now, &state.temperatures);
+
+        let first = Stage {
+            duration: GAMMA * h,
+            own: OWN * h,
+            earlier: vec![(OWN * h, &begin)],
+            effective: (0.5, vec![(0.5, &state.temperatures)]),
+            begin: now,
+            middle: &early,
+            load: &between,
+        };
+        let guess = self.extrapolated(state, GAMMA * h);
+        let (at_between, _) = self.solve(&first, state, &guess)?;
+        let flow = self.solid_flow(&between, &at_between);
+        let second = Stage {
+            duration: h,
+            own: OWN * h,
+            earlier: vec![(EARLIER * h, &begin), (EARLIER * h, &flow)],
+            effective: (OWN, vec![(EARLIER, &state.temperatures), (EARLIER, &at_between)]),
+            begin: now,
+            middle: &middle,
+            load: &end,
+        };
+        let guess: Vec<f64> =
+            state.temperatures.iter().zip(&at_between).map(|(a, b)| (a + (b - a) / GAMMA).max(0.5 * b)).collect();
+        let (temperatures, water) = self.solve(&second, state, &guess)?;
+
+        let error = self.local_error(state, h, &at_between, &temperatures);
+        let mut energy = state.energy;
+        for (weight, load, t) in [(EARLIER, now, &state.temperatures), (EARLIER, &between, &at_between), (OWN, &end, &temperatures)] {
+            let balance = balance(network, load, &[], t);
+            energy.add(weight * h * balance.in_watts, weight * h * balance.out_watts);
+        }
+        energy.add(water.brought.max(0.0) + water.dissipated, (-water.brought).max(0.0));
+        energy.stored += water.stored + self.stored(&state.temperatures, &temperatures);
+        Ok((Taken { temperatures, water: water.parcels, energy }, error))
+    }
+
+    /// More heat in the solids than before, J.
+    fn stored(&self, before: &[f64], after: &[f64]) -> f64 {
+        let more = |i: usize| self.network.enthalpy(i, after[i]) - self.network.enthalpy(i, before[i]);
+        let held: f64 = self.network.fixed.iter().map(|(node, _)| more(*node as usize)).sum();
+        (0..self.network.solids).map(more).sum::<f64>() - held
+    }
+
+    /// Temperatures a time `h` ahead, continuing the last step.
+    fn extrapolated(&self, state: &State, h: f64) -> Vec<f64> {
+        match &self.before {
+            Some((before, last)) => state.temperatures.iter().zip(before).map(|(t, b)| t + (t - b) * (h / last).min(1.0)).collect(),
+            None => state.temperatures.clone(),
+        }
+    }
+
+    /// Largest local error of the step at any node that stores heat, K, from the third divided difference of its
+    /// temperatures, or on the first step, where only three are known, from a tenth of the second.
+    fn local_error(&self, state: &State, h: f64, between: &[f64], after: &[f64]) -> f64 {
+        let (a, b) = (GAMMA * h, h);
+        let second = |i: usize| {
+            let (d1, d2) = ((between[i] - state.temperatures[i]) / a, (after[i] - between[i]) / (b - a));
+            (d2 - d1) / b
+        };
+        let of_node = |i: usize| match &self.before {
+            Some((before, last)) => {
+                let d0 = (state.temperatures[i] - before[i]) / last;
+                let d1 = (between[i] - state.temperatures[i]) / a;
+                let third = (second(i) - (d1 - d0) / (a + last)) / (b + last);
+                LOCAL_ERROR * 6.0 * h * h * h * third.abs()
+            }
+            None => 0.1 * h * h * second(i).abs(),
+        };
+        let stores = |i: &usize| self.network.capacity[*i] > 0.0;
+        (0..self.network.solids).filter(stores).map(of_node).fold(0.0, f64::max)
+    }
+}
+
+/// A step that was taken.
+struct Taken {
+    temperatures: Vec<f64>,
+    water: Vec<Parcels>,
+    energy: Energy,
+}

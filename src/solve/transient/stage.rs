@@ -1,0 +1,317 @@
+//! One implicit stage: enthalpies, heat flows at its end and the heat water brought over it, in balance.
+
+use super::super::balance::balance;
+use super::super::csr::for_chunks;
+use super::super::jacobian::Jacobian;
+use super::super::krylov::{Operator, gmres};
+use super::super::multigrid::{Multigrid, Workspace};
+use super::super::system::System;
+use super::water::{Carried, Flow, Parcels, Passage, mixed};
+use super::{State, Transient};
+use crate::error::{Error, Result};
+use crate::network::{Load, Network, StreamState};
+
+/// Nodal residuals that may remain, over the heat that passes through.
+const RESIDUAL_TOLERANCE: f64 = 1e-10;
+const LINEAR_TOLERANCE: f64 = 1e-4;
+const MOST_NEWTON: usize = 25;
+const MOST_KRYLOV: usize = 200;
+const RESTART: usize = 12;
+/// An inlet that changes within a stage enters as pieces that differ by no more than this, K.
+const INLET_STEP: f64 = 0.05;
+const MOST_INLET_PIECES: f64 = 32.0;
+
+/// A stage: H(T) = H(begin) + own f(T) + earlier flows + heat from the water along walls at the effective temperature.
+pub(super) struct Stage<'s> {
+    /// From the beginning of the step, s.
+    pub duration: f64,
+    /// Weight of the heat flow at the end, s.
+    pub own: f64,
+    /// Weights (s) and heat flows (W) known already.
+    pub earlier: Vec<(f64, &'s [f64])>,
+    /// Weights of the end's temperature and of known ones (K) in the effective wall temperature.
+    pub effective: (f64, Vec<(f64, &'s [f64])>),
+    /// Condition at the beginning of the step.
+    pub begin: &'s Load,
+    /// Condition in the middle, whose flow carries the water.
+    pub middle: &'s Load,
+    /// Condition at the end.
+    pub load: &'s Load,
+}
+
+/// A hierarchy with the capacity over the time step on its diagonal.
+#[derive(Debug)]
+pub(super) struct Preconditioner {
+    multigrid: Multigrid,
+    work: Workspace,
+    rate: f64,
+}
+
+impl Preconditioner {
+    pub fn new(network: &Network, system: &System, load: &Load, temperatures: &[f64]) -> Result<Self> {
+        let streams = network.stream_states(load, temperatures)?;
+        // Some capacity from the start: what has no path to a given temperature has no steady state, yet a transient.
+        let mut symmetric = system.symmetric(network, load, &streams, temperatures);
+        let total: f64 = network.capacity.iter().sum();
+        if total > 0.0 {
+            symmetric.to_given.iter_mut().zip(&network.capacity).for_each(|(g, c)| *g += 1e-9 * c);
+        }
+        let multigrid = Multigrid::new(&symmetric, &network.capacity)?;
+        let work = multigrid.workspace();
+        Ok(Self { multigrid, work, rate: 0.0 })
+    }
+
+    fn set(&mut self, rate: f64) -> Result<()> {
+        if rate != self.rate {
+            self.multigrid.shift(rate)?;
+            self.rate = rate;
+        }
+        Ok(())
+    }
+}
+
+/// What the water did in a stage.
+#[derive(Debug, Default)]
+pub(super) struct Water {
+    pub parcels: Vec<Parcels>,
+    /// Heat that came with it, less what went with it, J.
+    pub brought: f64,
+    /// Heat of dissipation, J.
+    pub dissipated: f64,
+    /// More heat in it than before, J.
+    pub stored: f64,
+}
+
+/// The streams during a stage, for a given coefficient of each.
+struct Streams<'n> {
+    network: &'n Network,
+    passages: Vec<Passage>,
+    /// Weight of each upstream stream in the inlet mixture.
+    mixtures: Vec<Vec<f64>>,
+}
+
+impl Streams<'_> {
+    /// Carries the water of every stream, upstream ones first.
+    fn carry(&self, wall: &dyn Fn(usize) -> f64, parcels: &[Parcels], inflows: &[Flow]) -> Vec<Carried> {
+        let mut found: Vec<Carried> = vec![Carried::default(); self.passages.len()];
+        for (tree, inflow) in self.network.circuits.iter().zip(inflows) {
+            for s in crate::network::stream::members(&tree.layout) {
+                let stream = &self.network.streams[s];
+                let walls: Vec<f64> = stream.stations.iter().map(|k| k.cells.iter().map(|(n, w)| w * wall(*n)).sum()).collect();
+                let entering = if stream.upstream.is_empty() {
+                    inflow.clone()
+                } else {
+                    let flows: Vec<(&Flow, f64)> =
+                        stream.upstream.iter().zip(&self.mixtures[s]).map(|(u, w)| (&found[*u].outflow, *w)).collect();
+                    mixed(&flows)
+                };
+                found[s] = self.passages[s].carry(&walls, &parcels[s], &entering);
+            }
+        }
+        found
+    }
+
+    /// Visits the heat (J) every cell gets: what its station's wall gets, by the cell's own temperature.
+    fn heats(&self, wall: &dyn Fn(usize) -> f64, carried: &[Carried], mut visit: impl FnMut(usize, f64)) {
+        for (stream, carried) in self.network.streams.iter().zip(carried) {
+            for ((station, heat), weight) in stream.stations.iter().zip(&carried.heat).zip(&carried.weight) {
+                let mean: f64 = station.cells.iter().map(|(n, w)| w * wall(*n)).sum();
+                for (cell, share) in &station.cells {
+                    visit(*cell, share * (heat + weight * (mean - wall(*cell))));
+                }
+            }
+        }
+    }
+}
+
+/// The linearised stage: solids by their Jacobian, water by carrying a change of the walls along.
+struct Linear<'n> {
+    jacobian: Jacobian<'n>,
+    calm: Streams<'n>,
+    /// Water with no temperature of its own.
+    cold: (Vec<Parcels>, Vec<Flow>),
+    rate: f64,
+    own: f64,
+    solids: usize,
+}
+
+impl Operator for Linear<'_> {
+    fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        self.jacobian.multiply(x, y);
+        y[self.solids..].copy_from_slice(&x[self.solids..]);
+        if self.calm.passages.is_empty() {
+            return;
+        }
+        let wall = |n: usize| self.own * x[n];
+        let carried = self.calm.carry(&wall, &self.cold.0, &self.cold.1);
+        self.calm.heats(&wall, &carried, |cell, heat| y[cell] -= self.rate * heat);
+    }
+}
+
+impl Transient<'_> {
+    /// Heat that solids exchange with each other and with everything but water: into each node, W.
+    pub(super) fn solid_flow(&self, load: &Load, temperatures: &[f64]) -> Vec<f64> {
+        let mut flow = self.system.residual(self.network, load, &[], temperatures);
+        flow.truncate(self.network.solids);
+        flow.iter_mut().for_each(|f| *f = -*f);
+        flow
+    }
+
+    /// Solves a stage of a step from `state`, from a first guess (K).
+    pub(super) fn solve(&mut self, stage: &Stage<'_>, state: &State, guess: &[f64]) -> Result<(Vec<f64>, Water)> {
+        let network = self.network;
+        let (solids, rate) = (network.solids, 1.0 / stage.own);
+        let mut temperatures = guess.to_vec();
+        for (node, index) in &network.fixed {
+            temperatures[*node as usize] = stage.load.fixed[*index as usize];
+        }
+        // What each storing node would hold without the flow at the end.
+        let mut target: Vec<f64> = (0..solids).map(|i| network.enthalpy(i, state.temperatures[i])).collect();
+        for (weight, flow) in &stage.earlier {
+            target.iter_mut().zip(*flow).for_each(|(t, f)| *t += weight * f);
+        }
+        let effective = |n: usize, t: f64| stage.effective.0 * t + stage.effective.1.iter().map(|(w, known)| w * known[n]).sum::<f64>();
+
+        // Films from the temperatures expected halfway; within the stage the water's law is linear.
+        let mut expected = state.temperatures.clone();
+        (0..solids).for_each(|n| expected[n] = effective(n, temperatures[n]));
+        let states = network.stream_states(stage.middle, &expected)?;
+        let streams = streams_of(network, &states, stage.duration);
+        let inflows = inflows(stage);
+        let water = streams.passages.iter().zip(&state.water).map(|(passage, parcels)| fitted(passage, parcels)).collect::<Vec<_>>();
+        let mut preconditioner = match self.preconditioner.take() {
+            Some(known) => known,
+            None => Preconditioner::new(network, &self.system, stage.load, &state.temperatures)?,
+        };
+        preconditioner.set(rate)?;
+        let still: Vec<StreamState> = states.iter().map(|s| StreamState { capacity_rate: 0.0, exchange: vec![0.0; s.exchange.len()], ..s.clone() }).collect();
+
+        let mut step = vec![0.0; network.nodes];
+        for newton in 0..=MOST_NEWTON {
+            let wall = |n: usize| effective(n, temperatures[n]);
+            let carried = streams.carry(&wall, &water, &inflows);
+            let mut residual = self.system.residual(network, stage.load, &[], &temperatures);
+            let mut magnitude = 0.0;
+            for i in 0..solids {
+                if network.capacity[i] > 0.0 {
+                    let now = network.enthalpy(i, temperatures[i]);
+                    residual[i] += rate * (now - target[i]);
+                    magnitude += now.abs().max(target[i].abs()).max(network.capacity[i]);
+                }
+            }
+            let mut from_water = 0.0;
+            streams.heats(&wall, &carried, |cell, heat| {
+                residual[cell] -= rate * heat;
+                from_water += heat.abs();
+            });
+            for (node, _) in &network.fixed {
+                residual[*node as usize] = 0.0;
+            }
+            residual[solids..].fill(0.0);
+            let imbalance: f64 = residual.iter().map(|r| r.abs()).sum();
+            if !imbalance.is_finite() {
+                return Err(Error::numerics(format!("the temperatures are no longer finite at {:.6} s", state.time)));
+            }
+            let through = balance(network, stage.load, &[], &temperatures).in_watts + from_water * rate;
+            let rounding = self.system.rounding(network, &[], &temperatures) + 4.0 * f64::EPSILON * rate * (magnitude + from_water);
+            if imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding) {
+                self.preconditioner = Some(preconditioner);
+                self.place(&mut temperatures, &streams, &carried);
+                return Ok((temperatures, gathered(&streams, &water, &inflows, carried)));
+            }
+            if newton == MOST_NEWTON {
+                return Err(Error::numerics(format!(
+                    "a time step at {:.6} s does not converge: {imbalance:.3e} W of {through:.3e} W are unaccounted for",
+                    state.time
+                )));
+            }
+            let mut jacobian = self.system.jacobian(network, stage.load, &still, &temperatures);
+            let mut capacity: Vec<f64> = (0..solids).map(|i| rate * network.capacity_at(i, temperatures[i])).collect();
+            network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
+            jacobian.add_diagonal(capacity.into_iter());
+            let cold = (
+                water.iter().map(|p| p.iter().map(|(v, _)| (*v, 0.0)).collect()).collect(),
+                inflows.iter().map(|f| f.iter().map(|(share, _)| (*share, 0.0)).collect()).collect(),
+            );
+            let calm = streams_of(network, &states.iter().map(|s| StreamState { dissipation: 0.0, ..s.clone() }).collect::<Vec<_>>(), stage.duration);
+            let linear = Linear { jacobian, calm, cold, rate, own: stage.effective.0, solids };
+            residual.iter_mut().for_each(|r| *r = -*r);
+            let Preconditioner { multigrid, work, .. } = &mut preconditioner;
+            let outcome = gmres(&linear, &residual, &mut step, LINEAR_TOLERANCE, MOST_KRYLOV, RESTART, |r, z| {
+                let (solid, rest) = z.split_at_mut(solids);
+                multigrid.apply(&r[..solids], solid, work);
+                rest.copy_from_slice(&r[solids..]);
+            });
+            if !outcome.converged && outcome.relative_residual > 0.1 {
+                return Err(Error::numerics(format!(
+                    "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
+                    outcome.relative_residual, outcome.iterations
+                )));
+            }
+            // No absolute temperature may more than double or turn negative.
+            let factor = temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
+            for_chunks(&mut temperatures, |first, part| part.iter_mut().zip(&step[first..]).for_each(|(t, s)| *t += factor * s));
+        }
+        Err(Error::numerics("a time step does not converge"))
+    }
+
+    /// Sets the water nodes to the ends of their stations.
+    fn place(&self, temperatures: &mut [f64], streams: &Streams<'_>, carried: &[Carried]) {
+        for ((stream, passage), carried) in self.network.streams.iter().zip(&streams.passages).zip(carried) {
+            let ends = passage.at_ends(&carried.parcels, &carried.outflow);
+            let first = stream.first_node as usize;
+            temperatures[first..first + ends.len()].copy_from_slice(&ends);
+        }
+    }
+}
+
+fn streams_of<'n>(network: &'n Network, states: &[StreamState], duration: f64) -> Streams<'n> {
+    Streams {
+        network,
+        passages: network.streams.iter().zip(states).map(|(stream, state)| Passage::new(stream, state, duration)).collect(),
+        mixtures: states.iter().map(|s| s.mixture.clone()).collect(),
+    }
+}
+
+/// The parcels as a passage sees them: as many cubic metres as the channel holds.
+fn fitted(passage: &Passage, parcels: &Parcels) -> Parcels {
+    let held: f64 = parcels.iter().map(|p| p.0).sum();
+    let scale = passage.volume() / held;
+    parcels.iter().map(|(v, t)| (v * scale, *t)).collect()
+}
+
+/// What enters each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
+fn inflows(stage: &Stage<'_>) -> Vec<Flow> {
+    let of_circuit = |(from, to): (&f64, &f64)| -> Flow {
+        let pieces = ((to - from).abs() / INLET_STEP).ceil().clamp(1.0, MOST_INLET_PIECES);
+        (0..pieces as usize).map(|i| (1.0 / pieces, from + (to - from) * (i as f64 + 0.5) / pieces)).collect()
+    };
+    stage.begin.inlets.iter().zip(&stage.load.inlets).map(of_circuit).collect()
+}
+
+/// Sums up what the water did.
+fn gathered(streams: &Streams<'_>, before: &[Parcels], inflows: &[Flow], carried: Vec<Carried>) -> Water {
+    let mut found = Water::default();
+    // Enthalpy counts from one temperature near all others, so that little cancels.
+    let zero = inflows.iter().flatten().next().map_or(300.0, |(_, t)| *t);
+    let heat = |flow: &Flow| flow.iter().map(|(share, t)| share * (t - zero)).sum::<f64>();
+    for (c, tree) in streams.network.circuits.iter().enumerate() {
+        for s in crate::network::stream::members(&tree.layout) {
+            let passage = &streams.passages[s];
+            if streams.network.streams[s].upstream.is_empty() {
+                found.brought += passage.moved() * heat(&inflows[c]);
+            }
+            let content = |parcels: &Parcels| passage.volumetric() * parcels.iter().map(|(v, t)| v * (t - zero)).sum::<f64>();
+            found.stored += content(&carried[s].parcels) - content(&before[s]);
+            found.dissipated += carried[s].dissipated;
+        }
+        // The ends of the circuit: streams that feed no other.
+        for s in crate::network::stream::members(&tree.layout) {
+            if !streams.network.streams.iter().any(|t| t.upstream.contains(&s)) {
+                found.brought -= streams.passages[s].moved() * heat(&carried[s].outflow);
+            }
+        }
+    }
+    found.parcels = carried.into_iter().map(|c| c.parcels).collect();
+    found
+}
