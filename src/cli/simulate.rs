@@ -70,7 +70,7 @@ pub struct Args {
     /// Keep the state in this file while running, to go on from with --resume
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
-    /// How often the checkpoint is written, by the clock on the wall
+    /// How often the checkpoint is written, by the clock on the wall; it is, at output times alone
     #[arg(long, value_name = "TIME", default_value = "5 s", requires = "checkpoint")]
     checkpoint_every: String,
     /// Go on from the checkpoint, if it is there
@@ -199,7 +199,7 @@ fn figure(model: &Model, history: &History, schedule: &Path) -> HistoryFigure {
         quantity: Quantity::new("temperature", "degC"),
         courses: courses.collect(),
         mark: history.settled_overall().filter(|after| *after > 0.0).map(|after| {
-            (start + after, format!("all within {} K of the steady state after {}", significant(history.within, 2), duration(after)))
+            (start + after, format!("all within {} K of the steady state after {}", history.within, duration(after)))
         }),
         notes: vec![format!("schedule: {}", schedule.display())],
     }
@@ -251,7 +251,7 @@ fn to_json(model: &Model, history: &History, seconds: f64) -> Value {
 fn text(model: &Model, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.machine.name, duration(end - start), duration(start), duration(end));
-    let near = significant(history.within, 2);
+    let near = history.within;
     let mut rows = Vec::new();
     for (s, name) in model.network.sensor_names.iter().enumerate() {
         let at = |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}", celsius(r[s])));

@@ -146,7 +146,7 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut d
     };
     let first = load_of(&schedule.stated(0), schedule.start())?;
     let settings = Settings { tolerance: options.tolerance, longest: (schedule.end() - schedule.start()) / 20.0 };
-    let mut transient = Transient::new(&model.network, &first, settings)?;
+    let mut transient = Transient::new(&model.network, settings)?;
     let identity = Identity::new(model, schedule, options);
     let known = match &options.checkpoint {
         Some(path) if options.resume && path.exists() => Some(checkpoint::read(path, &identity, &model.network, stops.len())?),
@@ -159,7 +159,7 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut d
         None => {
             let mut state = match options.start {
                 Start::Steady => transient.from_steady(&first)?,
-                Start::Uniform(temperature) => transient.uniform(&first, temperature)?,
+                Start::Uniform(temperature) => transient.uniform(&first, temperature),
             };
             state.time = schedule.start();
             let last = load_of(&schedule.last_condition(), schedule.end())?;
@@ -178,18 +178,19 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut d
             transient.advance(&mut state, stop.time, &load, &mut |state, load| {
                 progress.settling.see(state.time, &read(state, load), progress.steady.as_deref().ok());
                 passed(state.time);
-                if let Some(path) = &options.checkpoint
-                    && clock.elapsed() >= options.checkpoint_every
-                {
-                    checkpoint::write(path, &identity, state, &progress)?;
-                    clock = Instant::now();
-                }
                 Ok(())
             })?;
         }
         let readings = read(&state, &load_of(&condition_at(schedule, stop), stop.time)?);
         progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
         progress.readings.push(readings);
+        // At stops alone: there the solver begins anew in any case, so that a run taken up again takes the same steps.
+        if let Some(path) = &options.checkpoint
+            && clock.elapsed() >= options.checkpoint_every
+        {
+            checkpoint::write(path, &identity, &state, &progress)?;
+            clock = Instant::now();
+        }
     }
     if let Some(path) = &options.checkpoint {
         checkpoint::write(path, &identity, &state, &progress)?;
