@@ -204,19 +204,22 @@ impl Passage {
         joined
     }
 
-    /// Temperature (K) of the water at the end of each station.
+    /// Temperature (K) of the water at the end of each station: between the middles of the parcels around it, and
+    /// at the outlet what left last.
     pub fn at_ends(&self, parcels: &Parcels, outflow: &Flow) -> Vec<f64> {
         let held: f64 = parcels.iter().map(|p| p.0).sum();
         let scale = self.content() / held;
-        let mut found = Vec::with_capacity(self.ends.len());
-        let (mut i, mut reached) = (0, parcels.first().map_or(0.0, |p| p.0 * scale));
-        for end in &self.ends {
-            while reached < end * (1.0 - 1e-12) && i + 1 < parcels.len() {
-                i += 1;
-                reached += parcels[i].0 * scale;
+        let mut at = 0.0;
+        let middles: Vec<f64> = parcels.iter().map(|(v, _)| { at += v * scale; at - 0.5 * v * scale }).collect();
+        let between = |end: &f64| {
+            let next = middles.partition_point(|m| m < end);
+            match (next.checked_sub(1).and_then(|i| parcels.get(i)), parcels.get(next)) {
+                (Some((_, t0)), Some((_, t1))) => t0 + (t1 - t0) * (end - middles[next - 1]) / (middles[next] - middles[next - 1]),
+                (Some((_, t)), None) | (None, Some((_, t))) => *t,
+                (None, None) => f64::NAN,
             }
-            found.push(parcels.get(i).map_or(f64::NAN, |p| p.1));
-        }
+        };
+        let mut found: Vec<f64> = self.ends.iter().map(between).collect();
         if let (Some(last), Some((_, t))) = (found.last_mut(), outflow.last()) {
             *last = *t;
         }
