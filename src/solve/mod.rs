@@ -9,8 +9,10 @@ pub mod multigrid;
 mod start;
 mod steady;
 mod system;
+mod tangent;
 mod tensor;
 
 pub use jacobian::Jacobian;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
 pub use system::{Symmetric, System};
+pub use tangent::Tangent;
