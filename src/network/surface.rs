@@ -39,6 +39,9 @@ pub struct SurfaceState {
     pub gas: f64,
     /// Part of it that leaves through the prescribed law, W.
     pub law: f64,
+    /// What the heat changes by when the outside takes one watt more at the same surface temperature; also what
+    /// the surface moves by when the node moves by one kelvin (for a constant conductivity).
+    pub share: f64,
 }
 
 impl Surface {
@@ -90,7 +93,8 @@ impl Surface {
             }
         }
         let (radiated, gas, law, slope) = outward(ts);
+        let share = if inward.is_finite() { inward / (inward + slope) } else { 1.0 };
         let slope = if inward.is_finite() { (inward + stiffening * (node - ts)) * slope / (inward + slope) } else { slope };
-        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, radiated, gas, law }
+        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, radiated, gas, law, share }
     }
 }

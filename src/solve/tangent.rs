@@ -22,6 +22,7 @@ const RESTART: usize = 50;
 #[derive(Debug, Clone)]
 pub struct Tangent<'a> {
     network: &'a Network,
+    system: System,
     streams: Vec<StreamState>,
     matrix: Csr,
     transposed: Csr,
@@ -43,12 +44,37 @@ impl<'a> Tangent<'a> {
         let symmetric = system.jacobian(network, load, &streams, temperatures, true);
         let multigrid = Multigrid::new(leading_block(&symmetric, network.solids))?;
         let diagonal = (0..matrix.rows() as u32).map(|i| matrix.values[matrix.position(i, i)]).collect();
-        Ok(Self { network, streams, transposed: matrix.transpose(), matrix, rank, diagonal, multigrid })
+        Ok(Self { network, system, streams, transposed: matrix.transpose(), matrix, rank, diagonal, multigrid })
     }
 
     /// The streams' states the derivative was taken at.
     pub fn streams(&self) -> &[StreamState] {
         &self.streams
+    }
+
+    /// The diagonal of its sparse part, W/K.
+    pub fn diagonal(&self) -> &[f64] {
+        &self.diagonal
+    }
+
+    /// Heat leaving each node minus heat entering it, W, for this or another network with the same nodes.
+    ///
+    /// # Errors
+    /// As [`Network::stream_states`].
+    pub fn residual(&self, network: &Network, load: &Load, temperatures: &[f64]) -> Result<Vec<f64>> {
+        let streams = network.stream_states(load, temperatures)?;
+        Ok(self.system.residual(network, load, &streams, temperatures))
+    }
+
+    /// One exact Newton step from temperatures near those of this tangent; returns the largest move, K.
+    ///
+    /// # Errors
+    /// As [`Tangent::solve`].
+    pub fn correct(&self, load: &Load, temperatures: &mut [f64]) -> Result<f64> {
+        let right: Vec<f64> = self.residual(self.network, load, temperatures)?.iter().map(|r| -r).collect();
+        let step = self.solve(&right)?;
+        temperatures.iter_mut().zip(&step).for_each(|(t, s)| *t += s);
+        Ok(step.iter().fold(0.0, |m: f64, s| m.max(s.abs())))
     }
 
     /// y = J x
