@@ -30,6 +30,8 @@ const DEFAULTS: [(&str, &str, &str); 16] = [
 ];
 /// Relative step of differences; with four points the error is near 1e-12 of the slope.
 const RELATIVE_STEP: f64 = 1e-3;
+/// Step from a value of zero, in the unit of the file.
+const ZERO_STEP: f64 = 1e-4;
 /// Step of temperatures, K.
 const KELVIN_STEP: f64 = 0.05;
 
@@ -185,8 +187,8 @@ impl Parameter {
         if self.dimension.is_absolute() || self.kind == Kind::Offset {
             KELVIN_STEP
         } else if value == 0.0 {
-            // A thousandth of the unit it is written in.
-            RELATIVE_STEP / units::express(1.0, &self.unit, self.dimension).unwrap_or(1.0)
+            // Small against the unit it is written in: nothing else tells the scale.
+            ZERO_STEP / units::express(1.0, &self.unit, self.dimension).unwrap_or(1.0)
         } else {
             RELATIVE_STEP * value.abs()
         }

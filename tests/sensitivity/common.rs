@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use coldplate::machine::{Condition, Machine};
 use coldplate::model::Model;
+use coldplate::reader::Document;
+use coldplate::sensitivity::Study;
 
 /// The path of a machine of the repository.
 pub fn path(name: &str) -> PathBuf {
@@ -164,3 +166,22 @@ difference = "3 K"
 sensors = ["motor", "block", "out"]
 spread = "30 K"
 "#;
+
+/// A study of a shipped machine.
+pub fn study(name: &str, cells: usize) -> Study {
+    Study::read(path(name), &[], Some(cells)).unwrap()
+}
+
+/// A study of a text.
+pub fn study_of(text: &str, cells: usize) -> Study {
+    Study::new(Document::parse(text, "test.toml").unwrap(), Some(cells)).unwrap()
+}
+
+/// Readings, K, at a condition, converged to rounding.
+pub fn readings(study: &Study, condition: &Condition) -> Vec<f64> {
+    let at = study.at(condition).unwrap();
+    let mut temperatures = at.state.solution.temperatures.clone();
+    let moved = at.tangent.correct(&at.state.load, &mut temperatures).unwrap();
+    assert!(moved < 1e-7, "the solution still moves by {moved:e} K");
+    study.model.network.sensors.iter().map(|s| s.read(&temperatures, &at.state.load)).collect()
+}
