@@ -158,30 +158,38 @@ fn text(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Ja
     let mut text = format!("{}\n", at.study.model.machine.name);
     for (row, slopes) in rows.iter().zip(&found.slopes) {
         text += &format!("\n{}: {:.3} {}\n", row.name, row.value, if row.is_absolute { "degC" } else { "K" });
-        let mut order: Vec<usize> = (0..parameters.len()).filter(|p| !found.idle[*p]).collect();
         let importance = |p: usize| parameters[p].importance(slopes[p], at.value_of(&parameters[p]));
+        let largest = (0..parameters.len()).map(importance).fold(0.0, f64::max);
+        // What is left of a parameter elsewhere in the machine is rounding here.
+        let mut order: Vec<usize> = (0..parameters.len()).filter(|p| !found.idle[*p] && importance(*p) > 1e-12 * largest).collect();
         order.sort_by(|a, b| importance(*b).total_cmp(&importance(*a)));
         let shown: Vec<Vec<String>> = (order.iter().take(top))
             .map(|p| {
                 let (parameter, slope) = (&parameters[*p], slopes[*p]);
                 let value = at.value_of(parameter);
                 let unit = parameter.step_unit();
-                let per = if unit == "1" { "K".to_string() } else { format!("K per {unit}") };
+                let per = match parameter.kind {
+                    Kind::Factor => "K per +100 %".to_string(),
+                    _ => format!("K per {unit}"),
+                };
                 let percent = parameter.per_percent(slope, value);
                 vec![
                     parameter.name.clone(),
                     match parameter.kind {
-                        Kind::Factor => "as it stands".into(),
-                        Kind::Offset => "as it stands".into(),
+                        Kind::Factor | Kind::Offset => "as written".into(),
                         _ if parameter.unit == "1" => significant(parameter.shown(value), 5),
                         _ => format!("{} {}", significant(parameter.shown(value), 5), parameter.unit),
                     },
                     signed(parameter.per_unit(slope)),
-                    if parameter.kind == Kind::Factor { "K per factor 2 (linear)".into() } else { per },
+                    per,
                     percent.map_or(String::new(), |p| format!("{p:+.5}")),
                 ]
             })
             .collect();
+        if shown.is_empty() {
+            text += "  depends on none of these\n";
+            continue;
+        }
         text += &table(&["parameter", "value", "slope", "", "K per +1 %"], &shown);
         if order.len() > shown.len() {
             text += &format!("  and {} more: --top {}\n", order.len() - shown.len(), order.len());

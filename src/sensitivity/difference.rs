@@ -2,6 +2,7 @@
 
 use super::parameter::Parameter;
 use super::point::Derivatives;
+use super::study::Study;
 use crate::error::{Error, Kind, Result};
 use crate::machine::{Condition, Machine};
 use crate::network::{Load, Network};
@@ -39,54 +40,100 @@ impl Partial {
     }
 }
 
+/// The machines, and networks where they are others, on either side of a parameter's value: built once, used at every
+/// condition.
+#[derive(Debug, Clone)]
+pub struct Variation {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Places in steps, each with what is there; empty for a condition variable.
+    samples: Vec<(f64, Machine, Option<Network>)>,
+}
+
+/// Places of a central and of a one-sided difference, in steps.
+const CENTRAL: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+const ONE_SIDED: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
+
+impl Study {
+    /// Builds what the derivatives with respect to a parameter need.
+    ///
+    /// # Errors
+    /// The machine is not valid on either side of the parameter's value, or has other unknowns there.
+    pub fn variation(&self, parameter: &Parameter) -> Result<Variation> {
+        let parameter = parameter.clone();
+        if parameter.variable().is_some() {
+            return Ok(Variation { parameter, samples: Vec::new() });
+        }
+        let (value, step) = (parameter.value, parameter.step(parameter.value));
+        let build = |side: f64, places: [f64; 4]| -> Result<Vec<(f64, Machine, Option<Network>)>> {
+            let one = |place: &f64| self.changed(&parameter, value + side * place * step).map(|(m, n)| (side * place, m, n));
+            places.iter().map(one).collect()
+        };
+        let central = if parameter.is_at_edge(value) { None } else { Some(build(1.0, CENTRAL)) };
+        let samples = match central {
+            Some(Ok(samples)) => Ok(samples),
+            Some(Err(e)) if e.kind() != Kind::Input => Err(e),
+            // At the end of its range only one side exists.
+            Some(Err(first)) => build(1.0, ONE_SIDED).or_else(|_| build(-1.0, ONE_SIDED)).map_err(|_| first),
+            None => build(1.0, ONE_SIDED).or_else(|_| build(-1.0, ONE_SIDED)),
+        };
+        let samples = samples.map_err(|e| e.at_key(&parameter.name))?;
+        Ok(Variation { parameter, samples })
+    }
+}
+
 impl Derivatives<'_> {
     /// dR/dp and its companions for one parameter.
     ///
     /// # Errors
-    /// The machine is not valid on either side of the parameter's value, or has other unknowns there.
+    /// As [`Study::variation`] and [`Derivatives::partial_of`].
     pub fn partial(&self, parameter: &Parameter) -> Result<Partial> {
-        let machine = &self.study.model.machine;
+        self.partial_of(&self.study.variation(parameter)?)
+    }
+
+    /// As [`Derivatives::partial`], with what was built before (for this study).
+    ///
+    /// # Errors
+    /// A formula or the water's properties fail on either side of the parameter's value.
+    pub fn partial_of(&self, variation: &Variation) -> Result<Partial> {
+        let parameter = &variation.parameter;
         let value = self.value_of(parameter);
         let step = parameter.step(value);
-        let sample = |offset: f64| -> Result<Vec<f64>> {
-            let value = value + offset * step;
-            if let Some(variable) = parameter.variable() {
-                let mut si = self.condition.si().to_vec();
-                si[variable] = value;
-                return self.sample(machine, None, &Condition::from_si(si));
+        let (places, samples): (Vec<f64>, Vec<Vec<f64>>) = match parameter.variable() {
+            Some(variable) => {
+                let places = if parameter.is_at_edge(value) { ONE_SIDED } else { CENTRAL };
+                let at = |place: &f64| {
+                    let mut si = self.condition.si().to_vec();
+                    si[variable] = value + place * step;
+                    self.sample(&self.study.model.machine, None, &Condition::from_si(si))
+                };
+                (places.to_vec(), places.iter().map(at).collect::<Result<_>>().map_err(|e| e.at_key(&parameter.name))?)
             }
-            let (machine, network) = self.study.changed(parameter, value)?;
-            self.sample(&machine, network.as_ref(), &self.condition)
-        };
-        let nodes = self.study.model.network.nodes;
-        let finish = |near: Vec<f64>, far: Vec<f64>, best: Vec<f64>| {
-            let uneven = self.uneven(&near[..nodes], &far[..nodes], step);
-            Partial::from_flat(best, nodes, self.study.model.network.sensors.len(), uneven)
-        };
-        let placed = |error: Error| error.at_key(&parameter.name);
-        if !parameter.is_at_edge(value) {
-            match (sample(-2.0), sample(2.0)) {
-                (Ok(b2), Ok(a2)) => {
-                    let (b1, a1) = (sample(-1.0).map_err(placed)?, sample(1.0).map_err(placed)?);
-                    let near = zip(&a1, &b1, |a, b| (a - b) / (2.0 * step));
-                    let far = zip(&a2, &b2, |a, b| (a - b) / (4.0 * step));
-                    let best = zip(&near, &far, |n, f| (4.0 * n - f) / 3.0);
-                    return Ok(finish(near, far, best));
-                }
-                (Err(e), Err(_)) => return Err(placed(e)),
-                (Err(e), _) | (_, Err(e)) if e.kind() != Kind::Input => return Err(placed(e)),
-                _ => {}
+            None => {
+                let at = |(_, machine, network): &(f64, Machine, Option<Network>)| self.sample(machine, network.as_ref(), &self.condition);
+                let samples = variation.samples.iter().map(at).collect::<Result<_>>().map_err(|e| e.at_key(&parameter.name))?;
+                (variation.samples.iter().map(|s| s.0).collect(), samples)
             }
+        };
+        let [f0, f1, f2, f3] = samples.as_slice() else {
+            return Err(Error::numerics("a difference needs four samples"));
+        };
+        let (near, far, best);
+        if places[0] != 0.0 {
+            near = zip(f2, f1, |a, b| (a - b) / (2.0 * step));
+            far = zip(f3, f0, |a, b| (a - b) / (4.0 * step));
+            best = zip(&near, &far, |n, f| (4.0 * n - f) / 3.0);
+        } else {
+            // Differences first: what does not change must come out as zero.
+            let [d1, d2, d3] = [f1, f2, f3].map(|f| zip(f, f0, |f, f0| f - f0));
+            let h = places[1] * step;
+            near = zip(&d1, &d2, |d1, d2| (4.0 * d1 - d2) / (2.0 * h));
+            best = (0..f0.len()).map(|i| (18.0 * d1[i] - 9.0 * d2[i] + 2.0 * d3[i]) / (6.0 * h)).collect::<Vec<f64>>();
+            far = best.clone();
         }
-        // At the end of its range only one side exists.
-        let side = if sample(3.0).is_ok() { 1.0 } else { -1.0 };
-        let f = [0.0, 1.0, 2.0, 3.0].map(|k| sample(side * k).map_err(placed));
-        let [f0, f1, f2, f3] = f;
-        let (f0, f1, f2, f3) = (f0?, f1?, f2?, f3?);
-        let h = side * step;
-        let near: Vec<f64> = (0..f0.len()).map(|i| (-3.0 * f0[i] + 4.0 * f1[i] - f2[i]) / (2.0 * h)).collect();
-        let best: Vec<f64> = (0..f0.len()).map(|i| (-11.0 * f0[i] + 18.0 * f1[i] - 9.0 * f2[i] + 2.0 * f3[i]) / (6.0 * h)).collect();
-        Ok(finish(near, best.clone(), best))
+        let (nodes, sensors) = (self.study.model.network.nodes, self.study.model.network.sensors.len());
+        let uneven = self.uneven(&near[..nodes], &far[..nodes], step);
+        Ok(Partial::from_flat(best, nodes, sensors, uneven))
     }
 
     /// Residual, readings, held temperatures and chamber temperature in one vector, at this state's temperatures.

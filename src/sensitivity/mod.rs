@@ -25,7 +25,7 @@ mod point;
 mod screen;
 mod study;
 
-pub use difference::{Partial, UNEVEN};
+pub use difference::{Partial, UNEVEN, Variation};
 pub use parameter::{Kind, Parameter};
 pub use point::{Adjoint, Derivatives, Jacobian, Target};
 pub use screen::{Effect, Screen};

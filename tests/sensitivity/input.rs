@@ -48,7 +48,7 @@ fn ends_of_ranges() {
     let study = study_of(&text, 800);
     let at = condition(&study.model.machine, [2.6, 20.0, 1000.0, 10.0]);
     let pressure = study.parameter("chamber.pressure").unwrap();
-    let slopes = study.at(&at).unwrap().jacobian(&study.sensors(), &[pressure.clone()]).unwrap().slopes;
+    let slopes = study.at(&at).unwrap().jacobian(&study.sensors(), std::slice::from_ref(&pressure)).unwrap().slopes;
     let step = 0.01;
     let f = [0.0, 1.0, 2.0, 3.0].map(|k| readings(&study.with(&[(&pressure, k * step)]).unwrap(), &at));
     for (s, slope) in slopes.iter().enumerate() {

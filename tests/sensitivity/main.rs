@@ -2,6 +2,7 @@
 //! differences of full solutions, closed forms, and what a user can get wrong.
 
 mod closed;
+mod command;
 mod common;
 mod input;
 mod jacobian;
