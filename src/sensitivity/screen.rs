@@ -12,7 +12,7 @@ use crate::network::stream::members;
 use crate::network::surface::SurfaceState;
 use crate::network::{BoundaryState, Joint, Load, NONE, Network};
 use crate::physics::radiation::SIGMA;
-use crate::solve::Solution;
+use crate::solve::{Solution, System};
 
 /// Relative step of a circuit's flow.
 const FLOW_STEP: f64 = 1e-3;
@@ -115,9 +115,9 @@ impl<'a> Screen<'a> {
 
     /// Conductance (W/K) of a joint and its heat (W).
     fn conductance(&self, joint: &Joint) -> (f64, f64) {
-        let (ta, tb) = (self.t(joint.a), self.t(joint.b));
+        let (ta, tb) = self.network.joint_ends(joint, &self.solution.temperatures);
         let g = self.network.joint_state(joint, ta, tb).conductance;
-        (g, g * (ta - tb))
+        (g, self.network.joint_heat(joint, &self.solution.temperatures))
     }
 
     /// The conductivity of a group (part), film and contacts aside; per relative change.
@@ -125,10 +125,11 @@ impl<'a> Screen<'a> {
         let net = self.network;
         let within = |node: u32| net.group[node as usize] == group;
         let mut rows = Vec::new();
-        for (a, b, g) in net.conductors.iter().filter(|(a, b, _)| within(*a) && within(*b)) {
-            let heat = g * (self.t(*a) - self.t(*b));
-            rows.extend([(*a, heat), (*b, -heat)]);
-        }
+        // The heat in a block is in proportion to its conductivity: the residual of the blocks alone is the derivative.
+        let blocks: Vec<_> = net.blocks.iter().filter(|b| within(b.first as u32)).cloned().collect();
+        let alone = Network { blocks, properties: net.properties.clone(), nodes: net.nodes, solids: net.solids, ..Network::default() };
+        let heats = System::new(&alone).residual(&alone, self.load, &[], &self.solution.temperatures);
+        rows.extend(heats.into_iter().enumerate().filter(|(_, heat)| *heat != 0.0).map(|(node, heat)| (node as u32, heat)));
         for joint in net.joints.iter().filter(|j| within(j.a) || within(j.b)) {
             let (g, heat) = self.conductance(joint);
             let half = |property: u32, length: f64, node: u32| {

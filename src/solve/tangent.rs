@@ -4,7 +4,8 @@
 //! terms are what they add (see [`crate::network::slopes`]). Solves are by GMRES, preconditioned by one
 //! multigrid cycle on the solids and one pass along the streams: downstream for J, upstream for Jᵀ.
 
-use super::csr::{Csr, add_scaled, dot, norm};
+use super::csr::{add_scaled, dot, norm};
+use super::jacobian::Jacobian;
 use super::multigrid::{Multigrid, Workspace};
 use super::system::System;
 use crate::error::{Error, Result};
@@ -29,8 +30,8 @@ pub struct Tangent<'a> {
     network: &'a Network,
     system: System,
     streams: Vec<StreamState>,
-    matrix: Csr,
-    transposed: Csr,
+    matrix: Jacobian<'a>,
+    transposed: Jacobian<'a>,
     rank: Vec<RankOne>,
     diagonal: Vec<f64>,
     multigrid: Multigrid,
@@ -45,11 +46,10 @@ impl<'a> Tangent<'a> {
         let system = System::new(network);
         let streams = network.stream_states(load, temperatures)?;
         let rank = network.stream_slopes(load, &streams, temperatures)?;
-        let matrix = system.jacobian(network, load, &streams, temperatures, false);
-        let symmetric = system.jacobian(network, load, &streams, temperatures, true);
-        let multigrid = Multigrid::new(leading_block(&symmetric, network.solids))?;
-        let diagonal = (0..matrix.rows() as u32).map(|i| matrix.values[matrix.position(i, i)]).collect();
-        Ok(Self { network, system, streams, transposed: matrix.transpose(), matrix, rank, diagonal, multigrid })
+        let matrix = system.jacobian(network, load, &streams, temperatures);
+        let multigrid = Multigrid::new(&system.symmetric(network, load, &streams, temperatures), &network.capacity)?;
+        let diagonal = sizes(&matrix);
+        Ok(Self { network, system, streams, transposed: matrix.transposed(), matrix, rank, diagonal, multigrid })
     }
 
     /// The streams' states the derivative was taken at.
@@ -57,7 +57,7 @@ impl<'a> Tangent<'a> {
         &self.streams
     }
 
-    /// The diagonal of its sparse part, W/K.
+    /// The size of the coefficients in each row of its sparse part, W/K.
     pub fn diagonal(&self) -> &[f64] {
         &self.diagonal
     }
@@ -68,7 +68,10 @@ impl<'a> Tangent<'a> {
     /// As [`Network::stream_states`].
     pub fn residual(&self, network: &Network, load: &Load, temperatures: &[f64]) -> Result<Vec<f64>> {
         let streams = network.stream_states(load, temperatures)?;
-        Ok(self.system.residual(network, load, &streams, temperatures))
+        if std::ptr::eq(network, self.network) {
+            return Ok(self.system.residual(network, load, &streams, temperatures));
+        }
+        Ok(System::new(network).residual(network, load, &streams, temperatures))
     }
 
     /// One exact Newton step from temperatures near those of this tangent; returns the largest move, K.
@@ -249,15 +252,15 @@ impl<'a> Tangent<'a> {
     }
 }
 
-/// Rows and columns before `n`.
-fn leading_block(matrix: &Csr, n: usize) -> Csr {
-    let mut block = Csr { columns: n, starts: vec![0], cols: Vec::new(), values: Vec::new() };
-    for i in 0..n {
-        let (cols, values) = matrix.row(i);
-        let kept = cols.partition_point(|c| (*c as usize) < n);
-        block.cols.extend(&cols[..kept]);
-        block.values.extend(&values[..kept]);
-        block.starts.push(block.cols.len());
+/// The size of each row: the largest of its products with a few vectors of noise between -1 and 1.
+fn sizes(matrix: &Jacobian<'_>) -> Vec<f64> {
+    let n = matrix.rows();
+    let (mut size, mut product) = (vec![0.0f64; n], vec![0.0; n]);
+    for k in 0..4 {
+        let noise: Vec<f64> =
+            (0..n).map(|i| 2.0 * ((i as f64 + 1.0) * 0.754_877_666_246_692_8 + 0.23 * f64::from(k)).fract() - 1.0).collect();
+        matrix.multiply(&noise, &mut product);
+        size.iter_mut().zip(&product).for_each(|(s, p)| *s = s.max(p.abs()));
     }
-    block
+    size
 }
