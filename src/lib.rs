@@ -24,6 +24,7 @@ pub mod network;
 pub mod physics;
 pub mod reader;
 pub mod report;
+pub mod sensitivity;
 pub mod solve;
 pub mod sweep;
 pub mod table;

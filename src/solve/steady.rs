@@ -66,7 +66,8 @@ impl<'a> Solver<'a> {
         let start = initial(network, reference);
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
-        let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty() && network.reaches.is_empty();
+        let is_symmetric =
+            network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty() && network.reaches.is_empty();
         let unsolved = Solution {
             temperatures: start,
             streams,
@@ -76,7 +77,8 @@ impl<'a> Solver<'a> {
             assemble_seconds: 0.0,
             solve_seconds: 0.0,
         };
-        let mut solver = Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
+        let mut solver =
+            Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
         solver.reference.1 = solver.iterate(reference)?;
         Ok(solver)
@@ -190,7 +192,14 @@ impl<'a> Solver<'a> {
     }
 
     /// One linear solve.
-    fn linear(&self, matrix: &Jacobian<'_>, streams: &[StreamState], b: &[f64], x: &mut [f64], work: &mut super::multigrid::Workspace) -> Outcome {
+    fn linear(
+        &self,
+        matrix: &Jacobian<'_>,
+        streams: &[StreamState],
+        b: &[f64],
+        x: &mut [f64],
+        work: &mut super::multigrid::Workspace,
+    ) -> Outcome {
         let solids = self.network.solids;
         if self.is_symmetric {
             return conjugate_gradients(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));

@@ -15,6 +15,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("network", &["error", "units", "machine", "mesh", "physics"]),
     ("solve", &["error", "units", "network", "physics"]),
     ("model", &["error", "units", "machine", "mesh", "network", "physics", "solve"]),
+    ("sensitivity", &["error", "units", "reader", "machine", "mesh", "network", "solve", "model", "physics"]),
     ("table", &["error", "units"]),
     ("sweep", &["error", "units", "reader", "machine", "table", "model", "network", "solve"]),
     ("fit", &["error", "units", "table"]),
