@@ -82,11 +82,17 @@ impl Document {
         split_key(key).map(|steps| steps.into_iter().filter_map(names).collect())
     }
 
-    /// The dotted key of every value of the file that is no table, in its order; lists are one value each. Names
-    /// stand without quotes where `apply_set` needs none.
+    /// The dotted key of every value of the file that is no table, in its order; lists of anything but tables are one
+    /// value each. Names stand without quotes where `apply_set` needs none.
     pub fn keys(&self) -> Vec<String> {
         fn walk(item: &Item, key: &str, found: &mut Vec<String>) {
-            let Node::Table(entries) = &item.node else { return found.push(key.to_string()) };
+            let entries = match &item.node {
+                Node::Table(entries) => entries,
+                Node::List(items) if items.iter().any(|i| matches!(i.node, Node::Table(_))) => {
+                    return items.iter().enumerate().for_each(|(i, item)| walk(item, &format!("{key}[{}]", i + 1), found));
+                }
+                _ => return found.push(key.to_string()),
+            };
             for (name, item) in entries.iter().filter(|(name, _)| name != ASSUMED) {
                 let name = if name.contains(['.', '[', ']', '"', '\'']) { format!("{name:?}") } else { name.clone() };
                 walk(item, &if key.is_empty() { name } else { format!("{key}.{name}") }, found);

@@ -3,7 +3,7 @@
 //! Each function says how the residual changes, as few (node, W) pairs; with the adjoint fields of all readings at hand a
 //! candidate costs one short scalar product per reading, so thousands can be screened.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::point::Adjoint;
 use crate::error::Result;
@@ -12,7 +12,7 @@ use crate::network::stream::members;
 use crate::network::surface::SurfaceState;
 use crate::network::{BoundaryState, Joint, Load, NONE, Network};
 use crate::physics::radiation::SIGMA;
-use crate::solve::{Solution, System};
+use crate::solve::{self, Solution};
 
 /// Relative step of a circuit's flow.
 const FLOW_STEP: f64 = 1e-3;
@@ -128,14 +128,15 @@ impl<'a> Screen<'a> {
         // The heat in a block is in proportion to its conductivity: the residual of the blocks alone is the derivative.
         let blocks: Vec<_> = net.blocks.iter().filter(|b| within(b.first as u32)).cloned().collect();
         let alone = Network { blocks, properties: net.properties.clone(), nodes: net.nodes, solids: net.solids, ..Network::default() };
-        let heats = System::new(&alone).residual(&alone, self.load, &[], &self.solution.temperatures);
+        let heats = solve::residual(&alone, self.load, &[], &self.solution.temperatures);
         rows.extend(heats.into_iter().enumerate().filter(|(_, heat)| *heat != 0.0).map(|(node, heat)| (node as u32, heat)));
         for joint in net.joints.iter().filter(|j| within(j.a) || within(j.b)) {
             let (g, heat) = self.conductance(joint);
-            let half = |property: u32, length: f64, node: u32| {
-                if property == NONE || !within(node) { 0.0 } else { length / net.properties[property as usize].at(self.t(node)) }
+            let half = |property: u32, length: f64, node: u32, t: f64| {
+                if property == NONE || !within(node) { 0.0 } else { length / net.properties[property as usize].at(t) }
             };
-            let own = half(joint.property_a, joint.length_a, joint.a) + half(joint.property_b, joint.length_b, joint.b);
+            let (ta, tb) = net.joint_ends(joint, &self.solution.temperatures);
+            let own = half(joint.property_a, joint.length_a, joint.a, ta) + half(joint.property_b, joint.length_b, joint.b, tb);
             let change = heat * g * own / joint.area;
             rows.extend([(joint.a, change), (joint.b, -change)]);
         }
@@ -185,7 +186,7 @@ impl<'a> Screen<'a> {
     /// Temperature a boundary of the machine prescribes or refers to; per K.
     pub fn boundary_temperature(&self, index: u32) -> Effect {
         let own = self.network.surfaces.iter().zip(&self.surfaces).filter(|(s, _)| s.law == index);
-        self.effect(own.map(|(surface, state)| {
+        let rows = own.map(|(surface, state)| {
             let rate = match self.load.boundaries[index as usize] {
                 BoundaryState::Temperature(t) => {
                     // Heat = inward (T - t): without the conduction of the node's own side it has no finite rate.
@@ -197,7 +198,35 @@ impl<'a> Screen<'a> {
                 BoundaryState::Flux(_) => 0.0,
             };
             (surface.node, -rate)
-        }))
+        });
+        self.effect(rows.chain(self.held_by(index)))
+    }
+
+    /// What the neighbours of nodes that a boundary holds (its faces in an enclosure) lose to them; per K of the boundary.
+    fn held_by(&self, index: u32) -> Vec<(u32, f64)> {
+        let (net, temperatures) = (self.network, &self.solution.temperatures);
+        let by_this = net.fixed.iter().filter(|(_, fixed)| self.load.boundary_of(*fixed) == Some(index as usize));
+        let nodes: BTreeSet<u32> = by_this.map(|(node, _)| *node).collect();
+        let mut rows = Vec::new();
+        for joint in net.joints.iter().filter(|j| nodes.contains(&j.a) || nodes.contains(&j.b)) {
+            let (ta, tb) = net.joint_ends(joint, temperatures);
+            let state = net.joint_state(joint, ta, tb);
+            let drop = ta - tb;
+            if nodes.contains(&joint.a) {
+                rows.push((joint.b, -state.conductance - state.slope_a * drop));
+            }
+            if nodes.contains(&joint.b) {
+                rows.push((joint.a, -state.conductance + state.slope_b * drop));
+            }
+        }
+        for (a, b, area) in &net.radiative {
+            for (held, other) in [(a, b), (b, a)] {
+                if nodes.contains(held) {
+                    rows.push((*other, -4.0 * SIGMA * area * self.t(*held).powi(3)));
+                }
+            }
+        }
+        rows
     }
 
     /// Radiative conductors between nodes (indices into the network's); per relative change.

@@ -66,7 +66,7 @@ impl Study {
                     matches!(*law, "conductance" | "total_conductance" | "temperature_table" | "pressure_table" | "pressure")
                 }
                 ["contact", _, "rough", "pressure"] | ["source", _, "power"] => true,
-                ["part", .., last] | ["node", .., last] | ["surfaces", last] | ["boundary", .., last] => last.contains("emissivity"),
+                ["part" | "node" | "boundary" | "enclosure" | "radiation_link", .., last] | ["surfaces", last] => last.contains("emissivity"),
                 _ => false,
             }
         };
@@ -99,8 +99,8 @@ impl Study {
     /// The machine with these values is not valid, or has other unknowns.
     pub fn with(&self, values: &[(&Parameter, f64)]) -> Result<Self> {
         let document = self.document_with(values)?;
-        let machine = Machine::from_document(&document)?;
-        let mesh = match self.moved(&machine)? {
+        let mut machine = Machine::from_document(&document)?;
+        let mesh = match self.moved(&mut machine)? {
             Some(mesh) => mesh,
             None => self.model.mesh.clone(),
         };
@@ -112,7 +112,7 @@ impl Study {
 
     /// The machine with one value changed, and its network where that is another one.
     pub(super) fn changed(&self, parameter: &Parameter, value: f64) -> Result<(Machine, Option<Network>)> {
-        let machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
+        let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
         let names = Document::names_in(&parameter.name).unwrap_or_default();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
         let network = match names.as_slice() {
@@ -133,7 +133,7 @@ impl Study {
                 Some(network)
             }
             _ => {
-                let moved = self.moved(&machine)?;
+                let moved = self.moved(&mut machine)?;
                 let network = Network::build(&machine, moved.as_ref().unwrap_or(&self.model.mesh))?;
                 self.check(&network)?;
                 Some(network)
@@ -142,12 +142,14 @@ impl Study {
         Ok((machine, network))
     }
 
-    /// The mesh of a machine whose blocks moved; `None` where they did not.
-    fn moved(&self, machine: &Machine) -> Result<Option<Mesh>> {
+    /// The mesh of a machine whose blocks moved; `None` where they did not. What its surfaces see of each other is
+    /// not kept beside the file, where the views of the file's own geometry are.
+    fn moved(&self, machine: &mut Machine) -> Result<Option<Mesh>> {
         let own = self.model.machine.parts.iter().flat_map(|p| &p.blocks);
         if own.eq(machine.parts.iter().flat_map(|p| &p.blocks)) {
             return Ok(None);
         }
+        machine.enclosures.iter_mut().for_each(|e| e.cache = None);
         Mesh::with_divisions(machine, &self.model.mesh.divisions(), self.model.mesh.element_size).map(Some)
     }
 

@@ -15,5 +15,5 @@ pub mod transient;
 
 pub use jacobian::Jacobian;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
-pub use system::{Symmetric, System};
+pub use system::{Symmetric, System, residual};
 pub use tangent::Tangent;

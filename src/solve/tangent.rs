@@ -7,7 +7,7 @@
 use super::csr::{add_scaled, dot, norm};
 use super::jacobian::Jacobian;
 use super::multigrid::{Multigrid, Workspace};
-use super::system::System;
+use super::system::{self, System};
 use crate::error::{Error, Result};
 use crate::network::slopes::RankOne;
 use crate::network::stream::members;
@@ -71,7 +71,7 @@ impl<'a> Tangent<'a> {
         if std::ptr::eq(network, self.network) {
             return Ok(self.system.residual(network, load, &streams, temperatures));
         }
-        Ok(System::new(network).residual(network, load, &streams, temperatures))
+        Ok(system::residual(network, load, &streams, temperatures))
     }
 
     /// One exact Newton step from temperatures near those of this tangent; returns the largest move, K.

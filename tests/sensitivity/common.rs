@@ -14,11 +14,12 @@ pub fn path(name: &str) -> PathBuf {
 
 /// The shipped machines, with a number of cells that keeps the tests short, and conditions in
 /// (coolant flow L/min, coolant degC, motor rpm, chamber degC).
-pub const SHIPPED: [(&str, usize, [[f64; 4]; 3]); 4] = [
+pub const SHIPPED: [(&str, usize, [[f64; 4]; 3]); 5] = [
     ("slab", 1500, [[2.0, 20.0, 1000.0, 23.0], [0.5, 15.0, 3000.0, 30.0], [6.0, 25.0, 500.0, 18.0]]),
     ("spindle", 2500, [[3.0, 20.0, 2000.0, 22.0], [1.0, 24.0, 3000.0, 20.0], [8.0, 16.0, 500.0, 26.0]]),
     ("rig", 2500, [[1.998, 26.0, 2500.0, 28.5], [3.6, 20.0, 1000.0, 24.0], [4.2, 28.0, 2000.0, 19.0]]),
     ("five_axis", 4000, [[6.834, 20.5, 250.0, 23.5], [3.0, 18.0, 2500.0, 24.0], [18.0, 24.0, 1500.0, 18.0]]),
+    ("enclosure", 3000, [[4.0, 20.0, 2000.0, 22.0], [1.0, 28.0, 3000.0, 18.0], [8.0, 15.0, 500.0, 30.0]]),
 ];
 
 /// A condition from L/min, degC, rpm, degC.
@@ -29,9 +30,15 @@ pub fn condition(machine: &Machine, [flow, coolant, speed, ambient]: [f64; 4]) -
     machine.condition(&pairs).unwrap()
 }
 
+/// Few rays are enough: the derivatives are those of whatever view factors they find.
+fn sets(name: &str) -> Vec<(String, String)> {
+    let pairs: &[(&str, &str)] = if name == "enclosure" { &[("enclosure.hood.rays", "2000"), ("enclosure.hood.cache", "false")] } else { &[] };
+    pairs.iter().map(|(key, value)| (key.to_string(), value.to_string())).collect()
+}
+
 /// A shipped machine on about `cells` cells.
 pub fn model(name: &str, cells: usize) -> Model {
-    Model::new(Machine::read(path(name), &[]).unwrap(), Some(cells)).unwrap()
+    Model::new(Machine::read(path(name), &sets(name)).unwrap(), Some(cells)).unwrap()
 }
 
 /// A machine file that holds every law whose coefficients follow the temperature: k(T) in all places, a rough
@@ -167,9 +174,67 @@ sensors = ["motor", "block", "out"]
 spread = "30 K"
 "#;
 
+/// A machine file whose faces see each other, one of them held at a temperature, one under a film of gas; the grids of
+/// block and floor do not match.
+pub const ENCLOSED: &str = r#"
+name = "faces that see each other"
+[material.steep]
+conductivity = [["-50 degC", "10 W/(m K)"], ["150 degC", "30 W/(m K)"]]
+density = "7900 kg/m3"
+specific_heat = "500 J/(kg K)"
+[material.plain]
+conductivity = "20 W/(m K)"
+density = "2700 kg/m3"
+specific_heat = "900 J/(kg K)"
+[chamber]
+pressure = "1 Pa"
+wall_emissivity = 0.4
+wall_area = "2 m2"
+[surfaces]
+emissivity = 0.7
+[part.floor]
+material = "steep"
+box = ["200 mm", "120 mm", "20 mm"]
+[part.block]
+material = "steep"
+box = ["50 mm", "50 mm", "30 mm"]
+at = ["41 mm", "33 mm", "20 mm"]
+[part.roof]
+material = "plain"
+box = ["200 mm", "120 mm", "5 mm"]
+at = ["0 mm", "0 mm", "80 mm"]
+[contact.foot]
+between = ["block", "floor"]
+conductance = "500 W/(m2 K)"
+[boundary.held]
+faces = ["block.+x"]
+temperature = "ambient_temperature"
+[boundary.film]
+faces = ["floor.+z"]
+film = "5 W/(m2 K)"
+fluid_temperature = "ambient_temperature"
+[enclosure.gap]
+surfaces = [
+    { face = "floor.+z", emissivity = 0.3 },
+    { face = "roof.-z", emissivity = 0.8 },
+    { part = "block", emissivity = 0.6 },
+]
+view_factors = [[0, 0.5, 0.2], ["?", 0, 0.1], ["?", "?", 0]]
+[source.block]
+in = "block"
+power = "30 + 0.02 * motor_speed_rpm"
+[sensor.block]
+part = "block"
+[sensor.floor]
+in = "floor"
+point = ["150 mm", "40 mm", "8 mm"]
+[sensor.roof]
+face = "roof.+z"
+"#;
+
 /// A study of a shipped machine.
 pub fn study(name: &str, cells: usize) -> Study {
-    Study::read(path(name), &[], Some(cells)).unwrap()
+    Study::read(path(name), &sets(name), Some(cells)).unwrap()
 }
 
 /// A study of a text.

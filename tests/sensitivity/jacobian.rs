@@ -5,7 +5,7 @@ use coldplate::model::Model;
 use coldplate::network::Load;
 use coldplate::solve::{System, Tangent};
 
-use crate::common::{EVERYTHING, SHIPPED, condition, model};
+use crate::common::{ENCLOSED, EVERYTHING, SHIPPED, condition, model};
 
 /// Numbers between -1 and 1 that look like noise (a Weyl sequence).
 fn noise(n: usize, seed: f64) -> Vec<f64> {
@@ -90,8 +90,18 @@ fn every_shipped_machine_at_several_conditions() {
 #[test]
 fn every_law_that_follows_the_temperature() {
     let model = Model::new(Machine::from_text(EVERYTHING, "everything.toml", &[]).unwrap(), Some(2000)).unwrap();
+    assert!(!model.network.reaches.is_empty(), "cells that do not match are among what is tested");
     // Laminar, between and turbulent; and water at rest.
     for at in [[1.0, 20.0, 1000.0, 40.0], [2.6, 20.0, 1000.0, 10.0], [9.0, 30.0, 3000.0, 25.0], [0.0, 20.0, 100.0, 25.0]] {
         check(&model, at, &format!("everything {at:?}"));
+    }
+}
+
+#[test]
+fn faces_that_see_each_other() {
+    let model = Model::new(Machine::from_text(ENCLOSED, "enclosed.toml", &[]).unwrap(), Some(2000)).unwrap();
+    assert!(model.network.fixed.len() > 2 && !model.network.radiative.is_empty() && !model.network.reaches.is_empty());
+    for at in [[1.0, 20.0, 1000.0, 40.0], [1.0, 20.0, 3000.0, 10.0]] {
+        check(&model, at, &format!("enclosed {at:?}"));
     }
 }

@@ -3,7 +3,7 @@
 use coldplate::machine::Condition;
 use coldplate::sensitivity::{Kind, Parameter, Study};
 
-use crate::common::{EVERYTHING, condition, readings, study, study_of};
+use crate::common::{ENCLOSED, EVERYTHING, condition, readings, study, study_of};
 
 /// Readings with a parameter at another value.
 fn readings_at(study: &Study, at: &Condition, parameter: &Parameter, value: f64) -> Vec<f64> {
@@ -155,4 +155,34 @@ fn every_law() {
         let names: Vec<&str> = CONDITIONS.into_iter().chain(names).filter(quiet).collect();
         check(&study_of(EVERYTHING, 1500), at, &names);
     }
+}
+
+#[test]
+fn faces_that_see_each_other() {
+    let names = [
+        "motor_speed",
+        "ambient_temperature",
+        "enclosure.gap.surfaces[1].emissivity",
+        "enclosure.gap.surfaces[2].emissivity",
+        "enclosure.gap.surfaces[3].emissivity",
+        "enclosure.gap.view_factors[1][2]",
+        "boundary.held.temperature",
+        "boundary.film.film",
+        "boundary.film.fluid_temperature",
+        "chamber.temperature",
+        "chamber.pressure",
+        "chamber.wall_emissivity",
+        "contact.foot.conductance",
+        "material.steep.conductivity",
+        "material.plain.conductivity",
+        "surfaces.emissivity",
+    ];
+    check(&study_of(ENCLOSED, 1500), [1.0, 20.0, 1000.0, 40.0], &names);
+}
+
+/// The same with view factors found by rays.
+#[test]
+fn enclosure() {
+    let names = ["enclosure.hood.surfaces[1].emissivity", "contact.feet.total_conductance", "source.motor.power"];
+    check(&study("enclosure", 2000), [4.0, 20.0, 2000.0, 22.0], &[&CONDITIONS[..], &names].concat());
 }

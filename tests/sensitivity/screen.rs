@@ -6,7 +6,7 @@ use coldplate::network::{ContactGroup, Joint, NONE, Network};
 use coldplate::sensitivity::{Derivatives, Effect, Study};
 use coldplate::solve::{Solver, Tangent};
 
-use crate::common::{EVERYTHING, condition, study, study_of};
+use crate::common::{ENCLOSED, EVERYTHING, condition, study, study_of};
 
 /// A candidate against `scale` times the derivative with respect to a parameter, on every sensor.
 fn same(at: &Derivatives<'_>, effect: &Effect, name: &str, scale: f64) {
@@ -74,6 +74,23 @@ fn candidates_that_are_parameters_too() {
     same(&at, &both, "material.steep.conductivity", 1.0);
 }
 
+/// In an enclosure a prescribed temperature holds nodes, and a film acts on nodes of the faces.
+#[test]
+fn candidates_among_faces_that_see_each_other() {
+    let study = study_of(ENCLOSED, 1500);
+    let at = study.at(&condition(&study.model.machine, [1.0, 20.0, 1000.0, 40.0])).unwrap();
+    let screen = at.screen();
+    let group = |name: &str| study.model.network.groups.iter().position(|g| g == name).unwrap() as u32;
+    same(&at, &screen.boundary_temperature(0), "boundary.held.temperature", 1.0);
+    same(&at, &screen.boundary_temperature(1), "boundary.film.fluid_temperature", 1.0);
+    same(&at, &screen.boundary(1), "boundary.film.film", 5.0);
+    same(&at, &screen.contact("foot"), "contact.foot.conductance", 500.0);
+    same(&at, &screen.conductivity(group("roof")), "material.plain.conductivity", 20.0);
+    let mut both = screen.conductivity(group("floor"));
+    both.rows.extend(screen.conductivity(group("block")).rows);
+    same(&at, &both, "material.steep.conductivity", 1.0);
+}
+
 /// Readings of a changed network, to rounding.
 fn readings(network: &Network, at: &Derivatives<'_>) -> Vec<f64> {
     let solution = Solver::new(network, &at.state.load).unwrap().steady(&at.state.load).unwrap();
@@ -109,7 +126,7 @@ fn candidates_the_file_does_not_know() {
     let bridge = |g: f64| {
         let mut network = net.clone();
         let (joints, contact) = (network.joints.len(), network.contacts.len() as u32);
-        let joint = Joint { a: bearing, b: far, area: 1.0, length_a: 0.0, length_b: 0.0, property_a: NONE, property_b: NONE, contact };
+        let joint = Joint { a: bearing, b: far, area: 1.0, length_a: 0.0, length_b: 0.0, property_a: NONE, property_b: NONE, contact, reach: [NONE; 2] };
         network.joints.push(joint);
         let group = ContactGroup {
             name: "bridge".into(),
