@@ -238,7 +238,19 @@ impl Network {
             .map(|u| if upstream_flow > 0.0 { flows[*u] / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
             .collect();
         let dissipation = if dissipation { drop * flow / stream.length } else { 0.0 };
-        StreamState { capacity_rate: rate, flow, mixture, exchange, conductance, volumetric_capacity, dissipation, reynolds, film, pressure_drop: drop, note }
+        StreamState {
+            capacity_rate: rate,
+            flow,
+            mixture,
+            exchange,
+            conductance,
+            volumetric_capacity,
+            dissipation,
+            reynolds,
+            film,
+            pressure_drop: drop,
+            note,
+        }
     }
 }
 

@@ -66,7 +66,9 @@ impl Study {
                     matches!(*law, "conductance" | "total_conductance" | "temperature_table" | "pressure_table" | "pressure")
                 }
                 ["contact", _, "rough", "pressure"] | ["source", _, "power"] => true,
-                ["part" | "node" | "boundary" | "enclosure" | "radiation_link", .., last] | ["surfaces", last] => last.contains("emissivity"),
+                ["part" | "node" | "boundary" | "enclosure" | "radiation_link", .., last] | ["surfaces", last] => {
+                    last.contains("emissivity")
+                }
                 _ => false,
             }
         };

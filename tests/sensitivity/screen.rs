@@ -126,7 +126,17 @@ fn candidates_the_file_does_not_know() {
     let bridge = |g: f64| {
         let mut network = net.clone();
         let (joints, contact) = (network.joints.len(), network.contacts.len() as u32);
-        let joint = Joint { a: bearing, b: far, area: 1.0, length_a: 0.0, length_b: 0.0, property_a: NONE, property_b: NONE, contact, reach: [NONE; 2] };
+        let joint = Joint {
+            a: bearing,
+            b: far,
+            area: 1.0,
+            length_a: 0.0,
+            length_b: 0.0,
+            property_a: NONE,
+            property_b: NONE,
+            contact,
+            reach: [NONE; 2],
+        };
         network.joints.push(joint);
         let group = ContactGroup {
             name: "bridge".into(),
