@@ -31,8 +31,10 @@ pub struct SurfaceState {
     pub temperature: f64,
     /// Heat leaving the node, W.
     pub heat: f64,
-    /// Its derivative with respect to the node's temperature, W/K.
+    /// Its derivative with respect to the node's temperature at the conductivity the node has, W/K; never negative.
     pub slope: f64,
+    /// What the slope grows by because the node's conductivity follows its temperature, W/K.
+    pub stiffening: f64,
     /// Part of it that radiates to the chamber, W.
     pub radiated: f64,
     /// Part of it that the gas carries, W.
@@ -60,8 +62,8 @@ impl Surface {
             // Nothing between a lumped node and its held surface: a stiff but finite link.
             let inward = if inward.is_finite() { inward } else { 1e9 * self.area.max(1e-9) };
             let heat = inward * (node - t);
-            let slope = inward + stiffening * (node - t);
-            return SurfaceState { temperature: t, heat, slope, law: heat, ..SurfaceState::default() };
+            let stiffening = stiffening * (node - t);
+            return SurfaceState { temperature: t, heat, slope: inward, stiffening, law: heat, ..SurfaceState::default() };
         }
         let outward = |ts: f64| {
             let radiated = SIGMA * self.emissive * (ts.powi(4) - load.chamber.powi(4));
@@ -94,7 +96,11 @@ impl Surface {
         }
         let (radiated, gas, law, slope) = outward(ts);
         let share = if inward.is_finite() { inward / (inward + slope) } else { 1.0 };
-        let slope = if inward.is_finite() { (inward + stiffening * (node - ts)) * slope / (inward + slope) } else { slope };
-        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, radiated, gas, law, share }
+        let (slope, stiffening) = if inward.is_finite() {
+            (inward * slope / (inward + slope), stiffening * (node - ts) * slope / (inward + slope))
+        } else {
+            (slope, 0.0)
+        };
+        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, stiffening, radiated, gas, law, share }
     }
 }

@@ -7,7 +7,7 @@
 use super::csr::{add_scaled, dot, norm};
 use super::jacobian::Jacobian;
 use super::multigrid::{Multigrid, Workspace};
-use super::system::{self, System};
+use super::system::{self, System, surface_states};
 use crate::error::{Error, Result};
 use crate::network::slopes::RankOne;
 use crate::network::stream::members;
@@ -46,7 +46,13 @@ impl<'a> Tangent<'a> {
         let system = System::new(network);
         let streams = network.stream_states(load, temperatures)?;
         let rank = network.stream_slopes(load, &streams, temperatures)?;
-        let matrix = system.jacobian(network, load, &streams, temperatures);
+        let mut matrix = system.jacobian(network, load, &streams, temperatures);
+        // The solver leaves this out: far from the solution it may turn a coefficient negative.
+        let mut stiffening = vec![0.0; network.solids];
+        for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+            stiffening[surface.node as usize] += state.stiffening;
+        }
+        matrix.add_diagonal(stiffening.into_iter());
         let multigrid = Multigrid::new(&system.symmetric(network, load, &streams, temperatures), &network.capacity)?;
         let diagonal = sizes(&matrix);
         Ok(Self { network, system, streams, transposed: matrix.transposed(), matrix, rank, diagonal, multigrid })
