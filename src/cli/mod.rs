@@ -8,6 +8,7 @@ pub mod output;
 pub mod query;
 pub mod run;
 pub mod sensitivity;
+pub mod simulate;
 pub mod solve;
 pub mod sweep;
 pub mod text;
@@ -48,6 +49,8 @@ enum Command {
     Solve(solve::Args),
     /// Derivatives of readings with respect to conditions and numbers of the machine file
     Sensitivity(sensitivity::Args),
+    /// Temperatures over time, through a schedule of conditions
+    Simulate(simulate::Args),
     /// Design of experiments: run every condition of a sweep file, resuming what is there
     Sweep(sweep::Args),
     /// A surrogate from any table of conditions and outputs
@@ -71,6 +74,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(args, out),
         Command::Solve(args) => solve::run(args, out),
         Command::Sensitivity(args) => sensitivity::run(args, out),
+        Command::Simulate(args) => simulate::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),
         Command::Fit(args) => fit::run(args, out),
         Command::Chart(args) => chart::run(args, out),

@@ -138,7 +138,8 @@ impl Passage {
     /// The next place downstream of `start` where a piece must end: a station's end, or what reaches one.
     fn next_cut(&self, start: f64, moved: f64) -> f64 {
         let content = self.content();
-        let tiny = 1e-12 * content;
+        // Distances below this are rounding of the longest of them.
+        let tiny = 1e-12 * (content + moved);
         // Water that passes all stations within the interval sees the same wherever it starts.
         let after = |x: f64| {
             if x < -tiny {
@@ -149,7 +150,7 @@ impl Passage {
         };
         let arrival = start + moved;
         let by_end = if arrival < content - tiny { after(arrival) - moved } else { f64::INFINITY };
-        after(start).min(by_end)
+        after(start).min(by_end).max(start + tiny)
     }
 
     /// Follows a piece of capacity `c` (J/K) from `start` over the distance `moved`; returns its last temperature.
