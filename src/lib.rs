@@ -26,6 +26,7 @@ pub mod physics;
 pub mod reader;
 pub mod report;
 pub mod schedule;
+pub mod sensitivity;
 pub mod simulate;
 pub mod solve;
 pub mod sweep;

@@ -66,7 +66,8 @@ impl<'a> Solver<'a> {
         let start = initial(network, reference);
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
-        let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty() && network.reaches.is_empty();
+        let is_symmetric =
+            network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty() && network.reaches.is_empty();
         let unsolved = Solution {
             temperatures: start,
             streams,
@@ -76,7 +77,8 @@ impl<'a> Solver<'a> {
             assemble_seconds: 0.0,
             solve_seconds: 0.0,
         };
-        let mut solver = Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
+        let mut solver =
+            Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
         solver.reference.1 = solver.iterate(reference)?;
         Ok(solver)
@@ -139,8 +141,8 @@ impl<'a> Solver<'a> {
             let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding);
             if is_balanced && last_step <= STEP_TOLERANCE {
                 let mut balance = balance(network, load, &streams, &temperatures);
-                if balance.in_watts.max(balance.out_watts) <= rounding {
-                    // No heat flows: what rounding leaves on either side stands in no relation to anything.
+                if balance.relative > BALANCE_TOLERANCE && (balance.in_watts - balance.out_watts).abs() <= rounding {
+                    // Hardly any heat flows: what rounding of the temperatures leaves stands in no relation to it.
                     balance.relative = 0.0;
                 }
                 if balance.relative > BALANCE_TOLERANCE {
@@ -190,7 +192,14 @@ impl<'a> Solver<'a> {
     }
 
     /// One linear solve.
-    fn linear(&self, matrix: &Jacobian<'_>, streams: &[StreamState], b: &[f64], x: &mut [f64], work: &mut super::multigrid::Workspace) -> Outcome {
+    fn linear(
+        &self,
+        matrix: &Jacobian<'_>,
+        streams: &[StreamState],
+        b: &[f64],
+        x: &mut [f64],
+        work: &mut super::multigrid::Workspace,
+    ) -> Outcome {
         let solids = self.network.solids;
         if self.is_symmetric {
             return conjugate_gradients(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));

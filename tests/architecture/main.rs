@@ -16,6 +16,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("network", &["error", "units", "machine", "mesh", "physics"]),
     ("solve", &["error", "units", "network", "physics"]),
     ("model", &["error", "units", "machine", "mesh", "network", "physics", "solve"]),
+    ("sensitivity", &["error", "units", "reader", "machine", "mesh", "network", "solve", "model", "physics"]),
     ("table", &["error", "files", "units"]),
     ("schedule", &["error", "units", "machine", "table"]),
     ("simulate", &["error", "files", "units", "machine", "table", "model", "network", "solve", "schedule"]),
