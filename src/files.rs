@@ -22,9 +22,8 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 /// What `write` reports, or the file cannot be put in its place; the old one is then still there and nothing
 /// else is left behind.
 pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let failed = |action: &str, e: &std::io::Error| {
-        Error::file(action, path, e).help("check that the folder may be written to and has space left")
-    };
+    let failed =
+        |action: &str, e: &std::io::Error| Error::file(action, path, e).help("check that the folder may be written to and has space left");
     let Some(name) = path.file_name() else {
         return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
     };

@@ -78,13 +78,7 @@ impl Schedule {
     ///
     /// # Errors
     /// As [`Schedule::read`].
-    pub fn from_table(
-        table: &Table,
-        lines: &[usize],
-        machine: &Machine,
-        given: &[(String, String)],
-        options: Options,
-    ) -> Result<Self> {
+    pub fn from_table(table: &Table, lines: &[usize], machine: &Machine, given: &[(String, String)], options: Options) -> Result<Self> {
         let place = |e: Error, row: Option<usize>| match lines.get(row.map_or(0, |r| r + 1)) {
             Some(line) => e.at_line(*line),
             None => e,
@@ -259,10 +253,9 @@ fn times(table: &Table) -> Result<Vec<f64>> {
     if table.columns.iter().all(|c| c.name != TIME) && table.text(TIME).is_none() {
         let names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).chain(table.texts.iter().map(|t| t.name.as_str())).collect();
         let meant = did_you_mean(TIME, names.iter().copied()).map_or(String::new(), |name| format!(" in place of '{name}'"));
-        return Err(Error::input("the schedule has no time column").at_key(TIME).help(format!(
-            "write 'time [s]', 'time [min]' or 'time [h]' in the header{meant}; columns here: {}",
-            names.join(", ")
-        )));
+        return Err(Error::input("the schedule has no time column")
+            .at_key(TIME)
+            .help(format!("write 'time [s]', 'time [min]' or 'time [h]' in the header{meant}; columns here: {}", names.join(", "))));
     }
     table.column_si(TIME, Dimension::TIME)
 }
@@ -311,7 +304,9 @@ impl<'a> Columns<'a> {
         for column in &self.columns {
             let value = column.values[row];
             if value.is_nan() {
-                return Err(Error::input("a value is missing").at_key(column.header()).help("a schedule has no gaps: fill it in, or remove the row"));
+                return Err(Error::input("a value is missing")
+                    .at_key(column.header())
+                    .help("a schedule has no gaps: fill it in, or remove the row"));
             }
             values.push((&column.name, format!("{value} {}", column.unit)));
         }

@@ -9,10 +9,10 @@ use serde_json::{Map, Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{duration, significant, table};
+use crate::chart::draw_as;
 use crate::chart::history::{Course, HistoryFigure};
 use crate::chart::output::check_name;
 use crate::chart::style::Quantity;
-use crate::chart::draw_as;
 use crate::error::{Error, Result};
 use crate::machine::Machine;
 use crate::model::Model;
@@ -131,10 +131,9 @@ fn options(args: &Args) -> Result<simulate::Options> {
     };
     let from = match args.from.trim() {
         "steady" => Start::Steady,
-        text => Start::Uniform(
-            parse(text, Dimension::TEMPERATURE)
-                .map_err(|e| Error::input(e.what()).at_key("--from").read(text).help("write \"steady\", or a temperature such as \"20 degC\""))?,
-        ),
+        text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| {
+            Error::input(e.what()).at_key("--from").read(text).help("write \"steady\", or a temperature such as \"20 degC\"")
+        })?),
     };
     let clock = parse(&args.checkpoint_every, Dimension::TIME).map_err(|e| e.at_key("--checkpoint-every"))?;
     Ok(simulate::Options {
@@ -188,19 +187,22 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
 }
 
 fn figure(model: &Model, history: &History, schedule: &Path) -> HistoryFigure {
-    let courses = model.network.sensor_names.iter().enumerate().map(|(s, name)| Course {
-        name: name.clone(),
-        values: history.readings.iter().map(|r| celsius(r[s])).collect(),
-    });
+    let courses = model
+        .network
+        .sensor_names
+        .iter()
+        .enumerate()
+        .map(|(s, name)| Course { name: name.clone(), values: history.readings.iter().map(|r| celsius(r[s])).collect() });
     let start = history.times.first().copied().unwrap_or(0.0);
     HistoryFigure {
         title: model.machine.name.clone(),
         times: history.times.clone(),
         quantity: Quantity::new("temperature", "degC"),
         courses: courses.collect(),
-        mark: history.settled_overall().filter(|after| *after > 0.0).map(|after| {
-            (start + after, format!("all within {} K of the steady state after {}", history.within, duration(after)))
-        }),
+        mark: history
+            .settled_overall()
+            .filter(|after| *after > 0.0)
+            .map(|after| (start + after, format!("all within {} K of the steady state after {}", history.within, duration(after)))),
         notes: vec![format!("schedule: {}", schedule.display())],
     }
 }
@@ -267,7 +269,9 @@ fn text(model: &Model, history: &History, seconds: f64) -> String {
     text += "\n";
     text += &match (&history.steady, history.settled_overall()) {
         (Err(reason), _) => format!("the last condition has no steady state to reach: {reason}\n"),
-        (_, Some(after)) => format!("every sensor stays within {near} K of the steady state of the last condition after {}\n", duration(after)),
+        (_, Some(after)) => {
+            format!("every sensor stays within {near} K of the steady state of the last condition after {}\n", duration(after))
+        }
         (_, None) => {
             let late = history.settled.iter().filter(|s| s.is_none()).count();
             let of = history.settled.len();
@@ -282,6 +286,7 @@ fn text(model: &Model, history: &History, seconds: f64) -> String {
         significant(energy.stored, 6),
         energy.relative()
     );
-    text += &format!("{} unknowns, {} time steps, {} tried again, {:.2} s\n", model.network.nodes, history.steps, history.rejected, seconds);
+    text +=
+        &format!("{} unknowns, {} time steps, {} tried again, {:.2} s\n", model.network.nodes, history.steps, history.rejected, seconds);
     text
 }

@@ -141,9 +141,8 @@ struct Stop {
 /// be written or belongs to another run.
 pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut dyn FnMut(f64)) -> Result<History> {
     let stops = stops(schedule, options.every)?;
-    let load_of = |condition: &Condition, time: f64| {
-        Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")))
-    };
+    let load_of =
+        |condition: &Condition, time: f64| Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")));
     let first = load_of(&schedule.stated(0), schedule.start())?;
     let settings = Settings { tolerance: options.tolerance, longest: (schedule.end() - schedule.start()) / 20.0 };
     let mut transient = Transient::new(&model.network, settings)?;
@@ -153,7 +152,8 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut d
         _ => None,
     };
     let resumed_at = known.as_ref().map(|(state, _)| state.time);
-    let read = |state: &State, load: &Load| -> Vec<f64> { model.network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect() };
+    let read =
+        |state: &State, load: &Load| -> Vec<f64> { model.network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect() };
     let (mut state, mut progress) = match known {
         Some(known) => known,
         None => {
@@ -261,7 +261,9 @@ mod tests {
 
     #[test]
     fn intervals_are_round() {
-        for (seconds, expected) in [(0.0131, 0.02), (0.5, 0.5), (1.0, 1.0), (3.0, 5.0), (45.0, 60.0), (306.0, 600.0), (4000.0, 7200.0), (2e5, 259200.0)] {
+        for (seconds, expected) in
+            [(0.0131, 0.02), (0.5, 0.5), (1.0, 1.0), (3.0, 5.0), (45.0, 60.0), (306.0, 600.0), (4000.0, 7200.0), (2e5, 259200.0)]
+        {
             let found: f64 = round_interval(seconds);
             assert!((found / expected - 1.0).abs() < 1e-12, "{seconds}: {found}");
         }

@@ -73,7 +73,9 @@ impl Anchors {
             }
         }
         for (difference, weight) in self.differences.iter().zip(weights.iter()) {
-            for_chunks(temperatures, |first, part| part.iter_mut().zip(&difference[first..]).for_each(|(t, d)| *t += weight * f64::from(*d)));
+            for_chunks(temperatures, |first, part| {
+                part.iter_mut().zip(&difference[first..]).for_each(|(t, d)| *t += weight * f64::from(*d))
+            });
         }
     }
 }

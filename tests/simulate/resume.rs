@@ -17,7 +17,9 @@ fn killed_runs_go_on_where_they_were() {
     let base = ["simulate", "machines/rig.toml", &schedule, "--cells", "3000", "--every", "1 min", "--json", "--quiet", "--out"];
     let reference = json(&coldplate(&[&base[..], &[whole.to_str().unwrap()]].concat()));
 
-    let with = |checkpoint| [&base[..], &[resumed.to_str().unwrap(), "--checkpoint", checkpoint, "--checkpoint-every", "0 s", "--resume"]].concat();
+    let with = |checkpoint| {
+        [&base[..], &[resumed.to_str().unwrap(), "--checkpoint", checkpoint, "--checkpoint-every", "0 s", "--resume"]].concat()
+    };
     let mut killed = 0;
     for _ in 0..3 {
         let before = std::fs::metadata(&checkpoint).and_then(|m| m.modified()).ok();

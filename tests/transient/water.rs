@@ -22,7 +22,8 @@ fn settles_in_the_steady_state() {
     for (name, cells, hours) in [("slab.toml", 600, 40.0), ("rig.toml", 600, 60.0)] {
         let model = shipped(name, cells);
         let at = |flow: &str, speed: &str| {
-            let given = [("coolant_flow", flow), ("coolant_temperature", "20 degC"), ("motor_speed", speed), ("ambient_temperature", "23 degC")];
+            let given =
+                [("coolant_flow", flow), ("coolant_temperature", "20 degC"), ("motor_speed", speed), ("ambient_temperature", "23 degC")];
             Load::at(&model.machine, &model.machine.condition(&given).unwrap()).unwrap()
         };
         let load = at("2 L/min", "1000 rpm");
@@ -36,7 +37,12 @@ fn settles_in_the_steady_state() {
             let water = state.temperatures.iter().zip(&steady.temperatures).skip(solids).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             println!("{name} from {what}: water {water:.1e} K from steady");
             let apart = state.temperatures[..solids].iter().zip(&steady.temperatures).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            println!("{name} from {what}: {apart:.1e} K from steady, {} steps, {} rejected, energy {:.1e}", state.steps, state.rejected, state.energy.relative());
+            println!(
+                "{name} from {what}: {apart:.1e} K from steady, {} steps, {} rejected, energy {:.1e}",
+                state.steps,
+                state.rejected,
+                state.energy.relative()
+            );
             assert!(state.energy.relative() < 1e-8, "{name}: {:?}", state.energy);
             assert!(apart < 2e-3, "{name} from {what}: {apart} K");
         }

@@ -174,7 +174,13 @@ impl<'a> Transient<'a> {
             let left = until - state.time;
             let is_last = step >= left * (1.0 - 1e-9);
             // Two even steps rather than a long one and a sliver.
-            let h = if is_last { left } else if step > 0.5 * left { 0.5 * left } else { step };
+            let h = if is_last {
+                left
+            } else if step > 0.5 * left {
+                0.5 * left
+            } else {
+                step
+            };
             let tried = self.step(state, h, &now, load);
             let (next, error) = match tried {
                 Ok(found) => found,
@@ -207,7 +213,13 @@ impl<'a> Transient<'a> {
             state.energy = next.energy;
             state.steps += 1;
             // The same step as long as it serves: a new one needs a new matrix.
-            let grown = if growth > 1.2 { h * growth.min(2.5) } else if growth < 1.0 { h * growth.max(0.5) } else { h };
+            let grown = if growth > 1.2 {
+                h * growth.min(2.5)
+            } else if growth < 1.0 {
+                h * growth.max(0.5)
+            } else {
+                h
+            };
             step = if is_last { step.max(grown) } else { grown }.min(self.settings.longest);
             state.step = step;
             now = load(state.time)?;
@@ -223,7 +235,8 @@ impl<'a> Transient<'a> {
         }
         if self.network.capacity.iter().zip(&self.network.group).any(|(c, _)| *c == 0.0) {
             // A step of no length moves only what stores nothing.
-            let tiny = Stage { duration: 1e-3, own: 1e-3, earlier: Vec::new(), effective: (1.0, Vec::new()), begin: load, middle: load, load };
+            let tiny =
+                Stage { duration: 1e-3, own: 1e-3, earlier: Vec::new(), effective: (1.0, Vec::new()), begin: load, middle: load, load };
             let (temperatures, _) = self.solve(&tiny, state, &state.temperatures)?;
             for (i, t) in temperatures.iter().enumerate().take(self.network.solids) {
                 if self.network.capacity[i] == 0.0 {
@@ -238,7 +251,11 @@ impl<'a> Transient<'a> {
     fn first_step(&self, state: &State, load: &Load) -> f64 {
         let flow = self.solid_flow(load, &state.temperatures);
         let fastest = flow.iter().zip(&self.network.capacity).filter(|(_, c)| **c > 0.0).map(|(f, c)| (f / c).abs()).fold(0.0, f64::max);
-        let apart = load.inlets.iter().flat_map(|t| state.temperatures[..self.network.solids].iter().map(move |s| (s - t).abs())).fold(0.0, f64::max);
+        let apart = load
+            .inlets
+            .iter()
+            .flat_map(|t| state.temperatures[..self.network.solids].iter().map(move |s| (s - t).abs()))
+            .fold(0.0, f64::max);
         let by_rate = if fastest > 0.0 { 5.0 * self.settings.tolerance / fastest } else { f64::INFINITY };
         let by_water = if apart > self.settings.tolerance { 0.1 } else { f64::INFINITY };
         by_rate.min(by_water).min(60.0).min(self.settings.longest).max(1e-6)
@@ -275,8 +292,7 @@ impl<'a> Transient<'a> {
             middle: &middle,
             load: &end,
         };
-        let guess: Vec<f64> =
-            state.temperatures.iter().zip(&at_between).map(|(a, b)| (a + (b - a) / GAMMA).max(0.5 * b)).collect();
+        let guess: Vec<f64> = state.temperatures.iter().zip(&at_between).map(|(a, b)| (a + (b - a) / GAMMA).max(0.5 * b)).collect();
         let (temperatures, water) = self.solve(&second, state, &guess)?;
 
         let error = self.local_error(state, h, &at_between, &temperatures);

@@ -184,7 +184,8 @@ impl Transient<'_> {
             None => Preconditioner::new(network, &self.system, stage.load, &state.temperatures)?,
         };
         preconditioner.set(rate)?;
-        let still: Vec<StreamState> = states.iter().map(|s| StreamState { capacity_rate: 0.0, exchange: vec![0.0; s.exchange.len()], ..s.clone() }).collect();
+        let still: Vec<StreamState> =
+            states.iter().map(|s| StreamState { capacity_rate: 0.0, exchange: vec![0.0; s.exchange.len()], ..s.clone() }).collect();
 
         let mut step = vec![0.0; network.nodes];
         for newton in 0..=MOST_NEWTON {
@@ -216,8 +217,8 @@ impl Transient<'_> {
             let through = balance(network, stage.load, &[], &temperatures).in_watts + from_water * rate;
             // Water gives its heat by differences of temperatures that are rounded as a whole.
             let films: f64 = states.iter().flat_map(|s| &s.conductance).sum::<f64>() * temperatures.iter().fold(0.0f64, |m, t| m.max(*t));
-            let rounding = self.system.rounding(network, &[], &temperatures)
-                + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films);
+            let rounding =
+                self.system.rounding(network, &[], &temperatures) + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films);
             if imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding) {
                 self.preconditioner = Some(preconditioner);
                 self.place(&mut temperatures, &streams, &carried);
@@ -237,7 +238,11 @@ impl Transient<'_> {
                 water.iter().map(|p| p.iter().map(|(v, _)| (*v, 0.0)).collect()).collect(),
                 inflows.iter().map(|f| f.iter().map(|(share, _)| (*share, 0.0)).collect()).collect(),
             );
-            let calm = streams_of(network, &states.iter().map(|s| StreamState { dissipation: 0.0, ..s.clone() }).collect::<Vec<_>>(), stage.duration);
+            let calm = streams_of(
+                network,
+                &states.iter().map(|s| StreamState { dissipation: 0.0, ..s.clone() }).collect::<Vec<_>>(),
+                stage.duration,
+            );
             let linear = Linear { jacobian, calm, cold, rate, own: stage.effective.0, solids };
             residual.iter_mut().for_each(|r| *r = -*r);
             let Preconditioner { multigrid, work, .. } = &mut preconditioner;
@@ -253,7 +258,8 @@ impl Transient<'_> {
                 )));
             }
             // No absolute temperature may more than double or turn negative.
-            let factor = temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
+            let factor =
+                temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
             for_chunks(&mut temperatures, |first, part| part.iter_mut().zip(&step[first..]).for_each(|(t, s)| *t += factor * s));
         }
         Err(Error::numerics("a time step does not converge"))

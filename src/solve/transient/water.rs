@@ -58,7 +58,13 @@ impl Passage {
         let area = std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter;
         let capacity: Vec<f64> = stream.stations.iter().map(|s| state.volumetric_capacity * area * s.length).collect();
         let mut sum = 0.0;
-        let ends = capacity.iter().map(|c| { sum += c; sum }).collect();
+        let ends = capacity
+            .iter()
+            .map(|c| {
+                sum += c;
+                sum
+            })
+            .collect();
         let rate = state.capacity_rate;
         let left = state.conductance.iter().map(|ua| if rate > 0.0 { (-ua / rate).exp() } else { 1.0 }).collect();
         let dissipation = stream.stations.iter().map(|s| state.dissipation * s.length).collect();
@@ -210,7 +216,13 @@ impl Passage {
         let held: f64 = parcels.iter().map(|p| p.0).sum();
         let scale = self.content() / held;
         let mut at = 0.0;
-        let middles: Vec<f64> = parcels.iter().map(|(v, _)| { at += v * scale; at - 0.5 * v * scale }).collect();
+        let middles: Vec<f64> = parcels
+            .iter()
+            .map(|(v, _)| {
+                at += v * scale;
+                at - 0.5 * v * scale
+            })
+            .collect();
         let between = |end: &f64| {
             let next = middles.partition_point(|m| m < end);
             match (next.checked_sub(1).and_then(|i| parcels.get(i)), parcels.get(next)) {
@@ -237,7 +249,8 @@ pub fn mixed(flows: &[(&Flow, f64)]) -> Flow {
     let mut now = 0.0;
     while now < 1.0 - 1e-12 {
         // The next moment at which one of them changes.
-        let next = flows.iter().zip(&at).filter_map(|((flow, _), (i, begun))| flow.get(*i).map(|(share, _)| begun + share)).fold(1.0, f64::min);
+        let next =
+            flows.iter().zip(&at).filter_map(|((flow, _), (i, begun))| flow.get(*i).map(|(share, _)| begun + share)).fold(1.0, f64::min);
         let t: f64 = flows.iter().zip(&at).filter_map(|((flow, w), (i, _))| flow.get(*i).or(flow.last()).map(|(_, t)| w * t)).sum();
         if next > now {
             found.push((next - now, t));
