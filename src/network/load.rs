@@ -19,7 +19,8 @@ pub struct Load {
     pub flows: Vec<f64>,
     /// Inlet temperature of each circuit, K.
     pub inlets: Vec<f64>,
-    /// Temperatures of the lumped nodes that are held, K (unused entries are 0).
+    /// Temperatures of the lumped nodes that are held, K (unused entries are 0), then those that boundaries give
+    /// to the vertices of imported meshes (0 for other laws).
     pub fixed: Vec<f64>,
 }
 
@@ -69,7 +70,9 @@ impl Load {
             .map(|c| positive(c.flow.evaluate(&values)?, &format!("the flow of the circuit '{}'", c.name)))
             .collect::<Result<_>>()?;
         let inlets = machine.circuits.iter().map(|c| c.inlet.evaluate(&values)).collect::<Result<_>>()?;
-        let fixed = machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
+        let mut fixed: Vec<f64> =
+            machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
+        fixed.extend(boundaries.iter().map(|b| if let BoundaryState::Temperature(t) = b { *t } else { 0.0 }));
         let gas = gas::film(machine.chamber.pressure, chamber, machine.chamber.accommodation, machine.chamber.gap);
         Ok(Self { chamber, gas, boundaries, powers, flows, inlets, fixed })
     }

@@ -27,7 +27,8 @@ pub struct Balance {
     pub circuits: Vec<f64>,
     /// Viscous dissipation in the water.
     pub dissipation: f64,
-    /// Each held lumped node.
+    /// Each held lumped node, in the order of the network's held nodes; what holds the vertices of imported meshes
+    /// counts to their boundaries.
     pub held: Vec<f64>,
 }
 
@@ -54,7 +55,13 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
         // The work of the pump enters and leaves with the water; it is listed on both sides.
         found.dissipation += dissipated;
     }
-    found.held = network.fixed.iter().map(|(node, _)| held_heat(network, load, *node, temperatures)).collect();
+    let lumped = load.fixed.len() - load.boundaries.len();
+    for ((_, index), heat) in network.fixed.iter().zip(held_heats(network, load, streams, temperatures)) {
+        match (*index as usize).checked_sub(lumped) {
+            Some(boundary) => found.boundaries[boundary] += heat,
+            None => found.held.push(heat),
+        }
+    }
     let flux = |(b, q): (usize, &f64)| (matches!(load.boundaries[b], BoundaryState::Flux(_)), *q);
     let terms = found.sources.iter().copied().chain([found.radiation, found.gas]);
     let terms = terms
@@ -69,37 +76,51 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
     found
 }
 
-/// Heat that holding a node puts into the machine, W: what it gives to neighbours and surroundings less
-/// what sources bring it.
-fn held_heat(network: &Network, load: &Load, node: u32, temperatures: &[f64]) -> f64 {
+/// Heat that holding each held node puts into the machine, W: what the node gives to neighbours, water and
+/// surroundings less what sources bring it.
+fn held_heats(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
+    let mut heats = vec![0.0; network.fixed.len()];
+    if heats.is_empty() {
+        return heats;
+    }
+    let mut place = vec![NONE; network.nodes];
+    for (k, (node, _)) in network.fixed.iter().enumerate() {
+        place[*node as usize] = k as u32;
+    }
     let t = |n: u32| temperatures[n as usize];
-    let sign = |a: u32, b: u32| {
-        if a == node {
-            1.0
-        } else if b == node {
-            -1.0
-        } else {
-            0.0
+    let is_held = |n: u32| place[n as usize] != NONE;
+    let mut leaves = |n: u32, heat: f64| {
+        if place[n as usize] != NONE {
+            heats[place[n as usize] as usize] += heat;
         }
     };
-    let joints: f64 = network
-        .joints
-        .iter()
-        .filter(|j| j.a == node || j.b == node)
-        .map(|j| sign(j.a, j.b) * network.joint_heat(j, temperatures))
-        .sum();
-    let linked: f64 = network
-        .radiative
-        .iter()
-        .filter(|(a, b, _)| *a == node || *b == node)
-        .map(|(a, b, area)| sign(*a, *b) * SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)))
-        .sum();
-    let surfaces = network.surfaces.iter().filter(|s| s.node == node);
-    let lost: f64 = surfaces.map(|s| s.state(t(node), &network.properties, load).heat).sum();
-    let brought = |(source, power): (&Vec<(u32, f64)>, &f64)| -> f64 {
-        source.iter().filter(|(n, _)| *n == node).map(|(_, share)| power * share).sum()
-    };
-    joints + linked + lost - network.sources.iter().zip(&load.powers).map(brought).sum::<f64>()
+    // Cells of blocks are never held, so the conduction inside blocks does not come in.
+    for j in network.joints.iter().filter(|j| is_held(j.a) || is_held(j.b)) {
+        let heat = network.joint_heat(j, temperatures);
+        leaves(j.a, heat);
+        leaves(j.b, -heat);
+    }
+    for (a, b, area) in network.radiative.iter().filter(|(a, b, _)| is_held(*a) || is_held(*b)) {
+        let heat = SIGMA * area * (t(*a).powi(4) - t(*b).powi(4));
+        leaves(*a, heat);
+        leaves(*b, -heat);
+    }
+    for surface in network.surfaces.iter().filter(|s| is_held(s.node)) {
+        leaves(surface.node, surface.state(t(surface.node), &network.properties, load).heat);
+    }
+    for (source, power) in network.sources.iter().zip(&load.powers) {
+        source.iter().for_each(|(node, share)| leaves(*node, -power * share));
+    }
+    for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
+        let mut entering = entering_temperature(network, load, streams, s, temperatures);
+        for (k, station) in stream.stations.iter().enumerate() {
+            for (cell, share) in &station.cells {
+                leaves(*cell as u32, state.exchange[k] * share * (temperatures[*cell] - entering));
+            }
+            entering = temperatures[stream.first_node as usize + k];
+        }
+    }
+    heats
 }
 
 /// Heat through a contact, W, from its first side to its second, and its conductance hA, W/K
