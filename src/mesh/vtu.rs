@@ -11,7 +11,8 @@ use crate::machine::{Machine, Property};
 use crate::units::{Celsius, Kelvin};
 
 /// Writes temperature (degC), heat flux (W/m²), part number and, in the field data, part names.
-/// Curved cells are drawn with straight edges. `temperatures` are those of the cells, K.
+/// Curved cells are drawn with straight edges; tetrahedra have the mean of their corners. `temperatures` are
+/// those of the mesh's nodes, K.
 ///
 /// # Errors
 /// The file cannot be written; nothing is left behind under its name then.
@@ -59,8 +60,26 @@ fn body(file: &mut impl Write, machine: &Machine, mesh: &Mesh, temperatures: &[f
             flux.extend(heat_flux(grid, c, temperatures, conductivity).map(|q| q as f32));
         }
     }
-    let offsets: Vec<u32> = (1..=mesh.cells as u32).map(|i| 8 * i).collect();
-    let types = vec![12u8; mesh.cells];
+    let hexahedra = celsius.len();
+    for tetra in &mesh.tetra {
+        let first = (points.len() / 3) as u32;
+        points.extend(tetra.points.iter().flatten().map(|x| *x as f32));
+        let conductivity = &machine.materials[machine.parts[tetra.part].material].conductivity;
+        for (t, corners) in tetra.body.tetrahedra.iter().enumerate() {
+            connectivity.extend(corners.map(|c| first + c));
+            let at = corners.map(|c| temperatures[tetra.node(c)]);
+            let mean = at.iter().sum::<f64>() / 4.0;
+            celsius.push(Celsius::from(Kelvin(mean)).0 as f32);
+            part.push(tetra.part as u32);
+            let gradients = tetra.gradients(t);
+            let slope = |d: usize| (0..4).map(|i| gradients[i][d] * at[i]).sum::<f64>();
+            flux.extend([0, 1, 2].map(|d| (-conductivity[d].at(mean) * slope(d)) as f32));
+        }
+    }
+    let cells = celsius.len();
+    let ends = (1..=cells).map(|i| if i <= hexahedra { 8 * i } else { 8 * hexahedra + 4 * (i - hexahedra) });
+    let offsets: Vec<u32> = ends.map(|end| end as u32).collect();
+    let types: Vec<u8> = (0..cells).map(|i| if i < hexahedra { 12 } else { 10 }).collect();
     let names: Vec<&str> = machine.parts.iter().map(|p| p.name.as_str()).collect();
 
     writeln!(file, r#"<?xml version="1.0"?>"#)?;
@@ -72,7 +91,7 @@ fn body(file: &mut impl Write, machine: &Machine, mesh: &Mesh, temperatures: &[f
         let _ = write!(codes, "{byte} ");
     }
     writeln!(file, "{codes}\n</DataArray>\n</FieldData>")?;
-    writeln!(file, r#"<Piece NumberOfPoints="{}" NumberOfCells="{}">"#, points.len() / 3, mesh.cells)?;
+    writeln!(file, r#"<Piece NumberOfPoints="{}" NumberOfCells="{}">"#, points.len() / 3, cells)?;
     writeln!(file, "<Points>")?;
     array(file, "Float32", "Points", 3, points.iter().flat_map(|x| x.to_le_bytes()))?;
     writeln!(file, "</Points>\n<Cells>")?;
