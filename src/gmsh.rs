@@ -219,7 +219,9 @@ enum Numbers {
 impl Numbers {
     fn new(tags: &[u64]) -> Result<Self> {
         let twice = |tag: u64| {
-            Err(Error::input(format!("node {tag} is there twice")).at_key(format!("node {tag}")).help("the file is damaged; save the mesh again"))
+            Err(Error::input(format!("node {tag} is there twice"))
+                .at_key(format!("node {tag}"))
+                .help("the file is damaged; save the mesh again"))
         };
         if u32::try_from(tags.len()).is_err() {
             return Err(Error::input("more nodes than can be numbered").read(tags.len()).help("use a coarser mesh"));

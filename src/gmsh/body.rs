@@ -161,7 +161,9 @@ fn orient(mesh: &Mesh, run: &mut [[u32; 4]], tags: &[u64], scale: f64, worst: &m
             Err(Error::input(format!("the tetrahedron {tag} is turned inside out, with {} others of its volume", negative - 1))
                 .at_key(format!("element {tag}"))
                 .read(format!("{negative} of {} with negative volume", run.len()))
-                .help("the mesh is tangled; mesh again, with optimization (Mesh.Optimize = 1, for second order Mesh.HighOrderOptimize = 1)"))
+                .help(
+                    "the mesh is tangled; mesh again, with optimization (Mesh.Optimize = 1, for second order Mesh.HighOrderOptimize = 1)",
+                ))
         }
         _ => Ok(()),
     }

@@ -79,14 +79,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<Raw> {
             }
             "Nodes" | "Elements" => return Err(source.error(format!("a second ${name}")).help("the file is damaged; save the mesh again")),
             "PartitionedEntities" => {
-                return Err(source.error("the mesh is partitioned").help("save it in one piece: Mesh.NbPartitions = 0, or unpartition it in Gmsh"));
+                return Err(source
+                    .error("the mesh is partitioned")
+                    .help("save it in one piece: Mesh.NbPartitions = 0, or unpartition it in Gmsh"));
             }
             _ => source.skip_section()?,
         }
     }
     for (found, name) in [(nodes, "Nodes"), (elements, "Elements")] {
         if !found {
-            return Err(Error::input(format!("the file has no ${name}")).help("it was cut off, or saved without its mesh; mesh in three dimensions and save it again"));
+            return Err(Error::input(format!("the file has no ${name}"))
+                .help("it was cut off, or saved without its mesh; mesh in three dimensions and save it again"));
         }
     }
     Ok(raw)
@@ -211,7 +214,9 @@ fn read_nodes(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
         }
     }
     if raw.points.len() != count {
-        return Err(source.error(format!("{count} nodes are announced, {} are there", raw.points.len())).help("the file is damaged; save the mesh again"));
+        return Err(source
+            .error(format!("{count} nodes are announced, {} are there", raw.points.len()))
+            .help("the file is damaged; save the mesh again"));
     }
     source.end_section()
 }
@@ -225,7 +230,9 @@ fn read_elements(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
         let (dimension, entity) = (source.int()?, source.int()?);
         let number = source.int()?;
         let Some((kind, nodes)) = element(number) else {
-            return Err(source.error(format!("elements of type {number} are not known")).help("mesh with tetrahedra of first or second order"));
+            return Err(source
+                .error(format!("elements of type {number} are not known"))
+                .help("mesh with tetrahedra of first or second order"));
         };
         let elements = source.size()?;
         let elements = source.expect(elements, 2 * (nodes + 1), 8 * (nodes + 1), "elements")?;
@@ -236,7 +243,9 @@ fn read_elements(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
             Kind::Lower => dimension,
         };
         if dimension != wanted {
-            return Err(source.error(format!("elements of type {number} in an entity of dimension {dimension}")).help("the file is damaged; save the mesh again"));
+            return Err(source
+                .error(format!("elements of type {number} in an entity of dimension {dimension}"))
+                .help("the file is damaged; save the mesh again"));
         }
         let (tets, tris) = (raw.tetrahedra.len(), raw.triangles.len());
         for _ in 0..elements {
@@ -274,7 +283,9 @@ fn read_elements(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
         raw.has_surface_elements |= wanted == 2;
     }
     if read != count {
-        return Err(source.error(format!("{count} elements are announced, {read} are there")).help("the file is damaged; save the mesh again"));
+        return Err(source
+            .error(format!("{count} elements are announced, {read} are there"))
+            .help("the file is damaged; save the mesh again"));
     }
     source.end_section()
 }

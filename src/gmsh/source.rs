@@ -99,7 +99,9 @@ impl<'a> Source<'a> {
         if self.left() < mark.len() {
             return Err(self.ended());
         }
-        Err(self.error(format!("{mark} is wanted here: the section does not hold what it says")).help("the file is damaged; save the mesh again"))
+        Err(self
+            .error(format!("{mark} is wanted here: the section does not hold what it says"))
+            .help("the file is damaged; save the mesh again"))
     }
 
     fn word(&mut self) -> Result<&'a str> {
@@ -109,7 +111,8 @@ impl<'a> Source<'a> {
         if end == 0 {
             return Err(self.ended());
         }
-        let word = std::str::from_utf8(&rest[..end.min(64)]).map_err(|_| self.error("a number is wanted here").help("is this a text file?"))?;
+        let word =
+            std::str::from_utf8(&rest[..end.min(64)]).map_err(|_| self.error("a number is wanted here").help("is this a text file?"))?;
         self.at += end;
         Ok(word)
     }
@@ -147,6 +150,10 @@ impl<'a> Source<'a> {
     /// A finite number.
     pub(super) fn double(&mut self) -> Result<f64> {
         let value: f64 = if self.binary { f64::from_le_bytes(self.take()?) } else { self.number("a number")? };
-        if value.is_finite() { Ok(value) } else { Err(self.error("a coordinate is not a finite number").read(value).help("the mesh is damaged; mesh again")) }
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(self.error("a coordinate is not a finite number").read(value).help("the mesh is damaged; mesh again"))
+        }
     }
 }

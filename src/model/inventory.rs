@@ -201,7 +201,9 @@ fn list_imports(model: &Model, found: &mut Inventory) {
             obtuse: negative as f64 / edges.len().max(1) as f64,
         });
         if body.pieces > 1 {
-            found.warnings.push(format!("'{}' consists of {} pieces that share no node: no heat passes between them", part.name, body.pieces));
+            found
+                .warnings
+                .push(format!("'{}' consists of {} pieces that share no node: no heat passes between them", part.name, body.pieces));
         }
         if body.worst_quality < 0.05 {
             found.warnings.push(format!(

@@ -35,7 +35,8 @@ impl Locator {
         let ranges = |t: &[u32; 4]| {
             let p = t.map(|i| points[i as usize]);
             [0, 1, 2].map(|d| {
-                let (a, b) = (p.iter().map(|x| x[d]).fold(f64::INFINITY, f64::min), p.iter().map(|x| x[d]).fold(f64::NEG_INFINITY, f64::max));
+                let (a, b) =
+                    (p.iter().map(|x| x[d]).fold(f64::INFINITY, f64::min), p.iter().map(|x| x[d]).fold(f64::NEG_INFINITY, f64::max));
                 let slack = OUTSIDE * (b - a);
                 (found.bin(d, a - slack), found.bin(d, b + slack))
             })
@@ -43,7 +44,8 @@ impl Locator {
         let all: Vec<[(usize, usize); 3]> = tetrahedra.iter().map(ranges).collect();
         let bins = |r: &[(usize, usize); 3]| {
             let r = *r;
-            (r[2].0..=r[2].1).flat_map(move |k| (r[1].0..=r[1].1).flat_map(move |j| (r[0].0..=r[0].1).map(move |i| i + n[0] * (j + n[1] * k))))
+            (r[2].0..=r[2].1)
+                .flat_map(move |k| (r[1].0..=r[1].1).flat_map(move |j| (r[0].0..=r[0].1).map(move |i| i + n[0] * (j + n[1] * k))))
         };
         for r in &all {
             bins(r).for_each(|b| found.starts[b + 1] += 1);

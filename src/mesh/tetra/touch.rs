@@ -17,7 +17,7 @@ use crate::mesh::overlap::{TOUCHING, face_position, indices_between, tile_polygo
 /// Faces closer than this times the longest edge of the triangle touch.
 const NEAR: f64 = 1e-3;
 /// Pieces smaller than this share of a triangle are rounding.
-const SLIVER: f64 = 1e-9;
+const SLIVER: f64 = 1e-13;
 /// Thickness of the metal that stands for a bond between matching triangles, over their size.
 const BOND: f64 = 1e-4;
 
