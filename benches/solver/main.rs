@@ -40,14 +40,17 @@ fn main() {
 }
 
 fn condition(machine: &Machine, flow: &str, speed: &str) -> Condition {
-    let given = [("coolant_flow", flow), ("coolant_temperature", "20.5 degC"), ("motor_speed", speed), ("ambient_temperature", "23.5 degC")];
+    let given =
+        [("coolant_flow", flow), ("coolant_temperature", "20.5 degC"), ("motor_speed", speed), ("ambient_temperature", "23.5 degC")];
     machine.condition(&given).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The cost of one steady state, everything included, by size.
 fn cost(sizes: &[usize]) {
     let machine = Machine::read(Path::new(MACHINE), &[]).unwrap_or_else(|e| panic!("{e}"));
-    println!("| unknowns | mesh, network s | hierarchy s | coefficients s | linear solves s | total s | us per unknown | Newton | Krylov | peak MB |");
+    println!(
+        "| unknowns | mesh, network s | hierarchy s | coefficients s | linear solves s | total s | us per unknown | Newton | Krylov | peak MB |"
+    );
     println!("|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
     let mut points: Vec<(f64, f64)> = Vec::new();
     for cells in if sizes.is_empty() { &SIZES } else { sizes } {
@@ -95,7 +98,10 @@ fn sweep(cells: usize) {
         let s = solver.steady(&at(flow, speed)).unwrap_or_else(|e| panic!("{e}"));
         let seconds = clock.elapsed().as_secs_f64();
         let share = seconds / first;
-        println!("{flow}, {speed}: {seconds:.2} s, {share:.2} of the first ({} Newton, {} Krylov)", s.newton_iterations, s.krylov_iterations);
+        println!(
+            "{flow}, {speed}: {seconds:.2} s, {share:.2} of the first ({} Newton, {} Krylov)",
+            s.newton_iterations, s.krylov_iterations
+        );
     }
 }
 

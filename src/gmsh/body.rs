@@ -89,9 +89,9 @@ impl Body {
     pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
         let mut bounds = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
         for point in &self.points {
-            for d in 0..3 {
-                bounds.0[d] = bounds.0[d].min(point[d]);
-                bounds.1[d] = bounds.1[d].max(point[d]);
+            for (d, x) in point.iter().enumerate() {
+                bounds.0[d] = bounds.0[d].min(*x);
+                bounds.1[d] = bounds.1[d].max(*x);
             }
         }
         bounds

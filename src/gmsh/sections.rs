@@ -189,7 +189,9 @@ fn entities(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
 
 fn read_nodes(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
     let (blocks, count) = (source.size()?, source.size()?);
-    (source.size()?, source.size()?);
+    // Smallest and largest tag are of no use.
+    source.size()?;
+    source.size()?;
     let count = source.expect(count, 8, 32, "nodes")?;
     raw.node_tags.reserve(count);
     raw.points.reserve(count);
@@ -223,7 +225,9 @@ fn read_nodes(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
 
 fn read_elements(source: &mut Source<'_>, raw: &mut Raw) -> Result<()> {
     let (blocks, count) = (source.size()?, source.size()?);
-    (source.size()?, source.size()?);
+    // Smallest and largest tag are of no use.
+    source.size()?;
+    source.size()?;
     source.expect(count, 4, 16, "elements")?;
     let mut read = 0u64;
     for _ in 0..source.expect(blocks, 8, 20, "blocks of elements")? {

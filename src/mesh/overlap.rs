@@ -163,7 +163,12 @@ fn ends(a: &Grid, side_a: Side, b: &Grid, side_b: Side, polar: bool) -> Vec<Over
         if polar {
             let plane = face_position(a, side_a);
             let shared = scatter(a, c, b, side_b).into_iter();
-            found.extend(shared.map(|(cell_b, share, at)| Overlap { a: cell, b: cell_b, area: area * share, point: in_plane(axis, at, plane) }));
+            found.extend(shared.map(|(cell_b, share, at)| Overlap {
+                a: cell,
+                b: cell_b,
+                area: area * share,
+                point: in_plane(axis, at, plane),
+            }));
             continue;
         }
         let tile = tile_polygon(a, c, u, v);

@@ -191,12 +191,12 @@ fn list_imports(model: &Model, found: &mut Inventory) {
         let body = &import.body;
         let edges = tetra.edges();
         let negative = edges.iter().filter(|e| e.factor.iter().sum::<f64>() < 0.0).count();
-        let surface = |s: &crate::gmsh::NamedSurface| (s.name.clone(), s.faces.iter().map(|f| tetra.face_area(*f as usize)).sum());
+        let area = |faces: &[u32]| faces.iter().map(|f| tetra.face_area(*f as usize)).sum();
         found.imports.push(ImportEntry {
             name: part.name.clone(),
             file: import.file.clone(),
             tetrahedra: body.tetrahedra.len(),
-            surfaces: body.surfaces.iter().map(surface).collect(),
+            surfaces: body.surfaces.iter().map(|s| (s.name.clone(), area(&s.faces))).collect(),
             worst_quality: body.worst_quality,
             obtuse: negative as f64 / edges.len().max(1) as f64,
         });

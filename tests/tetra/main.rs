@@ -5,7 +5,7 @@
 
 mod bad;
 mod bench;
-// mod bracket;
+mod bracket;
 mod contact;
 mod exact;
 mod sphere;

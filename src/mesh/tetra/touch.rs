@@ -74,10 +74,8 @@ impl Piece {
 
     /// Adds a quadrature point.
     fn add(&mut self, n: [f64; 3], m: [f64; 3], weight: f64) {
-        for i in 0..3 {
-            for j in 0..3 {
-                self.shared[i][j] += weight * n[i] * m[j];
-            }
+        for (row, n) in self.shared.iter_mut().zip(n) {
+            row.iter_mut().zip(m).for_each(|(shared, m)| *shared += weight * n * m);
         }
         for (at, (i, j)) in PAIRS.into_iter().enumerate() {
             self.own[at] += weight * n[i] * n[j];
@@ -176,9 +174,9 @@ fn tiles(grid: &Grid, side: Side) -> Vec<Tile> {
 fn bounds(points: &[Point]) -> (Point, Point) {
     let mut found = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
     for p in points {
-        for d in 0..2 {
-            found.0[d] = found.0[d].min(p[d]);
-            found.1[d] = found.1[d].max(p[d]);
+        for (d, x) in p.iter().enumerate() {
+            found.0[d] = found.0[d].min(*x);
+            found.1[d] = found.1[d].max(*x);
         }
     }
     found

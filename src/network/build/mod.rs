@@ -3,8 +3,8 @@
 mod contacts;
 mod tetra;
 
-use super::stream::{CircuitTree, Stream};
 use super::block::Gap;
+use super::stream::{CircuitTree, Stream};
 use super::{Block, NONE, Network, SensorTerm, Surface};
 use crate::error::{Error, Result};
 use crate::machine::{Face, Layout, Machine, Place, Reading, Side};

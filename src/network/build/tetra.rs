@@ -160,15 +160,23 @@ impl Builder<'_> {
                     (corners, layer, self.across(far, piece.other as usize))
                 }
             };
-            let joint = |a: u32, b: u32, area: f64| Joint { a, b, area, length_a: layer, length_b, property_a, property_b, contact: NONE, reach: [NONE; 2] };
-            for i in 0..3 {
-                for j in 0..3 {
-                    if others[j] != NONE && piece.shared[i][j] != 0.0 {
-                        let pair = joint(corners[i], others[j], piece.shared[i][j]);
-                        crossing.joints.push(pair);
-                        if matches!(touch.other, Other::Grid(..)) {
-                            cells.entry(pair.b).or_default().push(pair);
-                        }
+            let joint = |a: u32, b: u32, area: f64| Joint {
+                a,
+                b,
+                area,
+                length_a: layer,
+                length_b,
+                property_a,
+                property_b,
+                contact: NONE,
+                reach: [NONE; 2],
+            };
+            for (corner, row) in corners.iter().zip(piece.shared) {
+                for (other, area) in others.iter().zip(row).filter(|(other, area)| **other != NONE && *area != 0.0) {
+                    let pair = joint(*corner, *other, area);
+                    crossing.joints.push(pair);
+                    if matches!(touch.other, Other::Grid(..)) {
+                        cells.entry(pair.b).or_default().push(pair);
                     }
                 }
             }
