@@ -16,6 +16,7 @@ pub mod cli;
 pub mod error;
 pub mod fit;
 pub mod formula;
+pub mod gmsh;
 pub mod job;
 pub mod machine;
 pub mod mesh;

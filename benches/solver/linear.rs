@@ -60,7 +60,8 @@ fn machine(n: usize) -> Machine {
 /// Sets up and solves the first Newton step of the cube to a relative residual of 1e-8.
 pub fn run(n: usize, export: Option<&Path>) {
     let machine = machine(n);
-    let given = [("coolant_flow", "1 L/min"), ("coolant_temperature", "20 degC"), ("motor_speed", "0 rpm"), ("ambient_temperature", "23.5 degC")];
+    let given =
+        [("coolant_flow", "1 L/min"), ("coolant_temperature", "20 degC"), ("motor_speed", "0 rpm"), ("ambient_temperature", "23.5 degC")];
     let condition = machine.condition(&given).unwrap_or_else(|e| panic!("{e}"));
     let mesh = Mesh::with_size(&machine, 1.0).unwrap_or_else(|e| panic!("{e}"));
     let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));

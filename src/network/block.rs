@@ -104,8 +104,20 @@ impl Block {
             let (j, k) = (line % n1, line / n1);
             let start = if line * n0 < from { from % n0 } else { 0 };
             let end = (to - line * n0).min(n0);
-            let below = if j > 0 { Some(-step) } else if self.wraps { Some(layer - step) } else { None };
-            let above = if j + 1 < n1 { Some(step) } else if self.wraps { Some(step - layer) } else { None };
+            let below = if j > 0 {
+                Some(-step)
+            } else if self.wraps {
+                Some(layer - step)
+            } else {
+                None
+            };
+            let above = if j + 1 < n1 {
+                Some(step)
+            } else if self.wraps {
+                Some(step - layer)
+            } else {
+                None
+            };
             Segment {
                 along: start..end,
                 node: self.first + line * n0 + start,

@@ -181,7 +181,9 @@ impl Multigrid {
         let [b, x, other] = &mut above[l];
         match &level.step {
             Step::Blocks(transfer) => transfer.prolong(&below[0][1], x),
-            Step::Aggregates { prolongation, .. } => for_chunks(x, |first, part| prolongation.add_product(first, &below[0][1], part, false)),
+            Step::Aggregates { prolongation, .. } => {
+                for_chunks(x, |first, part| prolongation.add_product(first, &below[0][1], part, false))
+            }
         }
         level.smooth(b, x, other, false);
     }
@@ -358,7 +360,8 @@ fn conduction_diagonal(rows: usize, blocks: &[Block], profiles: &[Profile<f32>])
 /// A network without blocks as compressed rows.
 fn rows_of(matrix: &Symmetric<'_>) -> Csr {
     let rows = matrix.to_given.len();
-    let mut entries: Vec<(u32, u32, f64)> = matrix.couplings.iter().flat_map(|(a, b, g)| [(*a, *b, -g), (*b, *a, -g), (*a, *a, *g), (*b, *b, *g)]).collect();
+    let mut entries: Vec<(u32, u32, f64)> =
+        matrix.couplings.iter().flat_map(|(a, b, g)| [(*a, *b, -g), (*b, *a, -g), (*a, *a, *g), (*b, *b, *g)]).collect();
     entries.extend(matrix.to_given.iter().enumerate().map(|(i, g)| (i as u32, i as u32, *g)));
     entries.sort_by_key(|(i, j, _)| (*i, *j));
     let (mut lengths, mut cols, mut values) = (vec![0usize; rows], Vec::new(), Vec::new());

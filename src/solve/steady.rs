@@ -66,7 +66,8 @@ impl<'a> Solver<'a> {
         let start = initial(network, reference);
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
-        let is_symmetric = network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty() && network.reaches.is_empty();
+        let is_symmetric =
+            network.streams.is_empty() && network.is_linear_conduction() && network.radiative.is_empty() && network.reaches.is_empty();
         let unsolved = Solution {
             temperatures: start,
             streams,
@@ -190,7 +191,14 @@ impl<'a> Solver<'a> {
     }
 
     /// One linear solve.
-    fn linear(&self, matrix: &Jacobian<'_>, streams: &[StreamState], b: &[f64], x: &mut [f64], work: &mut super::multigrid::Workspace) -> Outcome {
+    fn linear(
+        &self,
+        matrix: &Jacobian<'_>,
+        streams: &[StreamState],
+        b: &[f64],
+        x: &mut [f64],
+        work: &mut super::multigrid::Workspace,
+    ) -> Outcome {
         let solids = self.network.solids;
         if self.is_symmetric {
             return conjugate_gradients(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));

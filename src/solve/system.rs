@@ -43,7 +43,8 @@ impl System {
             }
         });
         let pattern = SparseRows::pattern(entries.clone());
-        let slots = entries.par_iter().with_min_len(CHUNK).map(|(row, column)| pattern.position(*row, *column).unwrap_or(0) as u32).collect();
+        let slots =
+            entries.par_iter().with_min_len(CHUNK).map(|(row, column)| pattern.position(*row, *column).unwrap_or(0) as u32).collect();
         let profiles = network.blocks.iter().map(|b| b.profile(&network.properties, 300.0)).collect();
         let is_constant = network.blocks.iter().map(|b| b.is_constant(&network.properties)).collect();
         let mut is_held: Vec<u32> = network.fixed.iter().map(|(node, _)| *node).collect();
@@ -111,9 +112,7 @@ impl System {
             let (ta, tb) = network.joint_ends(j, temperatures);
             (j.a, j.b, network.joint_state(j, ta, tb).conductance)
         });
-        let radiative = network.radiative.iter().map(|(a, b, area)| {
-            (*a, *b, 2.0 * SIGMA * area * (t(*a).powi(3) + t(*b).powi(3)))
-        });
+        let radiative = network.radiative.iter().map(|(a, b, area)| (*a, *b, 2.0 * SIGMA * area * (t(*a).powi(3) + t(*b).powi(3))));
         for (a, b, g) in joints.chain(radiative) {
             match (is_held(a), is_held(b)) {
                 (false, false) => couplings.push((a, b, g)),

@@ -329,8 +329,7 @@ impl Transfer {
         for (t, profile) in self.blocks.iter().zip(&matrix.profiles) {
             let of_block = t.conduction(profile);
             let [m0, m1, m2] = t.coarse.cells;
-            let layers: Vec<_> =
-                (0..m2).into_par_iter().map(|c| finish(t.coarse.first + m0 * m1 * c, t.layer(&of_block, c))).collect();
+            let layers: Vec<_> = (0..m2).into_par_iter().map(|c| finish(t.coarse.first + m0 * m1 * c, t.layer(&of_block, c))).collect();
             chunks.extend(layers);
         }
         chunks.push(finish(self.in_blocks, vec![Vec::new(); self.others.len()]));
