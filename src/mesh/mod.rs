@@ -260,13 +260,7 @@ fn find_touches(machine: &Machine, mesh: &Mesh) -> Vec<Touch> {
         }
     };
     for (t, tetra) in mesh.tetra.iter().enumerate() {
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        for p in &tetra.points {
-            for d in 0..3 {
-                (low[d], high[d]) = (low[d].min(p[d]), high[d].max(p[d]));
-            }
-        }
+        let (low, high) = tetra.bounds();
         let slack = 1e-3 * (0..3).map(|d| high[d] - low[d]).fold(0.0, f64::max);
         for (g, grid) in mesh.grids.iter().enumerate() {
             let (low_g, high_g) = bounds(&machine.parts[grid.part].blocks[grid.block].shape);

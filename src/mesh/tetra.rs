@@ -109,6 +109,17 @@ impl Tetra {
         Some([0, 1, 2, 3].map(|i| (self.node(corners[i]), shape[i])))
     }
 
+    /// Whether a point (m) lies in the volume.
+    pub fn contains(&self, point: [f64; 3]) -> bool {
+        self.locator.find(&self.points, &self.body.tetrahedra, point).is_some_and(|(_, shape)| shape.iter().all(|n| *n >= 0.0))
+    }
+
+    /// The box around it, m.
+    pub fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        let around = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
+        self.points.iter().fold(around, |(l, h), p| ([0, 1, 2].map(|d| l[d].min(p[d])), [0, 1, 2].map(|d| h[d].max(p[d]))))
+    }
+
     /// Gradients of the four shape functions of a tetrahedron, 1/m.
     pub fn gradients(&self, tetrahedron: usize) -> [[f64; 3]; 4] {
         let p = self.body.tetrahedra[tetrahedron].map(|i| self.points[i as usize]);

@@ -97,7 +97,8 @@ struct Laid {
 /// Pieces shared by a volume's boundary and one side of a grid.
 pub(in crate::mesh) fn with_grid(tetra: &Tetra, grid: &Grid, side: Side) -> Vec<Piece> {
     let mut found = Vec::new();
-    if grid.wraps(side.axis()) {
+    // The one cell of a spherical shell has no place for triangles: spheres are joined by a stated area.
+    if grid.wraps(side.axis()) || grid.is_spherical() {
         return found;
     }
     let polar = grid.is_cylindrical() && side.axis() == 2;
