@@ -7,5 +7,6 @@ mod bad;
 mod bench;
 mod bracket;
 mod contact;
+mod enclosure;
 mod exact;
 mod sphere;
