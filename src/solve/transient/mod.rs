@@ -223,7 +223,7 @@ impl<'a> Transient<'a> {
         }
         if self.network.capacity.iter().zip(&self.network.group).any(|(c, _)| *c == 0.0) {
             // A step of no length moves only what stores nothing.
-            let tiny = Stage { duration: 1e-6, own: 1e-6, earlier: Vec::new(), effective: (1.0, Vec::new()), begin: load, middle: load, load };
+            let tiny = Stage { duration: 1e-3, own: 1e-3, earlier: Vec::new(), effective: (1.0, Vec::new()), begin: load, middle: load, load };
             let (temperatures, _) = self.solve(&tiny, state, &state.temperatures)?;
             for (i, t) in temperatures.iter().enumerate().take(self.network.solids) {
                 if self.network.capacity[i] == 0.0 {

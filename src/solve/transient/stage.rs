@@ -196,7 +196,8 @@ impl Transient<'_> {
                 if network.capacity[i] > 0.0 {
                     let now = network.enthalpy(i, temperatures[i]);
                     residual[i] += rate * (now - target[i]);
-                    magnitude += now.abs().max(target[i].abs()).max(network.capacity[i]);
+                    // A temperature is known to its last place, and so is what is stored at it.
+                    magnitude += network.capacity[i] * temperatures[i];
                 }
             }
             let mut from_water = 0.0;
