@@ -145,7 +145,7 @@ fn the_capacity_of_vertices_follows_the_temperature() {
         [material.a]
         conductivity = \"16.3 W/(m K)\"
         density = \"7900 kg/m3\"
-        specific_heat = { temperature = [\"250 K\", \"350 K\"], values = [\"400 J/(kg K)\", \"600 J/(kg K)\"] }
+        specific_heat = [[\"250 K\", \"400 J/(kg K)\"], [\"350 K\", \"600 J/(kg K)\"]]
         [part.first]
         material = \"a\"
         box = [\"10 mm\", \"10 mm\", \"10 mm\"]

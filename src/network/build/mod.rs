@@ -11,9 +11,9 @@ use super::block::Gap;
 use super::stream::{CircuitTree, Stream};
 use super::{Block, NONE, Network, SensorTerm, Surface};
 use crate::error::{Error, Result};
+use crate::machine::Property;
 use crate::machine::{BoundaryLaw, Face, Layout, Machine, Place, Reading, Side};
 use crate::mesh::grid::Grid;
-use crate::machine::Property;
 use crate::mesh::{Mesh, path};
 use crate::physics::radiation::effective_emissivity;
 
