@@ -24,11 +24,14 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use toml::de::{DeTable, DeValue};
 
+#[path = "reader/leaf.rs"]
+mod leaf;
 #[path = "reader/tree.rs"]
 mod tree;
 #[path = "reader/value.rs"]
 mod value;
 
+pub use leaf::Leaf;
 pub use value::Value;
 
 use crate::error::{Error, Result, did_you_mean};

@@ -16,11 +16,10 @@
 mod csv;
 mod parquet;
 
-use std::fs::File;
-use std::io::Write;
 use std::path::Path;
 
 use crate::error::{Error, Result, did_you_mean};
+use crate::files;
 use crate::units::{self, Dimension};
 
 /// Names that are condition variables wherever they occur.
@@ -172,16 +171,24 @@ impl Table {
     /// # Errors
     /// The file cannot be read, or its content is not a table.
     pub fn read(path: impl AsRef<Path>) -> Result<Table> {
+        Ok(Self::read_with_lines(path)?.0)
+    }
+
+    /// As [`Table::read`], with the line of the header and of every row behind it; of a Parquet file there are none.
+    ///
+    /// # Errors
+    /// As [`Table::read`].
+    pub fn read_with_lines(path: impl AsRef<Path>) -> Result<(Table, Vec<usize>)> {
         let path = path.as_ref();
         let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, &e).help("check the path"))?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
-            return Table::from_parquet(bytes, path);
+            return Ok((Table::from_parquet(bytes, path)?, Vec::new()));
         }
         let text = String::from_utf8(bytes).map_err(|e| {
             let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
             Error::input("the file is not UTF-8 text").in_file(path).at_line(line).help("save it as CSV in UTF-8")
         })?;
-        Table::from_csv(&text, path)
+        Ok((Table::from_csv(&text, path)?, Table::csv_lines(&text)))
     }
 
     /// Writes the table as `path` with the extension `.csv` and again with `.parquet`.
@@ -199,7 +206,7 @@ impl Table {
     /// The table is malformed or the file cannot be written.
     pub fn write_csv(&self, path: &Path) -> Result<()> {
         let text = self.to_csv()?;
-        write_atomically(path, text.as_bytes())
+        files::write(path, text.as_bytes())
     }
 
     /// Writes a Parquet file.
@@ -208,29 +215,8 @@ impl Table {
     /// The table is malformed or the file cannot be written.
     pub fn write_parquet(&self, path: &Path) -> Result<()> {
         let bytes = self.to_parquet()?;
-        write_atomically(path, &bytes)
+        files::write(path, &bytes)
     }
-}
-
-/// Writes a whole file under a temporary name, then renames it, so that a reader sees the old or the new one.
-///
-/// # Errors
-/// The file cannot be written; the old one is then still there.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    let mut name = path.file_name().unwrap_or_default().to_os_string();
-    name.push(".tmp");
-    let temporary = path.with_file_name(name);
-    let write = || {
-        let mut file = File::create(&temporary)?;
-        file.write_all(bytes)?;
-        file.sync_all()?;
-        std::fs::rename(&temporary, path)
-    };
-    write().map_err(|e| {
-        // What is left of an unfinished file is of no use to anyone.
-        let _ = std::fs::remove_file(&temporary);
-        Error::file("write", path, &e).help("check that the folder exists, may be written to and has space left")
-    })
 }
 
 #[cfg(test)]

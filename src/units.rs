@@ -109,6 +109,11 @@ impl Dimension {
     /// Pa s
     pub const VISCOSITY: Self = Self::of(-1, 1, -1, 0);
 
+    /// Whether it is an absolute temperature, whose zero depends on the scale.
+    pub const fn is_absolute(self) -> bool {
+        self.absolute
+    }
+
     /// The unit the value is expected in, as one would write it, with an example.
     pub fn example(self) -> &'static str {
         match self {
@@ -333,6 +338,28 @@ pub fn convert(value: f64, unit_text: &str, expected: Dimension) -> Result<f64> 
 pub fn dimension_of(unit_text: &str) -> Result<Dimension> {
     let (_, dimension) = unit(unit_text)?;
     Ok(if matches!(unit_text.trim(), "degC" | "°C") { Dimension::TEMPERATURE } else { dimension })
+}
+
+/// A text split into its number, its unit and the dimension of that unit; `None` where it is no quantity.
+///
+/// ```
+/// # use coldplate::units::{Dimension, quantity};
+/// assert_eq!(quantity("560 W/(m2 K)"), Some((560.0, "W/(m2 K)", Dimension::FILM)));
+/// assert_eq!(quantity("0.0453 * motor_speed_rpm"), None);
+/// ```
+pub fn quantity(text: &str) -> Option<(f64, &str, Dimension)> {
+    let text = text.trim();
+    let (number, suffix) = text.split_at(number_length(text));
+    let value: f64 = number.parse().ok().filter(|v: &f64| v.is_finite())?;
+    let suffix = suffix.trim();
+    if suffix.is_empty() {
+        return Some((value, "1", Dimension::NUMBER));
+    }
+    // A sign of multiplication after the number belongs to an expression.
+    if suffix.starts_with(['*', '/', '.', '^']) {
+        return None;
+    }
+    dimension_of(suffix).ok().map(|dimension| (value, suffix, dimension))
 }
 
 /// A value in SI back in the unit a reader of the files expects (degC for absolute temperatures).

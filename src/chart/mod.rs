@@ -26,6 +26,7 @@ pub mod contour;
 pub mod error_overview;
 pub mod fonts;
 pub mod heat;
+pub mod history;
 pub mod legend;
 pub mod measured;
 pub mod one_factor;
@@ -42,7 +43,7 @@ pub mod surface;
 pub mod ticks;
 pub mod vector;
 
-pub use output::{Written, draw, to_pixels, to_svg_string, write_atomically};
+pub use output::{Written, draw, draw_as, to_pixels, to_svg_string};
 pub use vector::escape;
 
 use crate::error::Result;

@@ -1,7 +1,6 @@
 //! From a figure to its files: SVG and PNG, each written under a temporary name and then renamed.
 
 use std::ffi::OsString;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use plotters::backend::{BitMapBackend, DrawingBackend};
@@ -12,6 +11,7 @@ use super::raster::{self, Raster};
 use super::style::WHITE;
 use super::vector::{self, Vector};
 use crate::error::{Error, Result};
+use crate::files;
 
 /// The two files of a figure.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -64,42 +64,42 @@ pub fn draw<F: Figure>(stem: impl AsRef<Path>, figure: &F) -> Result<Written> {
         PathBuf::from(name)
     };
     let written = Written { svg: with(".svg"), png: with(".png") };
-    let svg = to_svg_string(figure)?;
-    let (pixels, size) = to_pixels(figure)?;
-    write_atomically(&written.svg, svg.as_bytes())?;
-    atomically(&written.png, ".png", |temporary| {
-        let mut backend = BitMapBackend::new(temporary, size);
-        let refused = |e: &dyn std::fmt::Display| Error::input(format!("cannot write this picture: {e}")).in_file(&written.png);
-        backend.blit_bitmap((0, 0), size, &pixels).map_err(|e| refused(&e))?;
-        backend.present().map_err(|e| refused(&e))
-    })?;
+    draw_as(&written.svg, figure)?;
+    draw_as(&written.png, figure)?;
     Ok(written)
 }
 
-/// Writes a whole file under a temporary name beside it and then renames it.
+/// Writes one file, SVG or PNG by the extension of its name, making the folder where it is missing.
 ///
 /// # Errors
-/// Where it cannot be written.
-pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<()> {
-    atomically(path, "", |temporary| fs::write(temporary, bytes).map_err(|e| Error::file("write", path, &e)))
+/// As [`check_name`] and [`Figure::paint`], and where the file cannot be written.
+pub fn draw_as<F: Figure>(path: &Path, figure: &F) -> Result<()> {
+    check_name(path)?;
+    if has_extension(path, "svg") {
+        return files::write(path, to_svg_string(figure)?.as_bytes());
+    }
+    let (pixels, size) = to_pixels(figure)?;
+    files::replace(path, |temporary| {
+        let mut backend = BitMapBackend::new(temporary, size);
+        let refused = |e: &dyn std::fmt::Display| Error::input(format!("cannot write this picture: {e}")).in_file(path);
+        backend.blit_bitmap((0, 0), size, &pixels).map_err(|e| refused(&e))?;
+        backend.present().map_err(|e| refused(&e))
+    })
 }
 
-fn atomically(path: &Path, extension: &str, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
-    let Some(name) = path.file_name() else {
-        return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
-    };
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(|e| Error::file("make the folder of", path, &e))?;
-    let mut hidden = OsString::from(".");
-    hidden.push(name);
-    hidden.push(format!(".{}.tmp{extension}", std::process::id()));
-    let temporary = folder.join(hidden);
-    let outcome = write(&temporary).and_then(|()| fs::rename(&temporary, path).map_err(|e| Error::file("rename", path, &e)));
-    if outcome.is_err() {
-        // The reason is in `outcome`; a temporary file that cannot be removed adds nothing to it.
-        let _ = fs::remove_file(&temporary);
+/// Checks that a picture can be written under this name, before any work is done for it.
+///
+/// # Errors
+/// The extension is neither `svg` nor `png`.
+pub fn check_name(path: &Path) -> Result<()> {
+    if has_extension(path, "svg") || has_extension(path, "png") {
+        return Ok(());
     }
-    outcome
+    Err(Error::input("pictures are written as SVG or PNG").in_file(path).help("end the name in .svg or .png"))
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e == extension)
 }
 
 fn whole((width, height): (f64, f64)) -> (f64, f64) {

@@ -7,6 +7,8 @@ pub mod fit;
 pub mod output;
 pub mod query;
 pub mod run;
+pub mod sensitivity;
+pub mod simulate;
 pub mod solve;
 pub mod sweep;
 pub mod text;
@@ -45,6 +47,10 @@ enum Command {
     Check(check::Args),
     /// Steady temperatures at one condition
     Solve(solve::Args),
+    /// Derivatives of readings with respect to conditions and numbers of the machine file
+    Sensitivity(sensitivity::Args),
+    /// Temperatures over time, through a schedule of conditions
+    Simulate(simulate::Args),
     /// Design of experiments: run every condition of a sweep file, resuming what is there
     Sweep(sweep::Args),
     /// A surrogate from any table of conditions and outputs
@@ -67,6 +73,8 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(args, out),
         Command::Check(args) => check::run(args, out),
         Command::Solve(args) => solve::run(args, out),
+        Command::Sensitivity(args) => sensitivity::run(args, out),
+        Command::Simulate(args) => simulate::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),
         Command::Fit(args) => fit::run(args, out),
         Command::Chart(args) => chart::run(args, out),

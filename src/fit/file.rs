@@ -9,6 +9,7 @@ use runtime::format;
 
 use super::model::{Kernel, Limit, LimitKind, Model, Point, Polynomial, RbfBasis, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};
+use crate::files;
 
 /// Self-test vectors: the centre of the ranges, both ends, and this many conditions between.
 const INNER_SELF_TESTS: usize = 5;
@@ -40,22 +41,7 @@ pub fn encode(surrogate: &Surrogate) -> Result<Vec<u8>> {
 /// As [`encode`]; a file that cannot be written.
 pub fn write(surrogate: &Surrogate, path: &Path) -> Result<()> {
     let bytes = encode(surrogate).map_err(|e| e.in_file(path))?;
-    let name = path.file_name().ok_or_else(|| Error::input("this is no name for a file").in_file(path))?;
-    let mut temporary = std::ffi::OsString::from(".");
-    temporary.push(name);
-    temporary.push(format!(".{}.tmp", std::process::id()));
-    let temporary = path.with_file_name(temporary);
-    let written = std::fs::File::create(&temporary)
-        .and_then(|mut file| {
-            std::io::Write::write_all(&mut file, &bytes)?;
-            file.sync_all()
-        })
-        .and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // The error is what matters; a leftover that cannot be removed is only untidy.
-        let _ = std::fs::remove_file(&temporary);
-        Error::file("write", path, &source)
-    })
+    files::write(path, &bytes)
 }
 
 /// Reads a surrogate file back into its data. Terms with the coefficient zero are left out.

@@ -25,8 +25,15 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
                 .error_at("in", format!("'{}' is an imported mesh, and channels run through blocks only", parts[part].name))
                 .help("leave the hole in the mesh, name its wall as a physical surface, and give that a [boundary.NAME] with film and fluid_temperature"));
         }
-        let diameter = section.positive("diameter", Dimension::LENGTH)?;
-        let path = path(&section, &parts[part])?;
+        let bore = bore(&section, &parts[part])?;
+        let is_bore = bore.is_some();
+        if found.iter().any(|c: &Channel| is_bore && c.is_bore && c.part == part) {
+            return Err(section.error_at("bore", format!("another channel takes the bore of '{}' already", parts[part].name)));
+        }
+        let (diameter, path) = match bore {
+            Some(bore) => bore,
+            None => (section.positive("diameter", Dimension::LENGTH)?, path(&section, &parts[part])?),
+        };
         let straight: f64 = path.windows(2).map(|w| distance(w[0], w[1])).sum();
         if diameter >= straight {
             return Err(section
@@ -73,13 +80,38 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
         }
         section.finish()?;
         automatic.push(auto);
-        found.push(Channel { name, path, part, diameter, length, film, minor_loss, roughness });
+        found.push(Channel { name, path, part, diameter, length, film, minor_loss, roughness, is_bore });
     }
     Ok((found, automatic))
 }
 
 pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// Diameter and path of the bore of a hollow cylinder, where the section asks for it.
+fn bore(section: &Section<'_>, part: &Part) -> Result<Option<(f64, Vec<[f64; 3]>)>> {
+    let Some(reversed) = section.opt_choice("bore", &["start", "end"])? else { return Ok(None) };
+    let hollow = match part.blocks.as_slice() {
+        [block] => match &block.shape {
+            Shape::Cylinder { axis, base, length, inner, turn, .. } if *inner > 0.0 && turn.1 - turn.0 >= std::f64::consts::TAU - 1e-9 => {
+                let mut far = *base;
+                far[axis.index()] += length;
+                Some((2.0 * inner, *base, far))
+            }
+            _ => None,
+        },
+        _ => None,
+    };
+    let Some((diameter, start, end)) = hollow else {
+        return Err(section
+            .error_at("bore", format!("'{}' is not one hollow cylinder", part.name))
+            .help("give path = [...] and a diameter for a channel in solid material"));
+    };
+    if let Some(key) = section.one_of(&["diameter", "path", "serpentine", "coordinates"])? {
+        return Err(section.error_at(key, format!("the cylinder says it all: a bore has no '{key}'")).help("remove it"));
+    }
+    Ok(Some((diameter, if reversed == 0 { vec![start, end] } else { vec![end, start] })))
 }
 
 /// The corners of a channel in the machine's coordinates, checked to lie inside its part.

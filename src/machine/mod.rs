@@ -429,6 +429,8 @@ pub struct Channel {
     pub minor_loss: f64,
     /// Wall roughness, m.
     pub roughness: f64,
+    /// Whether it is the bore of a hollow cylinder, whose inner face is its wall; otherwise a hole in solid.
+    pub is_bore: bool,
 }
 
 /// How the film coefficient of a channel is found.

@@ -54,7 +54,7 @@ impl Machine {
     /// The file cannot be read or is not a valid machine; the error names the file, the line, the key, the value
     /// and what to do. `docs/machine-file.md` describes the format.
     pub fn read(path: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
-        Self::from_document(Document::read(path)?, sets)
+        Self::with_sets(Document::read(path)?, sets)
     }
 
     /// As [`Machine::read`], from the text of a file; `file` is the name used in errors.
@@ -62,15 +62,22 @@ impl Machine {
     /// # Errors
     /// As [`Machine::read`].
     pub fn from_text(text: &str, file: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
-        Self::from_document(Document::parse(text, file)?, sets)
+        Self::with_sets(Document::parse(text, file)?, sets)
     }
 
-    fn from_document(mut document: Document, sets: &[(String, String)]) -> Result<Self> {
+    fn with_sets(mut document: Document, sets: &[(String, String)]) -> Result<Self> {
         for (key, value) in sets {
             document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
         }
-        let machine = machine(&document).map_err(|error| error.in_file(document.file()))?;
-        Ok(machine)
+        Self::from_document(&document)
+    }
+
+    /// As [`Machine::read`], from a file that is parsed already.
+    ///
+    /// # Errors
+    /// As [`Machine::read`].
+    pub fn from_document(document: &Document) -> Result<Self> {
+        machine(document).map_err(|error| error.in_file(document.file()))
     }
 }
 

@@ -171,6 +171,18 @@ fn add_variable(symbols: &mut Symbols, index: usize, variable: &Variable, more: 
     Ok(())
 }
 
+impl Variable {
+    /// A name under which expressions may use the variable, and the unit its value has there: kelvin for absolute
+    /// temperatures, else the unit it is shown in.
+    pub fn in_expressions(&self) -> (String, String) {
+        let unit = if self.dimension == Dimension::TEMPERATURE { "K" } else { self.unit.as_str() };
+        let suffix = suffix(unit);
+        // "1" leaves a suffix too, but a pure number goes by its own name.
+        let name = if self.dimension == Dimension::NUMBER { self.name.clone() } else { format!("{}_{suffix}", self.name) };
+        (name, unit.to_string())
+    }
+}
+
 /// A unit as part of a name: `L/min` is `L_min`, `W/(m2 K)` is `W_m2_K`, `%` is `percent`.
 fn suffix(unit: &str) -> String {
     let spelled = unit.replace('%', "percent").replace('°', "deg");

@@ -96,11 +96,23 @@ impl Mesh {
         if size.is_nan() || size <= 0.0 {
             return Err(Error::input("the element size must be positive").at_key("element_size").read(size));
         }
-        let mut grids = Vec::new();
+        let blocks = machine.parts.iter().flat_map(|p| p.blocks.iter().map(move |b| (p, b)));
+        let counts: Vec<[usize; 3]> = blocks.map(|(part, block)| divisions(block, size * part.element_scale)).collect();
+        Self::with_divisions(machine, &counts, size)
+    }
+
+    /// A mesh with given cell counts for each block, in the order of parts and blocks (those that are missing get
+    /// one cell along each axis); `size` (m) is noted as its element size. With the counts of another machine's
+    /// mesh the cells keep their numbers while the geometry moves a little.
+    ///
+    /// # Errors
+    /// More cells than can be numbered.
+    pub fn with_divisions(machine: &Machine, counts: &[[usize; 3]], size: f64) -> Result<Self> {
+        let mut grids: Vec<Grid> = Vec::new();
         let mut cells = 0;
         for (p, part) in machine.parts.iter().enumerate() {
             for (b, block) in part.blocks.iter().enumerate() {
-                let grid = Grid::new(p, b, block, divisions(block, size * part.element_scale), cells);
+                let grid = Grid::new(p, b, block, counts.get(grids.len()).copied().unwrap_or([1; 3]), cells);
                 cells += grid.len();
                 if cells > 1_000_000_000 {
                     return Err(Error::input("more cells than can be numbered").at_key(format!("part.{}", part.name)));
@@ -174,6 +186,11 @@ impl Mesh {
     /// The imported volume of a part.
     pub fn tetra_of(&self, part: usize) -> Option<&Tetra> {
         self.tetra.iter().find(|t| t.part == part)
+    }
+
+    /// Cell counts of each block, in the order of parts and blocks.
+    pub fn divisions(&self) -> Vec<[usize; 3]> {
+        self.grids.iter().map(|g| [0, 1, 2].map(|d| g.n(d))).collect()
     }
 
     /// The grids of a part.

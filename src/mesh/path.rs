@@ -10,7 +10,7 @@
 use super::Mesh;
 use super::grid::Frame;
 use crate::error::{Error, Result};
-use crate::machine::Channel;
+use crate::machine::{Channel, Side};
 
 /// Points on a ring around the channel's axis.
 const RING: usize = 12;
@@ -35,8 +35,8 @@ pub struct Station {
 /// # Errors
 /// The path leaves its part.
 pub fn stations(mesh: &Mesh, channel: &Channel, part_name: &str) -> Result<Vec<Station>> {
-    let mut found = Vec::new();
-    for leg in channel.path.windows(2) {
+    let mut found = if channel.is_bore { bore(mesh, channel) } else { Vec::new() };
+    for leg in channel.path.windows(2).filter(|_| !channel.is_bore) {
         let along = [0, 1, 2].map(|d| leg[1][d] - leg[0][d]);
         let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
         if length <= 0.0 {
@@ -60,6 +60,24 @@ pub fn stations(mesh: &Mesh, channel: &Channel, part_name: &str) -> Result<Vec<S
         station.length *= stretch;
     }
     Ok(found)
+}
+
+/// The stations of a hollow cylinder's bore: one per layer of cells, touching the innermost ones.
+fn bore(mesh: &Mesh, channel: &Channel) -> Vec<Station> {
+    let mut found = Vec::new();
+    for (_, grid) in mesh.grids_of(channel.part) {
+        let turn = grid.edges[1][grid.n(1)] - grid.edges[1][0];
+        for k in 0..grid.n(2) {
+            let cells = (0..grid.n(1)).map(|j| (grid.cell([0, j, k]), grid.width(1, j) / turn)).collect();
+            let shape = grid.half_length([0, 0, k], Side::Low0) / (std::f64::consts::PI * channel.diameter);
+            found.push(Station { length: grid.width(2, k), cells, shape, across: [1.0, 0.0, 0.0] });
+        }
+        let Frame::Cylindrical { axis, .. } = grid.frame else { continue };
+        if channel.path.first().zip(channel.path.last()).is_some_and(|(first, last)| first[axis.index()] > last[axis.index()]) {
+            found.reverse();
+        }
+    }
+    found
 }
 
 /// Width of the cells along the path near a point: the length of a station.

@@ -8,6 +8,7 @@ use super::Mesh;
 use super::draw::Drawing;
 use super::grid::{Frame, Grid};
 use crate::error::{Error, Result};
+use crate::files;
 use crate::machine::{Machine, Property};
 use crate::units::{Celsius, Kelvin};
 
@@ -21,16 +22,13 @@ const TETRAHEDRON: u8 = 10;
 /// # Errors
 /// The file cannot be written; nothing is left behind under its name then.
 pub fn write(path: &Path, machine: &Machine, mesh: &Mesh, temperatures: &[f64]) -> Result<()> {
-    let partial = path.with_extension("vtu.tmp");
-    let attempt = || -> std::io::Result<()> {
-        let mut file = BufWriter::new(std::fs::File::create(&partial)?);
-        body(&mut file, machine, mesh, temperatures)?;
-        file.into_inner().map_err(std::io::IntoInnerError::into_error)?.sync_all()?;
-        std::fs::rename(&partial, path)
-    };
-    attempt().map_err(|e| {
-        let _ = std::fs::remove_file(&partial);
-        Error::file("write", path, &e)
+    files::replace(path, |temporary| {
+        let attempt = || {
+            let mut file = BufWriter::new(std::fs::File::create(temporary)?);
+            body(&mut file, machine, mesh, temperatures)?;
+            file.flush()
+        };
+        attempt().map_err(|e| Error::file("write", path, &e))
     })
 }
 

@@ -10,6 +10,7 @@ pub mod block;
 mod build;
 mod enclosure;
 mod load;
+pub mod slopes;
 pub mod stream;
 pub mod surface;
 
@@ -222,20 +223,25 @@ impl Network {
             ContactLaw::OfTemperature(table) => table.with_slope(mean),
             ContactLaw::OfPressure { table, pressure } => (Property::Table(table.clone()).at(*pressure), 0.0),
             ContactLaw::Rough(rough) => {
-                let k = |property: u32| if property == NONE { f64::INFINITY } else { self.properties[property as usize].at(mean) };
-                let (ka, kb) = (k(joint.property_a), k(joint.property_b));
+                let k = |property: u32| (property != NONE).then(|| self.properties[property as usize].with_slope(mean));
                 // A lumped side has no conductivity of its own: the spots are those of the other metal.
-                let (ka, kb) = (if ka.is_finite() { ka } else { kb }, if kb.is_finite() { kb } else { ka });
-                (contact::conductance(rough, ka, kb, mean), 0.0)
+                let (a, b) = (k(joint.property_a), k(joint.property_b));
+                let either = a.or(b).unwrap_or((f64::INFINITY, 0.0));
+                contact::conductance_with_slope(rough, a.unwrap_or(either), b.unwrap_or(either), mean)
             }
         };
         let h = h * group.scale;
         (1.0 / h, -slope * group.scale / (h * h))
     }
 
-    /// Whether any conductance changes with temperature, so that the Jacobian is not symmetric.
+    /// Whether no conductance changes with temperature; otherwise the Jacobian is not symmetric.
     pub fn is_linear_conduction(&self) -> bool {
-        self.properties.iter().all(Property::is_constant)
-            && self.contacts.iter().all(|c| !matches!(c.law, ContactLaw::OfTemperature(Property::Table(_))))
+        let varies = |law: &ContactLaw| match law {
+            ContactLaw::OfTemperature(property) => !property.is_constant(),
+            // Gap gas and radiation across the gap follow the temperature.
+            ContactLaw::Rough(rough) => rough.gas.is_some() || rough.emissivity.is_some(),
+            _ => false,
+        };
+        self.properties.iter().all(Property::is_constant) && !self.contacts.iter().any(|c| varies(&c.law))
     }
 }

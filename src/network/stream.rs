@@ -106,34 +106,53 @@ impl Network {
     /// # Errors
     /// Water outside its property range, or a flow split that does not converge; both name the circuit.
     pub fn stream_states(&self, load: &Load, temperatures: &[f64]) -> Result<Vec<StreamState>> {
+        let means: Vec<(f64, f64)> = self.streams.iter().map(|s| s.mean_temperatures(temperatures)).collect();
         let mut states = vec![StreamState::default(); self.streams.len()];
-        for (c, tree) in self.circuits.iter().enumerate() {
-            let name = &tree.circuit.name;
-            let at = |t: f64| {
-                tree.circuit.liquid.at(t).map_err(|e| {
-                    let key = format!("circuit.{name}");
-                    if e.kind() == Kind::Input { e.at_key(key) } else { e }
-                })
-            };
-            let inlet = at(load.inlets[c])?;
-            let total = load.flows[c];
-            // Mass is conserved along the circuit; volume flow is stated at the inlet.
-            let mass_flow = total * inlet.density;
-            let mut flows = vec![0.0; self.streams.len()];
-            let mut liquids = vec![None; self.streams.len()];
-            for s in members(&tree.layout) {
-                let (_, water) = self.streams[s].mean_temperatures(temperatures);
-                // Water at rest carries nothing, whatever its wall makes of it.
-                let mean = if total > 0.0 { water.clamp(load.inlets[c] - 1.0, load.inlets[c] + 60.0) } else { load.inlets[c] };
-                liquids[s] = Some(at(mean)?);
-            }
-            self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
-            for s in members(&tree.layout) {
-                let Some(liquid) = liquids[s] else { continue };
-                states[s] = self.stream_state(s, flows[s], inlet, liquid, temperatures, tree.circuit.dissipation, &flows);
-            }
+        for circuit in 0..self.circuits.len() {
+            self.circuit_states(circuit, load, temperatures, &means, &mut states)?;
         }
         Ok(states)
+    }
+
+    /// The states of one circuit's streams, with the mean (wall, water) temperatures of all streams given apart
+    /// from the temperatures themselves: films, water properties and flow split depend on the means alone.
+    ///
+    /// # Errors
+    /// As [`Network::stream_states`].
+    pub fn circuit_states(
+        &self,
+        c: usize,
+        load: &Load,
+        temperatures: &[f64],
+        means: &[(f64, f64)],
+        states: &mut [StreamState],
+    ) -> Result<()> {
+        let tree = &self.circuits[c];
+        let name = &tree.circuit.name;
+        let at = |t: f64| {
+            tree.circuit.liquid.at(t).map_err(|e| {
+                let key = format!("circuit.{name}");
+                if e.kind() == Kind::Input { e.at_key(key) } else { e }
+            })
+        };
+        let inlet = at(load.inlets[c])?;
+        let total = load.flows[c];
+        // Mass is conserved along the circuit; volume flow is stated at the inlet.
+        let mass_flow = total * inlet.density;
+        let mut flows = vec![0.0; self.streams.len()];
+        let mut liquids = vec![None; self.streams.len()];
+        for s in members(&tree.layout) {
+            let (_, water) = means[s];
+            // Water at rest carries nothing, whatever its wall makes of it.
+            let mean = if total > 0.0 { water.clamp(load.inlets[c] - 1.0, load.inlets[c] + 60.0) } else { load.inlets[c] };
+            liquids[s] = Some(at(mean)?);
+        }
+        self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
+        for s in members(&tree.layout) {
+            let Some(liquid) = liquids[s] else { continue };
+            states[s] = self.stream_state(s, flows[s], inlet, liquid, means[s].0, temperatures, tree.circuit.dissipation, &flows);
+        }
+        Ok(())
     }
 
     /// Fills in the mass flow of every stream below `layout`.
@@ -180,6 +199,7 @@ impl Network {
         mass_flow: f64,
         inlet: State,
         liquid: State,
+        wall: f64,
         temperatures: &[f64],
         dissipation: bool,
         flows: &[f64],
@@ -188,7 +208,6 @@ impl Network {
         let flow = mass_flow / liquid.density;
         let velocity = flow / (std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter);
         let reynolds = liquid.density * velocity * stream.diameter / liquid.viscosity;
-        let (wall, _) = stream.mean_temperatures(temperatures);
         let (film, note) = stream.film_coefficient(reynolds, liquid, wall, &self.circuits[stream.circuit].circuit.liquid);
         let drop = stream.pressure_drop(mass_flow, liquid);
         // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
@@ -219,7 +238,19 @@ impl Network {
             .map(|u| if upstream_flow > 0.0 { flows[*u] / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
             .collect();
         let dissipation = if dissipation { drop * flow / stream.length } else { 0.0 };
-        StreamState { capacity_rate: rate, flow, mixture, exchange, conductance, volumetric_capacity, dissipation, reynolds, film, pressure_drop: drop, note }
+        StreamState {
+            capacity_rate: rate,
+            flow,
+            mixture,
+            exchange,
+            conductance,
+            volumetric_capacity,
+            dissipation,
+            reynolds,
+            film,
+            pressure_drop: drop,
+            note,
+        }
     }
 }
 

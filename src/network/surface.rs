@@ -31,14 +31,19 @@ pub struct SurfaceState {
     pub temperature: f64,
     /// Heat leaving the node, W.
     pub heat: f64,
-    /// Its derivative with respect to the node's temperature, W/K.
+    /// Its derivative with respect to the node's temperature at the conductivity the node has, W/K; never negative.
     pub slope: f64,
+    /// What the slope grows by because the node's conductivity follows its temperature, W/K.
+    pub stiffening: f64,
     /// Part of it that radiates to the chamber, W.
     pub radiated: f64,
     /// Part of it that the gas carries, W.
     pub gas: f64,
     /// Part of it that leaves through the prescribed law, W.
     pub law: f64,
+    /// What the heat changes by when the outside takes one watt more at the same surface temperature; also what
+    /// the surface moves by when the node moves by one kelvin (for a constant conductivity).
+    pub share: f64,
 }
 
 impl Surface {
@@ -46,16 +51,19 @@ impl Surface {
     /// converges from above for the convex, increasing balance; it stops at rounding.
     pub fn state(&self, node: f64, properties: &[Property], load: &Load) -> SurfaceState {
         let law = if self.law == NONE { None } else { Some(load.boundaries[self.law as usize]) };
-        let inward = if self.property == NONE || self.length == 0.0 {
-            f64::INFINITY
+        // Conductance to the surface, W/K, and its derivative with respect to the node's temperature.
+        let (inward, stiffening) = if self.property == NONE || self.length == 0.0 {
+            (f64::INFINITY, 0.0)
         } else {
-            properties[self.property as usize].at(node) * self.area / self.length
+            let (k, slope) = properties[self.property as usize].with_slope(node);
+            (k * self.area / self.length, slope * self.area / self.length)
         };
         if let Some(BoundaryState::Temperature(t)) = law {
             // Nothing between a lumped node and its held surface: a stiff but finite link.
             let inward = if inward.is_finite() { inward } else { 1e9 * self.area.max(1e-9) };
             let heat = inward * (node - t);
-            return SurfaceState { temperature: t, heat, slope: inward, law: heat, ..SurfaceState::default() };
+            let stiffening = stiffening * (node - t);
+            return SurfaceState { temperature: t, heat, slope: inward, stiffening, law: heat, ..SurfaceState::default() };
         }
         let outward = |ts: f64| {
             let radiated = SIGMA * self.emissive * (ts.powi(4) - load.chamber.powi(4));
@@ -87,7 +95,12 @@ impl Surface {
             }
         }
         let (radiated, gas, law, slope) = outward(ts);
-        let slope = if inward.is_finite() { inward * slope / (inward + slope) } else { slope };
-        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, radiated, gas, law }
+        let share = if inward.is_finite() { inward / (inward + slope) } else { 1.0 };
+        let (slope, stiffening) = if inward.is_finite() {
+            (inward * slope / (inward + slope), stiffening * (node - ts) * slope / (inward + slope))
+        } else {
+            (slope, 0.0)
+        };
+        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, stiffening, radiated, gas, law, share }
     }
 }

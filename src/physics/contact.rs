@@ -113,17 +113,28 @@ pub fn gap_gas(conductivity: f64, gap: f64, rarefaction: f64, pressure: f64, tem
 /// `k1`, `k2` are the conductivities of the two bodies, W/(m K); `mean_temperature` that of the
 /// interface, K. See [`note`] for the range.
 pub fn conductance(rough: &Rough, k1: f64, k2: f64, mean_temperature: f64) -> f64 {
+    conductance_with_slope(rough, (k1, 0.0), (k2, 0.0), mean_temperature).0
+}
+
+/// [`conductance`] and its derivative with respect to the mean temperature, W/(m² K²), from both
+/// conductivities with theirs.
+pub fn conductance_with_slope(rough: &Rough, (k1, dk1): (f64, f64), (k2, dk2): (f64, f64), mean_temperature: f64) -> (f64, f64) {
     let solid = harmonic_mean(k1, k2);
     let spots = match rough.asperities {
         Asperities::Plastic { hardness } => plastic_spots(solid, rough.slope, rough.roughness, rough.pressure / hardness),
         Asperities::Elastic { modulus } => elastic_spots(solid, rough.slope, rough.roughness, rough.pressure / modulus),
     };
-    let gas = rough.gas.as_ref().map_or(0.0, |gas| {
+    // The spots are in proportion to the harmonic mean 2/(1/k1 + 1/k2), whose relative slope is this.
+    let spots_slope = spots * solid / 2.0 * (dk1 / (k1 * k1) + dk2 / (k2 * k2));
+    let (gas, gas_slope) = rough.gas.as_ref().map_or((0.0, 0.0), |gas| {
         let gap = gas.gap.unwrap_or_else(|| mean_gap(rough.roughness, relative_pressure(rough)));
-        gap_gas(gas.conductivity, gap, gas.rarefaction, gas.pressure, mean_temperature)
+        let film = gap_gas(gas.conductivity, gap, gas.rarefaction, gas.pressure, mean_temperature);
+        // k_g/(Y + M T/T0): the slope is -film M/T0 over the same sum.
+        let lengthening = gas.rarefaction * (ATMOSPHERE / gas.pressure) / GAS_REFERENCE_TEMPERATURE;
+        (film, if film > 0.0 { -film * film / gas.conductivity * lengthening } else { 0.0 })
     });
     let radiation = rough.emissivity.map_or(0.0, |[e1, e2]| linearised(1.0 / (1.0 / e1 + 1.0 / e2 - 1.0), mean_temperature));
-    spots + gas + radiation
+    (spots + gas + radiation, spots_slope + gas_slope + 3.0 * radiation / mean_temperature)
 }
 
 /// p/H, or for elastic asperities its counterpart 2^(1/2) p/(E' m).

@@ -24,8 +24,9 @@ use std::path::Path;
 
 pub use table::{Align, Cell, Table};
 
-use crate::chart::{Figure, to_svg_string, write_atomically};
+use crate::chart::{Figure, to_svg_string};
 use crate::error::Result;
+use crate::files;
 
 /// Colour of a key figure, a cell or a note; the text must say it too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -195,6 +196,6 @@ impl Report {
     /// # Errors
     /// Where it cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<()> {
-        write_atomically(path.as_ref(), self.to_html().as_bytes())
+        files::write(path.as_ref(), self.to_html().as_bytes())
     }
 }

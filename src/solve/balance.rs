@@ -13,7 +13,7 @@ pub struct Balance {
     pub in_watts: f64,
     /// Everything that leaves.
     pub out_watts: f64,
-    /// |in - out| / max(in, out).
+    /// |in - out| / max(in, out); 0 where so little heat flows that rounding of the temperatures is all that is left.
     pub relative: f64,
     /// Each source.
     pub sources: Vec<f64>,

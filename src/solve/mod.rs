@@ -9,9 +9,11 @@ pub mod multigrid;
 mod start;
 mod steady;
 mod system;
+mod tangent;
 mod tensor;
 pub mod transient;
 
 pub use jacobian::Jacobian;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
-pub use system::{Symmetric, System};
+pub use system::{Symmetric, System, residual};
+pub use tangent::Tangent;

@@ -141,8 +141,8 @@ impl<'a> Solver<'a> {
             let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding);
             if is_balanced && last_step <= STEP_TOLERANCE {
                 let mut balance = balance(network, load, &streams, &temperatures);
-                if balance.in_watts.max(balance.out_watts) <= rounding {
-                    // No heat flows: what rounding leaves on either side stands in no relation to anything.
+                if balance.relative > BALANCE_TOLERANCE && (balance.in_watts - balance.out_watts).abs() <= rounding {
+                    // Hardly any heat flows: what rounding of the temperatures leaves stands in no relation to it.
                     balance.relative = 0.0;
                 }
                 if balance.relative > BALANCE_TOLERANCE {

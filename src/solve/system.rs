@@ -45,8 +45,7 @@ impl System {
         let pattern = SparseRows::pattern(entries.clone());
         let slots =
             entries.par_iter().with_min_len(CHUNK).map(|(row, column)| pattern.position(*row, *column).unwrap_or(0) as u32).collect();
-        let profiles = network.blocks.iter().map(|b| b.profile(&network.properties, 300.0)).collect();
-        let is_constant = network.blocks.iter().map(|b| b.is_constant(&network.properties)).collect();
+        let (profiles, is_constant) = conduction(network);
         let mut is_held: Vec<u32> = network.fixed.iter().map(|(node, _)| *node).collect();
         is_held.sort_unstable();
         Self { pattern, slots, profiles, is_constant, is_held }
@@ -152,64 +151,87 @@ impl System {
 
     /// Heat leaving each node minus heat entering it, W: zero in the steady state.
     pub fn residual(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
-        let t = |n: u32| temperatures[n as usize];
-        let mut r = vec![0.0; network.nodes];
-        for ((block, profile), constant) in network.blocks.iter().zip(&self.profiles).zip(&self.is_constant) {
-            let conductivity = if *constant { None } else { Some(conductivities(network, block, temperatures)) };
-            for_chunks(&mut r[block.nodes()], |first, part| {
-                let start = block.first + first;
-                for segment in block.segments(start..start + part.len()) {
-                    let y = &mut part[segment.node - start..segment.node - start + segment.along.len()];
-                    match &conductivity {
-                        None => segment.add_conduction(profile, temperatures, y),
-                        Some(k) => add_varying(&segment, block, k, temperatures, y),
-                    }
-                }
-            });
-        }
-        let mut flow = |a: u32, b: u32, heat: f64| {
-            r[a as usize] += heat;
-            r[b as usize] -= heat;
-        };
-        for joint in &network.joints {
-            flow(joint.a, joint.b, network.joint_heat(joint, temperatures));
-        }
-        for (a, b, area) in &network.radiative {
-            flow(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
-        }
-        for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
-            r[surface.node as usize] += state.heat;
-        }
-        for (source, power) in network.sources.iter().zip(&load.powers) {
-            for (node, share) in source {
-                r[*node as usize] -= power * share;
-            }
-        }
-        for (s, state) in streams.iter().enumerate() {
-            let stream = &network.streams[s];
-            let mut entering = entering_temperature(network, load, streams, s, temperatures);
-            for (k, station) in stream.stations.iter().enumerate() {
-                let own = stream.first_node as usize + k;
-                let (mut gained, mut wall) = (0.0, 0.0);
-                for (cell, share) in &station.cells {
-                    let heat = state.exchange[k] * share * (temperatures[*cell] - entering);
-                    r[*cell] += heat;
-                    gained += heat;
-                    wall += share * temperatures[*cell];
-                }
-                r[own] = if state.capacity_rate > 0.0 {
-                    state.capacity_rate * (temperatures[own] - entering) - gained - state.dissipation * station.length
-                } else {
-                    temperatures[own] - wall
-                };
-                entering = temperatures[own];
-            }
-        }
-        for (node, _) in &network.fixed {
-            r[*node as usize] = 0.0;
-        }
-        r
+        heats(network, (&self.profiles, &self.is_constant), load, streams, temperatures)
     }
+}
+
+/// As [`System::residual`], for a network whose residual is asked for once: no pattern is needed for it.
+pub fn residual(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
+    let (profiles, is_constant) = conduction(network);
+    heats(network, (&profiles, &is_constant), load, streams, temperatures)
+}
+
+/// Conductances of the blocks at 300 K, and whether they are the same at all temperatures.
+fn conduction(network: &Network) -> (Vec<Profile<f64>>, Vec<bool>) {
+    let profile = |b: &Block| (b.profile(&network.properties, 300.0), b.is_constant(&network.properties));
+    network.blocks.iter().map(profile).unzip()
+}
+
+/// The residual, with what [`conduction`] says of the blocks.
+fn heats(
+    network: &Network,
+    (profiles, is_constant): (&[Profile<f64>], &[bool]),
+    load: &Load,
+    streams: &[StreamState],
+    temperatures: &[f64],
+) -> Vec<f64> {
+    let t = |n: u32| temperatures[n as usize];
+    let mut r = vec![0.0; network.nodes];
+    for ((block, profile), constant) in network.blocks.iter().zip(profiles).zip(is_constant) {
+        let conductivity = if *constant { None } else { Some(conductivities(network, block, temperatures)) };
+        for_chunks(&mut r[block.nodes()], |first, part| {
+            let start = block.first + first;
+            for segment in block.segments(start..start + part.len()) {
+                let y = &mut part[segment.node - start..segment.node - start + segment.along.len()];
+                match &conductivity {
+                    None => segment.add_conduction(profile, temperatures, y),
+                    Some(k) => add_varying(&segment, block, k, temperatures, y),
+                }
+            }
+        });
+    }
+    let mut flow = |a: u32, b: u32, heat: f64| {
+        r[a as usize] += heat;
+        r[b as usize] -= heat;
+    };
+    for joint in &network.joints {
+        flow(joint.a, joint.b, network.joint_heat(joint, temperatures));
+    }
+    for (a, b, area) in &network.radiative {
+        flow(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
+    }
+    for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+        r[surface.node as usize] += state.heat;
+    }
+    for (source, power) in network.sources.iter().zip(&load.powers) {
+        for (node, share) in source {
+            r[*node as usize] -= power * share;
+        }
+    }
+    for (s, state) in streams.iter().enumerate() {
+        let stream = &network.streams[s];
+        let mut entering = entering_temperature(network, load, streams, s, temperatures);
+        for (k, station) in stream.stations.iter().enumerate() {
+            let own = stream.first_node as usize + k;
+            let (mut gained, mut wall) = (0.0, 0.0);
+            for (cell, share) in &station.cells {
+                let heat = state.exchange[k] * share * (temperatures[*cell] - entering);
+                r[*cell] += heat;
+                gained += heat;
+                wall += share * temperatures[*cell];
+            }
+            r[own] = if state.capacity_rate > 0.0 {
+                state.capacity_rate * (temperatures[own] - entering) - gained - state.dissipation * station.length
+            } else {
+                temperatures[own] - wall
+            };
+            entering = temperatures[own];
+        }
+    }
+    for (node, _) in &network.fixed {
+        r[*node as usize] = 0.0;
+    }
+    r
 }
 
 /// Temperature (K) of the water entering a stream.

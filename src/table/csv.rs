@@ -94,6 +94,12 @@ impl Table {
         }
         Ok(table)
     }
+
+    /// The line of the header of CSV text, and of every row behind it, up to the first that cannot be read.
+    pub fn csv_lines(text: &str) -> Vec<usize> {
+        let records = Records::new(text.strip_prefix('\u{feff}').unwrap_or(text));
+        records.map_while(Result::ok).filter(|record| record.comment.is_none()).map(|record| record.line).collect()
+    }
 }
 
 /// Where the cells of one position go.

@@ -2,7 +2,9 @@
 
 use crate::bench::{Solved, solve};
 use crate::{close, everything};
-use coldplate::network::Network;
+use coldplate::machine::Machine;
+use coldplate::model::Model;
+use coldplate::network::{Network, Surface};
 
 fn both_meshes() -> [Solved; 2] {
     [15e-3, 5e-3].map(|size| solve(&everything(&["bed", "plate", "other", "bearing"]), size))
@@ -93,6 +95,32 @@ fn every_node_balances() {
         let residual = system.residual(net, &run.state.load, &streams, &run.state.solution.temperatures);
         let sum: f64 = residual.iter().map(|r| r.abs()).sum();
         assert!(sum < 1e-8 * run.state.solution.balance.in_watts, "{sum}");
+    }
+}
+
+/// Where nothing but the pump warms a machine, microwatts reach the chamber. No temperature can hold 1e-8 of that, which is
+/// no open balance; and the heat of the pump is accounted for.
+#[test]
+fn the_heat_of_the_pump_alone() {
+    let machine = Machine::read(concat!(env!("CARGO_MANIFEST_DIR"), "/machines/slab.toml"), &[]).unwrap();
+    for flow in ["0.5 L/min", "2 L/min", "6 L/min"] {
+        let model = Model::new(machine.clone(), Some(1500)).unwrap();
+        let given =
+            [("coolant_flow", flow), ("coolant_temperature", "20 degC"), ("motor_speed", "0 rpm"), ("ambient_temperature", "20 degC")];
+        let condition = model.machine.condition(&given).unwrap();
+        let state = model.solve(&model.solver(&condition).unwrap(), &condition).unwrap();
+        let (network, t) = (&model.network, &state.solution.temperatures);
+        let (stream, water) = (&network.streams[0], &state.solution.streams[0]);
+        let pumped = water.dissipation * stream.stations.iter().map(|s| s.length).sum::<f64>();
+        let carried = water.capacity_rate * (t[stream.outlet() as usize] - state.load.inlets[0]);
+        let heat = |s: &Surface| s.state(t[s.node as usize], &network.properties, &state.load).heat;
+        let radiated: f64 = network.surfaces.iter().map(heat).sum();
+        assert!(radiated > 1e-6 * pumped && radiated < 0.01 * pumped, "{radiated:e} {pumped:e}");
+        println!("{flow}: {:e} of {pumped:e} W", pumped - carried - radiated);
+        // A few units in the last place of the water's temperature.
+        let rounding = 8.0 * f64::EPSILON * state.load.inlets[0] * water.capacity_rate;
+        assert!((pumped - carried - radiated).abs() < rounding, "{pumped:e} {carried:e} {radiated:e}");
+        assert!(state.solution.balance.relative <= 1e-8);
     }
 }
 

@@ -150,6 +150,10 @@ impl Builder<'_> {
                         .filter(|(f, _)| f.part == p && f.side == side && f.block.is_none_or(|b| b == grid.block))
                         .map(|(_, left)| left)
                         .product::<f64>();
+                    // The wall of a bore sees water and nothing else.
+                    if side == Side::Low0 && self.machine.channels.iter().any(|c| c.is_bore && c.part == p) {
+                        continue;
+                    }
                     let view = if excluded(grid, side) { 0.0 } else { view };
                     faces.extend(self.mesh.open_faces(g, side).map(|(c, area)| {
                         let enclosed = self.enclosed.get(&(g, side as usize, grid.cell(c))).copied();

@@ -214,7 +214,10 @@ impl Transient<'_> {
                 return Err(Error::numerics(format!("the temperatures are no longer finite at {:.6} s", state.time)));
             }
             let through = balance(network, stage.load, &[], &temperatures).in_watts + from_water * rate;
-            let rounding = self.system.rounding(network, &[], &temperatures) + 4.0 * f64::EPSILON * rate * (magnitude + from_water);
+            // Water gives its heat by differences of temperatures that are rounded as a whole.
+            let films: f64 = states.iter().flat_map(|s| &s.conductance).sum::<f64>() * temperatures.iter().fold(0.0f64, |m, t| m.max(*t));
+            let rounding = self.system.rounding(network, &[], &temperatures)
+                + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films);
             if imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding) {
                 self.preconditioner = Some(preconditioner);
                 self.place(&mut temperatures, &streams, &carried);

@@ -138,7 +138,8 @@ impl Passage {
     /// The next place downstream of `start` where a piece must end: a station's end, or what reaches one.
     fn next_cut(&self, start: f64, moved: f64) -> f64 {
         let content = self.content();
-        let tiny = 1e-12 * content;
+        // Distances below this are rounding of the longest of them.
+        let tiny = 1e-12 * (content + moved);
         // Water that passes all stations within the interval sees the same wherever it starts.
         let after = |x: f64| {
             if x < -tiny {
@@ -149,7 +150,7 @@ impl Passage {
         };
         let arrival = start + moved;
         let by_end = if arrival < content - tiny { after(arrival) - moved } else { f64::INFINITY };
-        after(start).min(by_end)
+        after(start).min(by_end).max(start + tiny)
     }
 
     /// Follows a piece of capacity `c` (J/K) from `start` over the distance `moved`; returns its last temperature.
@@ -203,19 +204,22 @@ impl Passage {
         joined
     }
 
-    /// Temperature (K) of the water at the end of each station.
+    /// Temperature (K) of the water at the end of each station: between the middles of the parcels around it, and
+    /// at the outlet what left last.
     pub fn at_ends(&self, parcels: &Parcels, outflow: &Flow) -> Vec<f64> {
         let held: f64 = parcels.iter().map(|p| p.0).sum();
         let scale = self.content() / held;
-        let mut found = Vec::with_capacity(self.ends.len());
-        let (mut i, mut reached) = (0, parcels.first().map_or(0.0, |p| p.0 * scale));
-        for end in &self.ends {
-            while reached < end * (1.0 - 1e-12) && i + 1 < parcels.len() {
-                i += 1;
-                reached += parcels[i].0 * scale;
+        let mut at = 0.0;
+        let middles: Vec<f64> = parcels.iter().map(|(v, _)| { at += v * scale; at - 0.5 * v * scale }).collect();
+        let between = |end: &f64| {
+            let next = middles.partition_point(|m| m < end);
+            match (next.checked_sub(1).and_then(|i| parcels.get(i)), parcels.get(next)) {
+                (Some((_, t0)), Some((_, t1))) => t0 + (t1 - t0) * (end - middles[next - 1]) / (middles[next] - middles[next - 1]),
+                (Some((_, t)), None) | (None, Some((_, t))) => *t,
+                (None, None) => f64::NAN,
             }
-            found.push(parcels.get(i).map_or(f64::NAN, |p| p.1));
-        }
+        };
+        let mut found: Vec<f64> = self.ends.iter().map(between).collect();
         if let (Some(last), Some((_, t))) = (found.last_mut(), outflow.last()) {
             *last = *t;
         }

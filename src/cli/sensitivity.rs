@@ -1,0 +1,209 @@
+//! `coldplate sensitivity`: what every reading owes to every condition and number of the machine file.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use serde_json::{Map, Value, json};
+
+use super::condition::{ConditionArgs, pair_of};
+use super::output::Output;
+use super::text::{significant, table};
+use crate::error::Result;
+use crate::machine::LimitKind;
+use crate::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
+use crate::units::{Celsius, Kelvin};
+
+/// Derivatives of readings with respect to conditions and numbers of the machine file
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Machine file
+    machine: PathBuf,
+    #[command(flatten)]
+    condition: ConditionArgs,
+    /// A condition variable or a dotted key, for example contact.motor.conductance; may be repeated (default: all variables,
+    /// contact conductances, emissivities and sources)
+    #[arg(long = "to", value_name = "KEY")]
+    to: Vec<String>,
+    /// A sensor, limit, or channel (its outlet); may be repeated (default: all sensors)
+    #[arg(long = "sensor", value_name = "NAME")]
+    sensor: Vec<String>,
+    /// Rows shown for each sensor in the text; the rest is in --json
+    #[arg(long, value_name = "N", default_value_t = 12)]
+    top: usize,
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+}
+
+/// One target with its name, value and derivatives.
+struct Row {
+    target: Target,
+    name: String,
+    value: f64,
+    is_absolute: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or numerics that failed.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let start = Instant::now();
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let condition = args.condition.condition(&study.model.machine)?;
+    let parameters = if args.to.is_empty() {
+        study.usual_parameters()
+    } else {
+        args.to.iter().map(|name| study.parameter(name)).collect::<Result<Vec<_>>>()?
+    };
+    let at = study.at(&condition)?;
+    let targets = if args.sensor.is_empty() {
+        study.sensors()
+    } else {
+        args.sensor.iter().map(|name| at.target(name)).collect::<Result<Vec<_>>>()?
+    };
+    let found = at.jacobian(&targets, &parameters)?;
+    let rows: Vec<Row> = targets.iter().map(|target| row(&at, *target)).collect();
+    for (parameter, (idle, uneven)) in parameters.iter().zip(found.idle.iter().zip(&found.uneven)) {
+        if *idle {
+            out.note(&format!("note: nothing depends on '{}' at this condition", parameter.name));
+        } else if *uneven > UNEVEN {
+            out.note(&format!(
+                "note: '{}' stands at a kink (a change of flow regime, a corner of a table): its derivative differs from side to side",
+                parameter.name
+            ));
+        }
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    out.report(&text(&at, &rows, &parameters, &found, args.top, seconds), &to_json(&at, &rows, &parameters, &found, seconds));
+    Ok(0)
+}
+
+fn row(at: &Derivatives<'_>, target: Target) -> Row {
+    let (model, state) = (&at.study.model, &at.state);
+    match target {
+        Target::Sensor(s) => {
+            let value = Celsius::from(Kelvin(model.network.sensors[s].read(&state.solution.temperatures, &state.load))).0;
+            Row { target, name: model.network.sensor_names[s].clone(), value, is_absolute: true }
+        }
+        Target::Outlet(s) => {
+            let stream = &model.network.streams[s];
+            let value = Celsius::from(Kelvin(state.solution.temperatures[stream.outlet() as usize])).0;
+            Row { target, name: format!("outlet of {}", stream.name), value, is_absolute: true }
+        }
+        Target::Limit(l) => {
+            let limit = &model.limits(state)[l];
+            let is_absolute = matches!(model.machine.limits[l].kind, LimitKind::Maximum(_));
+            let value = if is_absolute { Celsius::from(Kelvin(limit.value)).0 } else { limit.value };
+            Row { target, name: format!("limit {}", limit.name), value, is_absolute }
+        }
+    }
+}
+
+fn kind(parameter: &Parameter) -> &'static str {
+    match parameter.kind {
+        Kind::Condition => "condition",
+        Kind::Quantity => "quantity",
+        Kind::Factor => "factor",
+        Kind::Offset => "offset",
+    }
+}
+
+fn to_json(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Jacobian, seconds: f64) -> Value {
+    let described: Map<String, Value> = parameters
+        .iter()
+        .zip(found.idle.iter().zip(&found.uneven))
+        .map(|(p, (idle, uneven))| {
+            let value = at.value_of(p);
+            let entry = json!({
+                "kind": kind(p),
+                "value": p.shown(value),
+                "unit": p.unit,
+                "value_SI": value,
+                "idle": idle,
+                "at_a_kink": *uneven > UNEVEN,
+            });
+            (p.name.clone(), entry)
+        })
+        .collect();
+    let of_row = |(row, slopes): (&Row, &Vec<f64>)| {
+        let slopes: Map<String, Value> = parameters
+            .iter()
+            .zip(slopes)
+            .map(|(p, slope)| {
+                let entry = json!({
+                    "K_per_unit": p.per_unit(*slope),
+                    "K_per_SI_unit": slope,
+                    "K_per_percent": p.per_percent(*slope, at.value_of(p)),
+                });
+                (p.name.clone(), entry)
+            })
+            .collect();
+        let what = match row.target {
+            Target::Sensor(_) => "sensor",
+            Target::Outlet(_) => "outlet",
+            Target::Limit(_) => "limit",
+        };
+        (row.name.clone(), json!({ "is": what, if row.is_absolute { "degC" } else { "K" }: row.value, "slopes": slopes }))
+    };
+    let readings: Map<String, Value> = rows.iter().zip(&found.slopes).map(of_row).collect();
+    json!({ "readings": readings, "parameters": described, "unknowns": at.study.model.network.nodes, "seconds": { "total": seconds } })
+}
+
+fn text(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Jacobian, top: usize, seconds: f64) -> String {
+    let mut text = format!("{}\n", at.study.model.machine.name);
+    for (row, slopes) in rows.iter().zip(&found.slopes) {
+        text += &format!("\n{}: {:.3} {}\n", row.name, row.value, if row.is_absolute { "degC" } else { "K" });
+        let importance = |p: usize| parameters[p].importance(slopes[p], at.value_of(&parameters[p]));
+        let largest = (0..parameters.len()).map(importance).fold(0.0, f64::max);
+        // What is left of a parameter elsewhere in the machine is rounding here.
+        let mut order: Vec<usize> = (0..parameters.len()).filter(|p| !found.idle[*p] && importance(*p) > 1e-12 * largest).collect();
+        order.sort_by(|a, b| importance(*b).total_cmp(&importance(*a)));
+        let shown: Vec<Vec<String>> = (order.iter().take(top))
+            .map(|p| {
+                let (parameter, slope) = (&parameters[*p], slopes[*p]);
+                let value = at.value_of(parameter);
+                let unit = parameter.step_unit();
+                let per = match parameter.kind {
+                    Kind::Factor => "K per +100 %".to_string(),
+                    _ => format!("K per {unit}"),
+                };
+                let percent = parameter.per_percent(slope, value);
+                vec![
+                    parameter.name.clone(),
+                    match parameter.kind {
+                        Kind::Factor | Kind::Offset => "as written".into(),
+                        _ if parameter.unit == "1" => significant(parameter.shown(value), 5),
+                        _ => format!("{} {}", significant(parameter.shown(value), 5), parameter.unit),
+                    },
+                    signed(parameter.per_unit(slope)),
+                    per,
+                    percent.map_or(String::new(), |p| format!("{p:+.5}")),
+                ]
+            })
+            .collect();
+        if shown.is_empty() {
+            text += "  depends on none of these\n";
+            continue;
+        }
+        text += &table(&["parameter", "value", "slope", "", "K per +1 %"], &shown);
+        if order.len() > shown.len() {
+            text += &format!("  and {} more: --top {}\n", order.len() - shown.len(), order.len());
+        }
+    }
+    let idle: Vec<&str> = parameters.iter().zip(&found.idle).filter(|(_, idle)| **idle).map(|(p, _)| p.name.as_str()).collect();
+    if !idle.is_empty() {
+        text += &format!("\nNothing depends on: {}\n", idle.join(", "));
+    }
+    text += &format!("\n{} unknowns, {} parameters, {:.2} s\n", at.study.model.network.nodes, parameters.len(), seconds);
+    text
+}
+
+fn signed(value: f64) -> String {
+    let text = significant(value, 5);
+    if value > 0.0 { format!("+{text}") } else { text }
+}

@@ -1,0 +1,287 @@
+//! `coldplate simulate`: temperatures over time, through a schedule of conditions.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Map, Value, json};
+
+use super::condition::{ConditionArgs, pair_of};
+use super::output::Output;
+use super::text::{duration, significant, table};
+use crate::chart::history::{Course, HistoryFigure};
+use crate::chart::output::check_name;
+use crate::chart::style::Quantity;
+use crate::chart::draw_as;
+use crate::error::{Error, Result};
+use crate::machine::Machine;
+use crate::model::Model;
+use crate::schedule::{self, Schedule};
+use crate::simulate::{self, History, Start};
+use crate::table::Table;
+use crate::units::{Celsius, Dimension, Kelvin, express, parse};
+
+/// Temperatures over time, through a schedule of conditions
+///
+/// The schedule is a CSV file with a column `time [s]` (or [min], [h]) and one for each condition that changes, for
+/// example `coolant_flow [L/min]`. Values move in straight lines from row to row; a time in two rows is a step.
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Machine file
+    machine: PathBuf,
+    /// Schedule: time and conditions, as CSV
+    schedule: PathBuf,
+    /// Conditions that have no column in the schedule
+    #[command(flatten)]
+    condition: ConditionArgs,
+    /// Begin with the steady state of the first row ("steady"), or with everything at one temperature ("20 degC")
+    #[arg(long, value_name = "STATE", default_value = "steady")]
+    from: String,
+    /// Outputs this far apart, beside those at the schedule's rows (default: about 200, if the schedule has fewer rows)
+    #[arg(long, value_name = "TIME")]
+    every: Option<String>,
+    /// End at this time of the schedule's clock: the last condition is kept up to then, or the rest is cut off
+    #[arg(long, value_name = "TIME")]
+    until: Option<String>,
+    /// Keep each value until the next row instead of moving towards it
+    #[arg(long)]
+    hold: bool,
+    /// Go through the schedule N times
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    repeat: usize,
+    /// Write conditions and readings over time: CSV, or Parquet by the name's ending
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Draw the readings over time: .svg or .png
+    #[arg(long, value_name = "FILE")]
+    chart: Option<PathBuf>,
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+    /// Error allowed in each time step
+    #[arg(long, value_name = "DIFFERENCE", default_value = "0.01 K")]
+    tolerance: String,
+    /// Say when each sensor stays this near to the steady state of the last condition
+    #[arg(long, value_name = "DIFFERENCE", default_value = "0.5 K")]
+    within: String,
+    /// Keep the state in this file while running, to go on from with --resume
+    #[arg(long, value_name = "FILE")]
+    checkpoint: Option<PathBuf>,
+    /// How often the checkpoint is written, by the clock on the wall; it is, at output times alone
+    #[arg(long, value_name = "TIME", default_value = "5 s", requires = "checkpoint")]
+    checkpoint_every: String,
+    /// Go on from the checkpoint, if it is there
+    #[arg(long, requires = "checkpoint")]
+    resume: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, numerics that failed, or a file that cannot be written.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let start = Instant::now();
+    if let Some(path) = &args.chart {
+        check_name(path)?;
+    }
+    let options = options(args)?;
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let machine = Machine::read(&args.machine, &sets)?;
+    let until = args.until.as_deref().map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("--until"))).transpose()?;
+    if args.repeat == 0 {
+        return Err(Error::input("the schedule would not be run at all").at_key("--repeat").read(0).help("give 1 or more"));
+    }
+    let rows = schedule::Options { hold: args.hold, repeat: args.repeat, until };
+    let schedule = Schedule::read(&args.schedule, &machine, &args.condition.values()?, rows)?;
+    notes(&machine, &schedule, out);
+    if args.resume && options.checkpoint.as_ref().is_some_and(|path| !path.exists()) {
+        out.note("note: there is no checkpoint yet; beginning at the beginning");
+    }
+    let model = Model::new(machine, args.cells)?;
+    let bar = progress_bar(schedule.start(), schedule.end(), out);
+    let history = simulate::run(&model, &schedule, &options, &mut |time| {
+        bar.set_position((1e3 * (time - schedule.start()) / (schedule.end() - schedule.start())) as u64);
+    });
+    bar.finish_and_clear();
+    let history = history?;
+    if let Some(time) = history.resumed_at {
+        out.note(&format!("went on from the checkpoint at {}", duration(time)));
+    }
+    let series = history.table(&model)?;
+    if let Some(path) = &args.out {
+        write_table(path, &series, &args.schedule)?;
+        out.note(&format!("wrote {}", path.display()));
+    }
+    if let Some(path) = &args.chart {
+        draw_as(path, &figure(&model, &history, &args.schedule))?;
+        out.note(&format!("wrote {}", path.display()));
+    }
+    let seconds = start.elapsed().as_secs_f64();
+    out.report(&text(&model, &history, seconds), &to_json(&model, &history, seconds));
+    Ok(0)
+}
+
+fn options(args: &Args) -> Result<simulate::Options> {
+    let positive = |text: &str, dimension: Dimension, key: &str| {
+        let value = parse(text, dimension).map_err(|e| e.at_key(key))?;
+        if value > 0.0 { Ok(value) } else { Err(Error::input("this must be more than zero").at_key(key).read(text)) }
+    };
+    let from = match args.from.trim() {
+        "steady" => Start::Steady,
+        text => Start::Uniform(
+            parse(text, Dimension::TEMPERATURE)
+                .map_err(|e| Error::input(e.what()).at_key("--from").read(text).help("write \"steady\", or a temperature such as \"20 degC\""))?,
+        ),
+    };
+    let clock = parse(&args.checkpoint_every, Dimension::TIME).map_err(|e| e.at_key("--checkpoint-every"))?;
+    Ok(simulate::Options {
+        start: from,
+        every: args.every.as_deref().map(|text| positive(text, Dimension::TIME, "--every")).transpose()?,
+        tolerance: positive(&args.tolerance, Dimension::DIFFERENCE, "--tolerance")?,
+        within: positive(&args.within, Dimension::DIFFERENCE, "--within")?,
+        checkpoint: args.checkpoint.clone(),
+        checkpoint_every: Duration::try_from_secs_f64(clock)
+            .map_err(|_| Error::input("this is no time to wait").at_key("--checkpoint-every").read(&args.checkpoint_every))?,
+        resume: args.resume,
+    })
+}
+
+/// What the user should know of the schedule.
+fn notes(machine: &Machine, schedule: &Schedule, out: Output) {
+    if !schedule.ignored.is_empty() {
+        out.note(&format!("note: the machine has no such variables, so these columns are left aside: {}", schedule.ignored.join(", ")));
+    }
+    for (index, variable) in machine.variables.iter().enumerate() {
+        let (low, high) = schedule.range(index);
+        if let Some((from, to)) = variable.range.filter(|(from, to)| low < *from || high > *to) {
+            let shown = |si: f64| significant(express(si, &variable.unit, variable.dimension).unwrap_or(si), 6);
+            out.note(&format!(
+                "note: {} = {} to {} {} leaves the range the machine file gives, {} to {}",
+                variable.name,
+                shown(low),
+                shown(high),
+                variable.unit,
+                shown(from),
+                shown(to)
+            ));
+        }
+    }
+}
+
+fn progress_bar(start: f64, end: f64, out: Output) -> ProgressBar {
+    let target = if out.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let bar = ProgressBar::with_draw_target(Some(1000), target);
+    let template = format!("{{bar:40}} {{percent}} % of {}, {{elapsed}} passed, {{eta}} left", duration(end - start));
+    if let Ok(style) = ProgressStyle::with_template(&template) {
+        bar.set_style(style);
+    }
+    bar
+}
+
+fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
+    let mut series = series.clone();
+    series.provenance.push(("schedule".into(), schedule.display().to_string()));
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) { series.write_parquet(path) } else { series.write_csv(path) }
+}
+
+fn figure(model: &Model, history: &History, schedule: &Path) -> HistoryFigure {
+    let courses = model.network.sensor_names.iter().enumerate().map(|(s, name)| Course {
+        name: name.clone(),
+        values: history.readings.iter().map(|r| celsius(r[s])).collect(),
+    });
+    let start = history.times.first().copied().unwrap_or(0.0);
+    HistoryFigure {
+        title: model.machine.name.clone(),
+        times: history.times.clone(),
+        quantity: Quantity::new("temperature", "degC"),
+        courses: courses.collect(),
+        mark: history.settled_overall().filter(|after| *after > 0.0).map(|after| {
+            (start + after, format!("all within {} K of the steady state after {}", history.within, duration(after)))
+        }),
+        notes: vec![format!("schedule: {}", schedule.display())],
+    }
+}
+
+fn celsius(kelvin: f64) -> f64 {
+    Celsius::from(Kelvin(kelvin)).0
+}
+
+fn to_json(model: &Model, history: &History, seconds: f64) -> Value {
+    let names = &model.network.sensor_names;
+    let ends = history.readings.first().zip(history.readings.last());
+    let sensors: Map<String, Value> = names
+        .iter()
+        .enumerate()
+        .map(|(s, name)| {
+            let entry = json!({
+                "start_degC": ends.map(|(first, _)| celsius(first[s])),
+                "end_degC": ends.map(|(_, last)| celsius(last[s])),
+                "steady_degC": history.steady.as_ref().ok().map(|steady| celsius(steady[s])),
+                "within_s": history.settled[s],
+            });
+            (name.clone(), entry)
+        })
+        .collect();
+    let mut series = Map::from_iter([("time_s".to_string(), json!(history.times))]);
+    for (s, name) in names.iter().enumerate() {
+        series.insert(name.clone(), history.readings.iter().map(|r| json!(celsius(r[s]))).collect());
+    }
+    json!({
+        "sensors": sensors,
+        "within_K": history.within,
+        "within_s": history.settled_overall(),
+        "series": series,
+        "steps": history.steps,
+        "rejected": history.rejected,
+        "energy": {
+            "entered_J": history.energy.entered,
+            "left_J": history.energy.left,
+            "stored_J": history.energy.stored,
+            "relative": history.energy.relative(),
+        },
+        "unknowns": model.network.nodes,
+        "resumed_at_s": history.resumed_at,
+        "seconds": seconds,
+    })
+}
+
+fn text(model: &Model, history: &History, seconds: f64) -> String {
+    let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
+    let mut text = format!("{}\n{} from {} to {}\n\n", model.machine.name, duration(end - start), duration(start), duration(end));
+    let near = history.within;
+    let mut rows = Vec::new();
+    for (s, name) in model.network.sensor_names.iter().enumerate() {
+        let at = |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}", celsius(r[s])));
+        rows.push(vec![
+            name.clone(),
+            at(history.readings.first()),
+            at(history.readings.last()),
+            at(history.steady.as_ref().ok()),
+            history.settled[s].map_or("not reached".into(), duration),
+        ]);
+    }
+    text += &table(&["sensor", "start degC", "end degC", "steady degC", &format!("within {near} K after")], &rows);
+    text += "\n";
+    text += &match (&history.steady, history.settled_overall()) {
+        (Err(reason), _) => format!("the last condition has no steady state to reach: {reason}\n"),
+        (_, Some(after)) => format!("every sensor stays within {near} K of the steady state of the last condition after {}\n", duration(after)),
+        (_, None) => {
+            let late = history.settled.iter().filter(|s| s.is_none()).count();
+            let of = history.settled.len();
+            format!("not reached: {late} of {of} sensors do not stay within {near} K of the steady state of the last condition\n")
+        }
+    };
+    let energy = &history.energy;
+    text += &format!(
+        "heat entered {} J, left {} J, stored {} J, open {:.1e}\n",
+        significant(energy.entered, 6),
+        significant(energy.left, 6),
+        significant(energy.stored, 6),
+        energy.relative()
+    );
+    text += &format!("{} unknowns, {} time steps, {} tried again, {:.2} s\n", model.network.nodes, history.steps, history.rejected, seconds);
+    text
+}

@@ -1,0 +1,177 @@
+//! A machine file with its model, which can be built anew with other values on the same cells.
+
+use std::path::Path;
+
+use super::parameter::Parameter;
+use super::point::{Derivatives, Target};
+use crate::error::{Error, Result};
+use crate::machine::{Condition, Machine, Part};
+use crate::mesh::Mesh;
+use crate::model::Model;
+use crate::network::Network;
+use crate::reader::Document;
+
+/// A machine file and its model.
+#[derive(Debug, Clone)]
+pub struct Study {
+    document: Document,
+    /// Machine, mesh and network.
+    pub model: Model,
+}
+
+impl Study {
+    /// Reads a machine file, applies `sets` and meshes it with about `cells` cells.
+    ///
+    /// # Errors
+    /// As [`Machine::read`] and [`Model::new`].
+    pub fn read(path: impl AsRef<Path>, sets: &[(String, String)], cells: Option<usize>) -> Result<Self> {
+        let mut document = Document::read(path)?;
+        for (key, value) in sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        Self::new(document, cells)
+    }
+
+    /// From a file that is parsed already.
+    ///
+    /// # Errors
+    /// As [`Study::read`].
+    pub fn new(document: Document, cells: Option<usize>) -> Result<Self> {
+        let machine = Machine::from_document(&document)?;
+        Ok(Self { model: Model::new(machine, cells)?, document })
+    }
+
+    /// The machine file.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// A parameter by its name: a condition variable or a dotted key.
+    ///
+    /// # Errors
+    /// As [`Parameter::find`].
+    pub fn parameter(&self, name: &str) -> Result<Parameter> {
+        Parameter::find(name, &self.document, &self.model.machine)
+    }
+
+    /// What one asks about first: every condition variable, then of the file every contact's conductance, every
+    /// emissivity and every source.
+    pub fn usual_parameters(&self) -> Vec<Parameter> {
+        let variables = self.model.machine.variables.iter().map(|v| v.name.clone());
+        let is_usual = |key: &String| {
+            let names = Document::names_in(key).unwrap_or_default();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            match names.as_slice() {
+                ["contact", _, law] | ["contacts", "default", law] => {
+                    matches!(*law, "conductance" | "total_conductance" | "temperature_table" | "pressure_table" | "pressure")
+                }
+                ["contact", _, "rough", "pressure"] | ["source", _, "power"] => true,
+                ["part" | "node" | "boundary" | "enclosure" | "radiation_link", .., last] | ["surfaces", last] => {
+                    last.contains("emissivity")
+                }
+                _ => false,
+            }
+        };
+        let keys = self.document.keys().into_iter().filter(is_usual);
+        variables.chain(keys).filter_map(|name| self.parameter(&name).ok()).collect()
+    }
+
+    /// Every sensor.
+    pub fn sensors(&self) -> Vec<Target> {
+        (0..self.model.network.sensors.len()).map(Target::Sensor).collect()
+    }
+
+    /// The file with other values of some parameters; condition variables are not part of it and are left out.
+    ///
+    /// # Errors
+    /// As [`Parameter::to_set`] and [`Document::apply_set`].
+    pub fn document_with(&self, values: &[(&Parameter, f64)]) -> Result<Document> {
+        let mut document = self.document.clone();
+        for (parameter, value) in values {
+            if let Some((key, text)) = parameter.to_set(*value, &self.model.machine)? {
+                document.apply_set(&key, &text)?;
+            }
+        }
+        Ok(document)
+    }
+
+    /// The study with other values of some parameters, on the same cells.
+    ///
+    /// # Errors
+    /// The machine with these values is not valid, or has other unknowns.
+    pub fn with(&self, values: &[(&Parameter, f64)]) -> Result<Self> {
+        let document = self.document_with(values)?;
+        let mut machine = Machine::from_document(&document)?;
+        let mesh = match self.moved(&mut machine)? {
+            Some(mesh) => mesh,
+            None => self.model.mesh.clone(),
+        };
+        let network = Network::build(&machine, &mesh)?;
+        let model = Model { machine, mesh, network };
+        self.check(&model.network)?;
+        Ok(Self { document, model })
+    }
+
+    /// The machine with one value changed, and its network where that is another one.
+    pub(super) fn changed(&self, parameter: &Parameter, value: f64) -> Result<(Machine, Option<Network>)> {
+        let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
+        let names = Document::names_in(&parameter.name).unwrap_or_default();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let network = match names.as_slice() {
+            // These act through the load alone.
+            ["source", _, "power"]
+            | ["chamber", "temperature" | "pressure" | "accommodation" | "gap"]
+            | ["circuit", _, "flow" | "inlet_temperature"]
+            | ["node", _, "temperature"]
+            | ["boundary", ..]
+            | ["drive" | "limit" | "measurement", ..] => None,
+            ["contact", name, law, ..] if !matches!(*law, "area" | "between") => {
+                let mut network = self.model.network.clone();
+                let far = format!("{name} (far side)");
+                if let Some(contact) = machine.contacts.iter().find(|c| c.name == *name) {
+                    let groups = network.contacts.iter_mut().filter(|g| g.name == *name || g.name == far);
+                    groups.for_each(|group| group.law = contact.law.clone());
+                }
+                Some(network)
+            }
+            _ => {
+                let moved = self.moved(&mut machine)?;
+                let network = Network::build(&machine, moved.as_ref().unwrap_or(&self.model.mesh))?;
+                self.check(&network)?;
+                Some(network)
+            }
+        };
+        Ok((machine, network))
+    }
+
+    /// The mesh of a machine whose blocks or imported parts moved; `None` where they did not. What its surfaces see of each other is
+    /// not kept beside the file, where the views of the file's own geometry are.
+    fn moved(&self, machine: &mut Machine) -> Result<Option<Mesh>> {
+        let own = &self.model.machine.parts;
+        let place = |part: &Part| part.import.as_ref().map(|import| import.at);
+        if own.iter().zip(&machine.parts).all(|(a, b)| a.blocks == b.blocks && place(a) == place(b)) {
+            return Ok(None);
+        }
+        machine.enclosures.iter_mut().for_each(|e| e.cache = None);
+        Mesh::with_divisions(machine, &self.model.mesh.divisions(), self.model.mesh.element_size).map(Some)
+    }
+
+    fn check(&self, network: &Network) -> Result<()> {
+        let own = &self.model.network;
+        let shape = |n: &Network| (n.nodes, n.solids, n.streams.iter().map(|s| s.first_node).collect::<Vec<_>>());
+        if shape(own) == shape(network) {
+            return Ok(());
+        }
+        Err(Error::input("a small change of this value changes the number of unknowns: no derivative on these cells")
+            .help("fix the cell counts of the part, or ask for another number of cells"))
+    }
+
+    /// Solves one condition and takes the derivatives there.
+    ///
+    /// # Errors
+    /// As [`Model::solve`] and [`Derivatives::new`].
+    pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
+        let state = self.model.solve(&self.model.solver(condition)?, condition)?;
+        Derivatives::new(self, condition, &state)
+    }
+}

@@ -1,0 +1,103 @@
+//! Coolant over time: fronts, the steady state it settles in, and heat that is conserved on the way.
+
+use std::path::Path;
+
+use super::close;
+use crate::bench::{CONDITION, model};
+use coldplate::machine::Machine;
+use coldplate::model::Model;
+use coldplate::network::Load;
+use coldplate::solve::transient::{Settings, Transient};
+use coldplate::units::ZERO_CELSIUS;
+
+fn shipped(name: &str, cells: usize) -> Model {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
+    Model::new(Machine::read(&path, &[]).unwrap_or_else(|e| panic!("{e}")), Some(cells)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// Long after the start every machine is where the steady solver says, from a uniform temperature and from another
+/// steady state; and the energy of the whole way closes.
+#[test]
+fn settles_in_the_steady_state() {
+    for (name, cells, hours) in [("slab.toml", 600, 40.0), ("rig.toml", 600, 60.0)] {
+        let model = shipped(name, cells);
+        let at = |flow: &str, speed: &str| {
+            let given = [("coolant_flow", flow), ("coolant_temperature", "20 degC"), ("motor_speed", speed), ("ambient_temperature", "23 degC")];
+            Load::at(&model.machine, &model.machine.condition(&given).unwrap()).unwrap()
+        };
+        let load = at("2 L/min", "1000 rpm");
+        let mut transient = Transient::new(&model.network, Settings { tolerance: 0.01, ..Settings::default() }).unwrap();
+        let steady = transient.from_steady(&load).unwrap();
+        let mut warm = transient.uniform(&load, 30.0 + ZERO_CELSIUS);
+        let mut other = transient.from_steady(&at("4 L/min", "300 rpm")).unwrap();
+        for (what, state) in [("uniform", &mut warm), ("another state", &mut other)] {
+            transient.advance(state, hours * 3600.0, &|_| Ok(load.clone()), &mut |_, _| Ok(())).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let solids = model.network.solids;
+            let water = state.temperatures.iter().zip(&steady.temperatures).skip(solids).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            println!("{name} from {what}: water {water:.1e} K from steady");
+            let apart = state.temperatures[..solids].iter().zip(&steady.temperatures).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            println!("{name} from {what}: {apart:.1e} K from steady, {} steps, {} rejected, energy {:.1e}", state.steps, state.rejected, state.energy.relative());
+            assert!(state.energy.relative() < 1e-8, "{name}: {:?}", state.energy);
+            assert!(apart < 2e-3, "{name} from {what}: {apart} K");
+        }
+    }
+}
+
+/// A hole through a block that is held and hardly conducts to its water: a step at the inlet arrives at the outlet as a
+/// step, when the water that carried it has come through.
+#[test]
+fn a_front_stays_sharp() {
+    let text = r#"
+        [variables.inlet]
+        unit = "degC"
+        default = "20 degC"
+        [ material.heavy ]
+        conductivity = "1000 W/(m K)"
+        density = "8000 kg/m3"
+        specific_heat = "1e6 J/(kg K)"
+        [part.block]
+        material = "heavy"
+        box = ["4 m", "0.1 m", "0.1 m"]
+        cells = [80, 2, 2]
+        [channel.hole]
+        in = "block"
+        diameter = "10 mm"
+        path = [["0 m", "0.05 m", "0.05 m"], ["4 m", "0.05 m", "0.05 m"]]
+        film = "1e-6 W/(m2 K)"
+        [circuit.water]
+        flow = "coolant_flow"
+        inlet_temperature = "inlet"
+        liquid = { density = "1000 kg/m3", specific_heat = "4000 J/(kg K)", viscosity = "1e-3 Pa s", conductivity = "0.6 W/(m K)" }
+        layout = ["hole"]
+        dissipation = false
+        [sensor.out]
+        outlet = "hole"
+    "#;
+    let model = model(text, 1.0);
+    let at = |inlet: &str| {
+        let mut given = CONDITION.to_vec();
+        given.push(("inlet", inlet));
+        Load::at(&model.machine, &model.machine.condition(&given).unwrap()).unwrap()
+    };
+    let hot = at("60 degC");
+    let mut transient = Transient::new(&model.network, Settings::default()).unwrap();
+    let mut state = transient.uniform(&at("20 degC"), 20.0 + ZERO_CELSIUS);
+    // 4 m of 10 mm at 1 L/min.
+    let transit = std::f64::consts::PI / 4.0 * 1e-4 * 4.0 / (1e-3 / 60.0);
+    let outlet = model.network.streams[0].outlet() as usize;
+    let mut seen: Vec<(f64, f64)> = Vec::new();
+    for i in 1..=200 {
+        transient
+            .advance(&mut state, transit * f64::from(i) / 100.0, &|_| Ok(hot.clone()), &mut |s, _| {
+                seen.push((s.time / transit, s.temperatures[outlet] - ZERO_CELSIUS));
+                Ok(())
+            })
+            .unwrap();
+    }
+    let between = seen.iter().filter(|(_, t)| (20.5..59.5).contains(t)).count();
+    let arrival = seen.iter().find(|(_, t)| *t > 40.0).unwrap().0;
+    println!("front: {between} of {} outputs between, arrival at {arrival:.4} of the transit", seen.len());
+    assert!(between <= 1, "{:?}", seen.iter().filter(|(_, t)| (20.5..59.5).contains(t)).collect::<Vec<_>>());
+    close("arrival of the front", arrival, 1.0, 1.0, 0.02);
+    assert!(state.energy.relative() < 1e-8);
+}
