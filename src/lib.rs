@@ -17,6 +17,7 @@ pub mod error;
 pub mod files;
 pub mod fit;
 pub mod formula;
+pub mod gmsh;
 pub mod job;
 pub mod machine;
 pub mod mesh;

@@ -73,6 +73,7 @@ fn to_json(model: &Model, found: &Inventory) -> Value {
         "unknowns": model.network.nodes,
         "element_size_m": model.mesh.element_size,
         "parts": parts,
+        "imports": found.imports.iter().map(|i| json!({ "name": i.name, "file": i.file, "tetrahedra": i.tetrahedra, "worst_quality": i.worst_quality, "obtuse_edges": i.obtuse, "surfaces_m2": i.surfaces.iter().map(|(name, area)| (name.clone(), json!(area))).collect::<serde_json::Map<_, _>>() })).collect::<Vec<_>>(),
         "contacts": contacts,
         "channels": channels,
         "enclosures": model.network.enclosures.iter().map(|e| json!({
@@ -104,6 +105,19 @@ fn text(model: &Model, found: &Inventory) -> String {
         })
         .collect();
     text += &table(&["part", "material", "mass kg", "capacity kJ/K", "radiating m2", "cells"], &rows);
+    let rows: Vec<Vec<String>> = found
+        .imports
+        .iter()
+        .map(|i| {
+            let surfaces: Vec<String> = i.surfaces.iter().map(|(name, area)| format!("{name} {}", significant(*area, 4))).collect();
+            let obtuse = format!("{:.1} %", 100.0 * i.obtuse);
+            vec![i.name.clone(), i.file.clone(), i.tetrahedra.to_string(), format!("{:.2}", i.worst_quality), obtuse, surfaces.join(", ")]
+        })
+        .collect();
+    if !rows.is_empty() {
+        text += "\n";
+        text += &table(&["imported", "mesh", "tetrahedra", "worst quality", "obtuse edges", "surfaces m2"], &rows);
+    }
     let rows: Vec<Vec<String>> = found
         .contacts
         .iter()
@@ -146,10 +160,10 @@ fn text(model: &Model, found: &Inventory) -> String {
     for enclosure in &model.network.enclosures {
         text += &enclosure_text(enclosure);
     }
+    let size = if model.mesh.grids.is_empty() { String::new() } else { format!(" of {:.1} mm", model.mesh.element_size * 1e3) };
     text += &format!(
-        "\n{} cells of {:.1} mm, {} unknowns, {} sensors, {} limits\n",
+        "\n{} cells{size}, {} unknowns, {} sensors, {} limits\n",
         model.mesh.cells,
-        model.mesh.element_size * 1e3,
         model.network.nodes,
         model.network.sensors.len(),
         model.machine.limits.len()

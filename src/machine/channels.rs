@@ -20,6 +20,11 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
     for (name, section) in root.sections("channel")? {
         let index = Index { parts, nodes: &[], channels: &[] };
         let part = index.part(&section.value("in")?)?;
+        if parts[part].import.is_some() {
+            return Err(section
+                .error_at("in", format!("'{}' is an imported mesh, and channels run through blocks only", parts[part].name))
+                .help("leave the hole in the mesh, name its wall as a physical surface, and give that a [boundary.NAME] with film and fluid_temperature"));
+        }
         let bore = bore(&section, &parts[part])?;
         let is_bore = bore.is_some();
         if found.iter().any(|c: &Channel| is_bore && c.is_bore && c.part == part) {

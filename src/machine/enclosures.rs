@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::geometry::emissivity;
 use super::names::Index;
-use super::{Enclosure, EnclosureSurface, Place, Views};
+use super::{Enclosure, EnclosureSurface, Face, Place, Views};
 use crate::error::Result;
 use crate::reader::{Section, Value};
 use crate::units::Dimension;
@@ -88,6 +88,15 @@ fn surface(section: Section<'_>, index: &Index<'_>, wall: Option<(f64, f64)>) ->
             None
         }
     };
+    let part = match place {
+        Some(Place::Face(Face { part, .. }) | Place::Part(part)) => Some(&index.parts[part]),
+        Some(Place::Node(_)) | None => None,
+    };
+    if let Some(part) = part.filter(|part| part.import.is_some()) {
+        return Err(value
+            .error(format!("'{}' is an imported mesh, and the surfaces of an enclosure are those of blocks", part.name))
+            .help("join it with a [radiation_link.NAME], or leave it out: rays that fall on it count as the chamber's"));
+    }
     let name = if place.is_some() { value.text()? } else { "chamber".into() };
     let area = section.opt_positive("area", Dimension::AREA)?;
     if area.is_some() && matches!(place, Some(Place::Face(_) | Place::Part(_))) {

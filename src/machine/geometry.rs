@@ -1,7 +1,9 @@
 //! Parts: blocks, their places, their surfaces.
 
 use std::f64::consts::PI;
+use std::path::Path;
 
+use super::import::{Library, import};
 use super::library::Shelf;
 use super::names::{Index, Spelling, side_of};
 use super::shape::bounds;
@@ -24,7 +26,8 @@ struct Draft<'a> {
 }
 
 /// Reads `[part.NAME]`.
-pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf) -> Result<Vec<Part>> {
+pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf, folder: &Path) -> Result<Vec<Part>> {
+    let mut meshes = Library::new(folder);
     let usual = match root.opt_section("surfaces")? {
         None => none(),
         Some(section) => {
@@ -37,10 +40,14 @@ pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf) -> Result<Vec<Part>> 
     for (name, section) in root.sections("part")? {
         check_name(&name, &section)?;
         let material = shelf.take(&section.value("material")?)?;
-        let mut blocks = blocks(&section)?;
+        let mut import = import(&section, &mut meshes)?;
+        let mut blocks = if import.is_some() { Vec::new() } else { blocks(&section)? };
         if let Some(at) = section.opt_triple("at", Dimension::LENGTH)? {
             check_distance(&section, "at", &at)?;
             blocks.iter_mut().for_each(|block| shift(&mut block.shape, at));
+            if let Some(import) = &mut import {
+                import.at = at;
+            }
         }
         if section.has("at") && section.has("on") {
             return Err(section
@@ -54,7 +61,7 @@ pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf) -> Result<Vec<Part>> 
                 .help("0.5 halves the cells of this part"));
         }
         let stated_flux_area = section.opt_positive("stated_flux_area", Dimension::AREA)?;
-        let part = Part { name, material, blocks, element_scale, surface: usual.clone(), stated_flux_area };
+        let part = Part { name, material, blocks, import, element_scale, surface: usual.clone(), stated_flux_area };
         drafts.push(Draft { part, placed: !section.has("on"), section });
     }
     place_all(&mut drafts)?;
@@ -98,7 +105,7 @@ fn shift(shape: &mut Shape, by: [f64; 3]) {
 
 /// The blocks of a part in its own coordinates.
 fn blocks(section: &Section<'_>) -> Result<Vec<Block>> {
-    let help = "give box = [\"0.2 m\", \"0.1 m\", \"20 mm\"], cylinder = { axis = \"z\", outer = \"50 mm\", length = \"0.2 m\" }, sphere = { outer = \"50 mm\" }, or blocks = [{...}, ...]";
+    let help = "give box = [\"0.2 m\", \"0.1 m\", \"20 mm\"], cylinder = { axis = \"z\", outer = \"50 mm\", length = \"0.2 m\" }, sphere = { outer = \"50 mm\" }, blocks = [{...}, ...], or mesh = \"part.msh\"";
     match section.one_of(&["box", "cylinder", "sphere", "blocks"])? {
         None => Err(section.error("this part has no shape").help(help)),
         Some("blocks") => {
@@ -240,6 +247,9 @@ fn place_all(drafts: &mut [Draft<'_>]) -> Result<()> {
             }
             let by = offset(&drafts[at], &drafts[target].part, &value, &spelling)?;
             drafts[at].part.blocks.iter_mut().for_each(|block| shift(&mut block.shape, by));
+            if let Some(import) = &mut drafts[at].part.import {
+                import.at = by;
+            }
             drafts[at].placed = true;
             progress = true;
         }
@@ -259,6 +269,9 @@ fn offset(draft: &Draft<'_>, target: &Part, value: &Value<'_>, spelling: &Spelli
     let Some(side) = spelling.side.as_deref() else {
         return Err(value.error("the face of a part is wanted here").help(format!("write for example \"{}.+z\"", target.name)));
     };
+    if target.import.is_some() {
+        return Err(value.error("a part cannot be put on an imported mesh").help("place it with 'at', in the coordinates of the mesh"));
+    }
     // The index checks block and side; then the axis it looks along.
     let face = Index { parts: std::slice::from_ref(target), nodes: &[], channels: &[] }.side(value, 0, spelling.block, side)?;
     let shapes: Vec<&Shape> = target
@@ -278,7 +291,10 @@ fn offset(draft: &Draft<'_>, target: &Part, value: &Value<'_>, spelling: &Spelli
         }
     };
     let (low, high) = hull(shapes.into_iter());
-    let (own_low, own_high) = hull(draft.part.blocks.iter().map(|block| &block.shape));
+    let (own_low, own_high) = match &draft.part.import {
+        Some(import) => import.body.bounds(),
+        None => hull(draft.part.blocks.iter().map(|block| &block.shape)),
+    };
     let gap = section.opt_quantity("gap", Dimension::LENGTH)?.unwrap_or(0.0);
     let centred = section.opt_choice("align", &["centre", "corner"])?.unwrap_or(0) == 0;
     let along = section.opt_quantities("offset", Dimension::LENGTH, Some(2))?.unwrap_or_else(|| vec![0.0; 2]);

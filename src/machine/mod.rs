@@ -10,6 +10,7 @@ mod condition;
 mod contacts;
 mod enclosures;
 mod geometry;
+mod import;
 mod library;
 mod names;
 mod read;
@@ -26,7 +27,7 @@ pub struct Machine {
     pub name: String,
     /// Free text.
     pub description: String,
-    /// SHA-256 of the file's text with every `--set` applied, in hexadecimal.
+    /// SHA-256 of the file's text with every `--set` applied, and of every imported mesh, in hexadecimal.
     pub hash: String,
     /// The condition variables: first the four that always exist, then the file's own.
     pub variables: Vec<Variable>,
@@ -38,7 +39,7 @@ pub struct Machine {
     pub chamber: Chamber,
     /// Materials in use.
     pub materials: Vec<Material>,
-    /// Parts made of blocks.
+    /// Parts made of blocks, or of imported meshes.
     pub parts: Vec<Part>,
     /// Hand-written lumped nodes.
     pub nodes: Vec<LumpedNode>,
@@ -254,15 +255,29 @@ pub struct Block {
     pub cells: [Option<usize>; 3],
 }
 
-/// A part: one material, one or several blocks; blocks of one part that touch are one piece.
+/// A volume of an imported mesh, placed in the machine.
+#[derive(Debug, Clone)]
+pub struct Import {
+    /// The mesh file, as written.
+    pub file: String,
+    /// The volume in its own coordinates, m.
+    pub body: std::sync::Arc<crate::gmsh::Body>,
+    /// Where its origin stands in the machine, m.
+    pub at: [f64; 3],
+}
+
+/// A part: one material, one or several blocks; blocks of one part that touch are one piece. Or, instead of
+/// blocks, a volume of an imported mesh.
 #[derive(Debug, Clone)]
 pub struct Part {
     /// Name.
     pub name: String,
     /// Index into [`Machine::materials`].
     pub material: usize,
-    /// Its blocks.
+    /// Its blocks; none for an imported mesh.
     pub blocks: Vec<Block>,
+    /// Its volume of an imported mesh.
+    pub import: Option<Import>,
     /// Cells of this part are smaller than the machine's by this factor (1 = the same, 0.5 = half).
     pub element_scale: f64,
     /// How its outer surface radiates to the chamber.
@@ -318,14 +333,16 @@ impl Side {
     }
 }
 
-/// A side of a part: of one block, or of every block where it lies on the outside.
+/// A side of a part: of one block, or of every block where it lies on the outside. Of an imported part: one of
+/// its named surfaces, or its whole boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Face {
     /// Index into [`Machine::parts`].
     pub part: usize,
-    /// Index into that part's blocks; `None` means every block.
+    /// Index into that part's blocks; `None` means every block. Of an imported part: index into
+    /// [`crate::gmsh::Body::surfaces`]; `None` means the whole boundary.
     pub block: Option<usize>,
-    /// Which side.
+    /// Which side; says nothing for an imported part.
     pub side: Side,
 }
 

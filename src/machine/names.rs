@@ -120,12 +120,19 @@ impl Index<'_> {
     pub(super) fn face(&self, value: &Value<'_>) -> Result<Face> {
         match self.place(value)? {
             Place::Face(face) => Ok(face),
+            Place::Part(part) if self.parts[part].import.is_some() => {
+                let names = self.parts[part].import.iter().flat_map(|i| &i.body.surfaces).map(|s| s.name.as_str()).collect::<Vec<_>>();
+                Err(value.error("the face of a part is wanted here").help(format!("add one of its surfaces: {}", names.join(", "))))
+            }
             _ => Err(value.error("the face of a part is wanted here").help(format!("add its side: {}", all_sides()))),
         }
     }
 
     /// The side `name` of a part; the part may be left out of the spelling where it is known.
     pub(super) fn side(&self, value: &Value<'_>, part: usize, block: Option<usize>, name: &str) -> Result<Face> {
+        if let Some(import) = &self.parts[part].import {
+            return super::import::face(value, part, &self.parts[part].name, &import.body, block, name);
+        }
         let blocks = &self.parts[part].blocks;
         let in_question: Vec<&Shape> = match block {
             None => blocks.iter().map(|b| &b.shape).collect(),

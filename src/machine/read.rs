@@ -107,7 +107,8 @@ fn machine(document: &Document) -> Result<Machine> {
     let default_cells = cells(&root)?;
 
     let mut shelf = Shelf::read(&root)?;
-    let parts = parts(&root, &mut shelf)?;
+    let folder = document.file().parent().unwrap_or(Path::new(""));
+    let parts = parts(&root, &mut shelf, folder)?;
     check_overlaps(&root, &parts)?;
     let nodes = nodes(&root, &symbols)?;
     let node_names: Vec<String> = nodes.iter().map(|node| node.name.clone()).collect();
@@ -137,7 +138,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let mut machine = Machine {
         name,
         description,
-        hash: document.hash(),
+        hash: super::import::hash(document.hash(), &parts),
         variables,
         definitions,
         drives,
@@ -229,7 +230,7 @@ fn check_overlaps(root: &Section<'_>, parts: &[Part]) -> Result<()> {
             }
         }
     }
-    Ok(())
+    super::import::check_overlaps(root, parts)
 }
 
 /// Finds the bend factors marked "auto" at the default condition, with the flow shared evenly among branches.

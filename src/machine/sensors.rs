@@ -78,7 +78,7 @@ pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Senso
                 let at = value.triple(Dimension::LENGTH)?;
                 let point: [f64; 3] = std::array::from_fn(|d| at[d] + from[d]);
                 if !part_contains(&index.parts[part], point) {
-                    let help = "coordinates are relative to the smallest corner of the part's first block (cylinders: the centre of its base, spheres: the centre) unless coordinates = \"machine\"";
+                    let help = "coordinates are relative to the smallest corner of the part's first block (cylinders: the centre of its base; spheres: the centre; imported meshes: their own origin) unless coordinates = \"machine\"";
                     return Err(value.error(format!("this point lies outside the part '{}'", index.parts[part].name)).help(help));
                 }
                 Reading::Point(part, point)

@@ -30,8 +30,12 @@ pub(super) fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
     }
 }
 
-/// The point coordinates of a part refer to: smallest corner of its first block, centre of its base, or centre.
+/// The point coordinates of a part refer to: smallest corner of its first block, centre of its base, or centre; the
+/// origin of the mesh file for an imported part.
 pub(super) fn origin(part: &Part) -> [f64; 3] {
+    if let Some(import) = &part.import {
+        return import.at;
+    }
     match part.blocks.first().map(|block| &block.shape) {
         Some(Shape::Box { min, .. }) => *min,
         Some(Shape::Cylinder { base, .. }) => *base,
@@ -72,8 +76,14 @@ pub(super) fn contains(shape: &Shape, point: [f64; 3], margin: f64) -> bool {
     }
 }
 
-/// Whether a point lies in any block of a part.
+/// Whether a point lies in any block of a part. Of an imported part only the box around it is looked at here;
+/// its tetrahedra are searched when the machine is meshed.
 pub(super) fn part_contains(part: &Part, point: [f64; 3]) -> bool {
+    if let Some(import) = &part.import {
+        let (low, high) = import.body.bounds();
+        let slack = 0.01 * (0..3).map(|d| high[d] - low[d]).fold(0.0, f64::max);
+        return (0..3).all(|d| (low[d] - slack..=high[d] + slack).contains(&(point[d] - import.at[d])));
+    }
     part.blocks.iter().any(|block| contains(&block.shape, point, TOUCH))
 }
 

@@ -1,4 +1,5 @@
-//! Parts become cells: one structured grid per block, joined wherever faces touch.
+//! Parts become cells: one structured grid per block, joined wherever faces touch. Imported parts bring their
+//! tetrahedra.
 
 mod draw;
 pub mod grid;
@@ -6,12 +7,18 @@ pub mod overlap;
 pub mod path;
 pub mod ray;
 pub mod sight;
+pub mod tetra;
 pub mod vtu;
 
 use crate::error::{Error, Result};
 use crate::machine::{Face, Machine, Shape, Side};
 use grid::{Grid, divisions};
 use overlap::{Overlap, overlaps};
+use tetra::Tetra;
+use tetra::touch::{self, Other, Touch};
+
+/// Share of a face below which what an imported part leaves uncovered is rounding.
+const LEAST_OPEN: f64 = 1e-3;
 
 /// Two faces that touch.
 #[derive(Debug, Clone)]
@@ -36,10 +43,14 @@ impl Interface {
 pub struct Mesh {
     /// One grid per block, in the order of parts and blocks.
     pub grids: Vec<Grid>,
-    /// Cells in total.
+    /// Resolved nodes in total: the cells of all grids, then the vertices of all imported parts.
     pub cells: usize,
     /// Touching faces.
     pub interfaces: Vec<Interface>,
+    /// Imported parts, in the order of the parts.
+    pub tetra: Vec<Tetra>,
+    /// Where imported parts touch blocks and each other.
+    pub touches: Vec<Touch>,
     /// Element size that was used, m (times each part's own scale).
     pub element_size: f64,
     /// Open area of each boundary cell face: `open[grid][side]` in the order of [`Grid::side_cells`], m².
@@ -47,7 +58,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh of about `target` cells: the element size is the smallest that does not exceed it.
+    /// A mesh of about `target` cells: the element size is the smallest that does not exceed it. Imported parts
+    /// keep their elements and are not counted.
     ///
     /// # Errors
     /// No part has a block, or the target is beyond what 32-bit numbering holds.
@@ -65,6 +77,9 @@ impl Mesh {
             let blocks = machine.parts.iter().flat_map(|p| p.blocks.iter().map(move |b| (p, b)));
             blocks.map(|(part, block)| divisions(block, size * part.element_scale).iter().map(|n| *n as f64).product::<f64>()).sum()
         };
+        if machine.parts.iter().all(|p| p.blocks.is_empty()) {
+            return Self::with_size(machine, 1.0); // there is nothing to cut
+        }
         let (mut fine, mut coarse) = (1e-5, 10.0);
         for _ in 0..60 {
             let middle = f64::sqrt(fine * coarse);
@@ -117,7 +132,60 @@ impl Mesh {
                 }
             }
         }
-        Ok(Self { grids, cells, interfaces, element_size: size, open })
+        let mut tetra = Vec::new();
+        for (p, import) in machine.parts.iter().enumerate().filter_map(|(p, part)| Some((p, part.import.as_ref()?))) {
+            let imported = Tetra::new(p, import, cells);
+            cells += imported.points.len();
+            tetra.push(imported);
+        }
+        let mut mesh = Self { grids, cells, interfaces, tetra, touches: Vec::new(), element_size: size, open };
+        mesh.touches = find_touches(machine, &mesh);
+        mesh.cover();
+        Ok(mesh)
+    }
+
+    /// Takes what imported parts cover and have covered off the open areas.
+    fn cover(&mut self) {
+        for touch in &self.touches {
+            for piece in &touch.pieces {
+                let own = &mut self.tetra[touch.tetra].open[piece.face as usize];
+                (0..3).for_each(|i| own[i] -= piece.covered[i]);
+                match touch.other {
+                    Other::Grid(g, side) => {
+                        let cell = piece.other as usize;
+                        self.open[g][side as usize][side_index(&self.grids[g], side, cell)] -= piece.area();
+                    }
+                    Other::Tetra(t) => {
+                        let far = &mut self.tetra[t].open[piece.other as usize];
+                        (0..3).for_each(|j| far[j] -= (0..3).map(|i| piece.shared[i][j]).sum::<f64>());
+                    }
+                }
+            }
+        }
+        // Rounding, and the difference between a facet and the curved face it stands for, must not radiate.
+        let grids = &self.grids;
+        for touch in &self.touches {
+            if let Other::Grid(g, side) = touch.other {
+                for (left, c) in self.open[g][side as usize].iter_mut().zip(grids[g].side_cells(side)) {
+                    if *left < LEAST_OPEN * grids[g].face_area(c, side) {
+                        *left = 0.0;
+                    }
+                }
+            }
+        }
+        for tetra in &mut self.tetra {
+            for face in 0..tetra.open.len() {
+                let third = tetra.face_area(face) / 3.0;
+                for open in tetra.open[face].iter_mut().filter(|open| **open < LEAST_OPEN * third) {
+                    *open = 0.0;
+                }
+            }
+        }
+    }
+
+    /// The imported volume of a part.
+    pub fn tetra_of(&self, part: usize) -> Option<&Tetra> {
+        self.tetra.iter().find(|t| t.part == part)
     }
 
     /// Cell counts of each block, in the order of parts and blocks.
@@ -172,6 +240,9 @@ impl Mesh {
 
     /// Volume of a part, m³.
     pub fn volume(&self, part: usize) -> f64 {
+        if let Some(tetra) = self.tetra_of(part) {
+            return tetra.volume();
+        }
         self.grids_of(part).map(|(_, g)| g.cells().map(|c| g.volume(c)).sum::<f64>()).sum()
     }
 }
@@ -195,6 +266,33 @@ pub fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
         }
         Shape::Sphere { centre, outer, .. } => (centre.map(|x| x - outer), centre.map(|x| x + outer)),
     }
+}
+
+/// Where imported parts touch blocks and each other.
+fn find_touches(machine: &Machine, mesh: &Mesh) -> Vec<Touch> {
+    let mut found = Vec::new();
+    let mut push = |tetra: usize, other: Other, pieces: Vec<touch::Piece>| {
+        if !pieces.is_empty() {
+            found.push(Touch { tetra, other, pieces });
+        }
+    };
+    for (t, tetra) in mesh.tetra.iter().enumerate() {
+        let (low, high) = tetra.bounds();
+        let slack = 1e-3 * (0..3).map(|d| high[d] - low[d]).fold(0.0, f64::max);
+        for (g, grid) in mesh.grids.iter().enumerate() {
+            let (low_g, high_g) = bounds(&machine.parts[grid.part].blocks[grid.block].shape);
+            if (0..3).any(|d| low[d] - slack > high_g[d] || high[d] + slack < low_g[d]) {
+                continue;
+            }
+            for side in Side::ALL {
+                push(t, Other::Grid(g, side), touch::with_grid(tetra, grid, side));
+            }
+        }
+        for (o, other) in mesh.tetra.iter().enumerate().skip(t + 1) {
+            push(t, Other::Tetra(o), touch::with_tetra(tetra, other));
+        }
+    }
+    found
 }
 
 fn find_interfaces(machine: &Machine, grids: &[Grid]) -> Vec<Interface> {

@@ -67,7 +67,7 @@ pub fn overlaps(a: &Grid, side_a: Side, b: &Grid, side_b: Side) -> Vec<Overlap> 
     }
 }
 
-fn face_position(grid: &Grid, side: Side) -> f64 {
+pub(super) fn face_position(grid: &Grid, side: Side) -> f64 {
     let d = side.axis();
     if side.is_high() { grid.edges[d][grid.n(d)] } else { grid.edges[d][0] }
 }
@@ -256,14 +256,14 @@ fn scatter(a: &Grid, c: [usize; 3], b: &Grid, side_b: Side) -> Vec<(usize, f64, 
     shares
 }
 
-fn indices_between(edges: &[f64], low: f64, high: f64) -> std::ops::Range<usize> {
+pub(super) fn indices_between(edges: &[f64], low: f64, high: f64) -> std::ops::Range<usize> {
     let first = edges.partition_point(|e| *e <= low).saturating_sub(1);
     let last = edges.partition_point(|e| *e < high).min(edges.len() - 1);
     first..last.max(first)
 }
 
 /// The annular tile of an end face as a polygon in the plane (u, v); arcs in steps of at most 0.2 degrees.
-fn tile_polygon(grid: &Grid, c: [usize; 3], u: usize, v: usize) -> Vec<[f64; 2]> {
+pub(super) fn tile_polygon(grid: &Grid, c: [usize; 3], u: usize, v: usize) -> Vec<[f64; 2]> {
     let (ri, ro) = (grid.edges[0][c[0]], grid.edges[0][c[0] + 1]);
     let (start, width) = (grid.edges[1][c[1]], grid.width(1, c[1]));
     let steps = ((width / 0.0035).ceil() as usize).max(1);

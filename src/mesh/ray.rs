@@ -1,25 +1,53 @@
-//! What a ray meets first among all blocks of a machine.
+//! What a ray meets first among all blocks and imported parts of a machine.
 
 use std::f64::consts::TAU;
 
 use super::bounds;
 use super::grid::Frame;
+use super::tetra::{cross, dot, minus};
 use crate::machine::{Shape, Side};
 
-/// Blocks in a leaf of the tree.
+/// Solids in a leaf of the tree.
 const LEAF: usize = 3;
 
-/// The blocks of a machine in a tree of boxes around them.
+/// What stops a ray.
+#[derive(Debug, Clone)]
+pub enum Solid {
+    /// A block.
+    Block(Shape),
+    /// A triangle of the boundary of an imported part: its corners, m. It has two faces and no sides.
+    Triangle([[f64; 3]; 3]),
+}
+
+impl Solid {
+    /// The box around it, m.
+    fn bounds(&self) -> ([f64; 3], [f64; 3]) {
+        match self {
+            Self::Block(shape) => bounds(shape),
+            Self::Triangle([a, b, c]) => ([0, 1, 2].map(|d| a[d].min(b[d]).min(c[d])), [0, 1, 2].map(|d| a[d].max(b[d]).max(c[d]))),
+        }
+    }
+
+    /// Where a ray from outside meets its surface; of a triangle the side says nothing.
+    fn hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(Side, f64)> {
+        match self {
+            Self::Block(shape) => hit(shape, origin, direction),
+            Self::Triangle(corners) => triangle_hit(corners, origin, direction).map(|t| (Side::Low0, t)),
+        }
+    }
+}
+
+/// The blocks and imported boundaries of a machine in a tree of boxes around them.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    shapes: Vec<Shape>,
-    /// Indices of the shapes, leaf by leaf.
+    solids: Vec<Solid>,
+    /// Indices of the solids, leaf by leaf.
     order: Vec<usize>,
     /// The root comes first.
     nodes: Vec<Node>,
 }
 
-/// A box around some blocks.
+/// A box around some solids.
 #[derive(Debug, Clone)]
 struct Node {
     low: [f64; 3],
@@ -32,15 +60,15 @@ enum Inside {
     /// Two other nodes.
     Nodes(usize, usize),
     /// A range of the order.
-    Blocks(std::ops::Range<usize>),
+    Solids(std::ops::Range<usize>),
 }
 
 impl Scene {
-    /// The scene of some shapes; hits name them by their index.
-    pub fn new(shapes: Vec<Shape>) -> Self {
-        let mut scene = Self { order: (0..shapes.len()).collect(), shapes, nodes: Vec::new() };
-        if !scene.shapes.is_empty() {
-            scene.grow(0..scene.shapes.len());
+    /// The scene of some solids; hits name them by their index.
+    pub fn new(solids: Vec<Solid>) -> Self {
+        let mut scene = Self { order: (0..solids.len()).collect(), solids, nodes: Vec::new() };
+        if !scene.solids.is_empty() {
+            scene.grow(0..scene.solids.len());
         }
         scene
     }
@@ -48,17 +76,17 @@ impl Scene {
     /// Adds the node of a range of the order and everything below it; returns its index.
     fn grow(&mut self, range: std::ops::Range<usize>) -> usize {
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-        for shape in &self.order[range.clone()] {
-            let own = bounds(&self.shapes[*shape]);
+        for solid in &self.order[range.clone()] {
+            let own = self.solids[*solid].bounds();
             for d in 0..3 {
                 (low[d], high[d]) = (low[d].min(own.0[d]), high[d].max(own.1[d]));
             }
         }
         let at = self.nodes.len();
-        self.nodes.push(Node { low, high, inside: Inside::Blocks(range.clone()) });
+        self.nodes.push(Node { low, high, inside: Inside::Solids(range.clone()) });
         if range.len() > LEAF {
-            let middle = |shape: usize, d: usize| {
-                let (low, high) = bounds(&self.shapes[shape]);
+            let middle = |solid: usize, d: usize| {
+                let (low, high) = self.solids[solid].bounds();
                 low[d] + high[d]
             };
             let spread = |d: usize| {
@@ -76,12 +104,12 @@ impl Scene {
         at
     }
 
-    /// The first surface a ray from outside all blocks meets: index of the shape, its side, the distance in
+    /// The first surface a ray from outside all of them meets: index of the solid, its side, the distance in
     /// lengths of `direction`.
     pub fn first_hit(&self, origin: [f64; 3], direction: [f64; 3]) -> Option<(usize, Side, f64)> {
         let inverse = direction.map(|d| 1.0 / d);
         let mut nearest: Option<(usize, Side, f64)> = None;
-        // The depth of the tree is the logarithm of the number of blocks: 64 is never reached.
+        // The depth of the tree is the logarithm of the number of solids: 64 is never reached.
         let mut stack = [0usize; 64];
         let mut waiting = usize::from(!self.nodes.is_empty());
         while waiting > 0 {
@@ -97,13 +125,13 @@ impl Scene {
                     waiting += 2;
                 }
                 Inside::Nodes(..) => {}
-                Inside::Blocks(range) => {
-                    for shape in &self.order[range.clone()] {
-                        let hit = hit(&self.shapes[*shape], origin, direction);
+                Inside::Solids(range) => {
+                    for solid in &self.order[range.clone()] {
+                        let hit = self.solids[*solid].hit(origin, direction);
                         if let Some((side, t)) = hit
                             && nearest.is_none_or(|known| t < known.2)
                         {
-                            nearest = Some((*shape, side, t));
+                            nearest = Some((*solid, side, t));
                         }
                     }
                 }
@@ -150,15 +178,24 @@ fn hit(shape: &Shape, origin: [f64; 3], direction: [f64; 3]) -> Option<(Side, f6
     }
 }
 
+/// How far along a ray a triangle is (Möller and Trumbore, J. Graphics Tools 2 (1997) 21).
+fn triangle_hit([a, b, c]: &[[f64; 3]; 3], origin: [f64; 3], direction: [f64; 3]) -> Option<f64> {
+    let (e, f, from) = (minus(*b, *a), minus(*c, *a), minus(origin, *a));
+    let p = cross(direction, f);
+    let determinant = dot(e, p);
+    if determinant == 0.0 {
+        return None; // along the triangle
+    }
+    let q = cross(from, e);
+    let (u, v, t) = (dot(from, p) / determinant, dot(direction, q) / determinant, dot(f, q) / determinant);
+    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
+}
+
 fn earlier(a: Option<(Side, f64)>, b: Option<(Side, f64)>) -> Option<(Side, f64)> {
     match (a, b) {
         (Some(a), Some(b)) => Some(if b.1 < a.1 { b } else { a }),
         (a, b) => a.or(b),
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 /// The roots of a t² + 2 b t + c, ascending, without cancellation.

@@ -1,7 +1,7 @@
 //! What surfaces see of each other, by rays: how many of those a surface sends out arrive where.
 //!
 //! Rays leave evenly over the surface and with the cosine of the angle to its normal, as diffuse radiation does, and
-//! end at the first block they meet. Their four coordinates are Sobol' points, shifted digit by digit once per batch;
+//! end at the first block or imported part they meet. Their four coordinates are Sobol' points, shifted digit by digit once per batch;
 //! the scatter of the batches is the error. The shifts are fixed numbers and results are counted, so a result
 //! depends on nothing but the geometry.
 
@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 use super::grid::{Frame, Grid, tangents};
 use super::overlap::TOUCHING;
-use super::ray::Scene;
+use super::ray::{Scene, Solid};
 use super::{Mesh, bounds};
-use crate::machine::{Machine, Shape, Side};
+use crate::machine::{Machine, Side};
 
 /// Independent batches of rays.
 pub const BATCHES: usize = 16;
@@ -44,7 +44,7 @@ pub struct Seen {
     pub error: Vec<f64>,
     /// Share that meets nothing.
     pub escaped: f64,
-    /// Share that meets blocks which belong to no surface asked about.
+    /// Share that meets blocks or imported parts which belong to no surface asked about.
     pub strayed: f64,
     /// Share of the surface that nothing covers.
     pub open: f64,
@@ -108,24 +108,28 @@ struct Owners<'a> {
     mesh: &'a Mesh,
     /// The box around each grid.
     bounds: Vec<([f64; 3], [f64; 3])>,
+    /// The box around each imported part.
+    imported: Vec<([f64; 3], [f64; 3])>,
     /// For each grid and side: surface and facet.
     sides: Vec<[Vec<(usize, Facet)>; 6]>,
 }
 
 impl Owners<'_> {
-    /// Whether a point lies in some block.
+    /// Whether a point lies in some block or imported part.
     fn is_covered(&self, point: [f64; 3]) -> bool {
         let near = |(low, high): &([f64; 3], [f64; 3])| (0..3).all(|d| point[d] >= low[d] && point[d] <= high[d]);
-        self.bounds.iter().zip(&self.mesh.grids).any(|(bounds, grid)| near(bounds) && grid.contains(point, 0.0))
+        let in_block = self.bounds.iter().zip(&self.mesh.grids).any(|(bounds, grid)| near(bounds) && grid.contains(point, 0.0));
+        in_block || self.mesh.tetra.iter().zip(&self.imported).any(|(tetra, bounds)| near(bounds) && tetra.contains(point))
     }
 
-    fn of(&self, grid: usize, side: Side, point: [f64; 3]) -> Option<usize> {
-        let known = &self.sides[grid][side as usize];
+    /// The surface at a point of a solid of the scene: blocks in the order of the grids, then triangles, of none.
+    fn of(&self, solid: usize, side: Side, point: [f64; 3]) -> Option<usize> {
+        let known = &self.sides.get(solid)?[side as usize];
         match known.as_slice() {
             [] => None,
             [(one, _)] => Some(*one),
             several => {
-                let local = self.mesh.grids[grid].to_local(point);
+                let local = self.mesh.grids[solid].to_local(point);
                 let [p, q] = tangents(side.axis());
                 // Rounding may put a point on a border just outside both: it goes to the nearest.
                 let outside = |f: &Facet| {
@@ -141,16 +145,17 @@ impl Owners<'_> {
 /// Sends rays from each surface that is `wanted`, at least as many as `rays` and a power of two per batch; a surface
 /// is a list of facets.
 pub fn look(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<Facet>], wanted: &[bool], rays: usize) -> Vec<Option<Seen>> {
-    let shapes: Vec<Shape> = mesh.grids.iter().map(|g| machine.parts[g.part].blocks[g.block].shape.clone()).collect();
-    let around = shapes.iter().map(bounds).collect();
-    let scene = Scene::new(shapes);
+    let blocks = mesh.grids.iter().map(|g| &machine.parts[g.part].blocks[g.block].shape);
+    let around = blocks.clone().map(bounds).collect();
+    let triangles = mesh.tetra.iter().flat_map(|t| (0..t.body.faces.len()).map(|face| t.triangle(face)));
+    let scene = Scene::new(blocks.cloned().map(Solid::Block).chain(triangles.map(Solid::Triangle)).collect());
     let mut sides: Vec<[Vec<(usize, Facet)>; 6]> = vec![Default::default(); mesh.grids.len()];
     for (s, facets) in surfaces.iter().enumerate() {
         for facet in facets {
             sides[facet.grid][facet.side as usize].push((s, *facet));
         }
     }
-    let owners = Owners { mesh, bounds: around, sides };
+    let owners = Owners { mesh, bounds: around, imported: mesh.tetra.iter().map(|t| t.bounds()).collect(), sides };
     let each = rays.div_ceil(BATCHES).max(1).next_power_of_two();
     let tasks: Vec<(usize, usize)> = (0..surfaces.len()).filter(|s| wanted[*s]).flat_map(|s| (0..BATCHES).map(move |b| (s, b))).collect();
     let counted: Vec<Count> =
@@ -195,7 +200,7 @@ fn count(scene: &Scene, owners: &Owners<'_>, facets: &[Facet], surfaces: usize, 
         let (from, along) = (before(CLEAR), cosine(normal, x[2], x[3]));
         match scene.first_hit(from, along) {
             None => count.escaped += 1,
-            Some((grid, side, t)) => match owners.of(grid, side, [0, 1, 2].map(|d| from[d] + t * along[d])) {
+            Some((solid, side, t)) => match owners.of(solid, side, [0, 1, 2].map(|d| from[d] + t * along[d])) {
                 Some(owner) => count.arrived[owner] += 1,
                 None => count.strayed += 1,
             },

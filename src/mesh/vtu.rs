@@ -12,8 +12,12 @@ use crate::files;
 use crate::machine::{Machine, Property};
 use crate::units::{Celsius, Kelvin};
 
+/// VTK's number of a tetrahedron.
+const TETRAHEDRON: u8 = 10;
+
 /// Writes temperature (degC), heat flux (W/m²), part number and, in the field data, part names.
-/// Curved cells are drawn with straight edges, shells of spheres as facets. `temperatures` are those of the cells, K.
+/// Curved cells are drawn with straight edges, shells of spheres as facets; tetrahedra have the mean of their
+/// corners. `temperatures` are those of the mesh's nodes, K.
 ///
 /// # Errors
 /// The file cannot be written; nothing is left behind under its name then.
@@ -29,7 +33,7 @@ pub fn write(path: &Path, machine: &Machine, mesh: &Mesh, temperatures: &[f64]) 
 }
 
 fn body(file: &mut impl Write, machine: &Machine, mesh: &Mesh, temperatures: &[f64]) -> std::io::Result<()> {
-    let Drawing { points, connectivity, offsets, types, owners, outward } = Drawing::new(&mesh.grids);
+    let Drawing { mut points, mut connectivity, mut offsets, mut types, owners, outward } = Drawing::new(&mesh.grids);
     let (mut celsius, mut part, mut flux) = (Vec::with_capacity(types.len()), Vec::with_capacity(types.len()), Vec::new());
     for ((g, c), outward) in owners.into_iter().zip(outward) {
         let grid = &mesh.grids[g];
@@ -37,6 +41,23 @@ fn body(file: &mut impl Write, machine: &Machine, mesh: &Mesh, temperatures: &[f
         celsius.push(Celsius::from(Kelvin(temperatures[grid.cell(c)])).0 as f32);
         part.push(grid.part as u32);
         flux.extend(heat_flux(grid, c, outward, temperatures, conductivity).map(|q| q as f32));
+    }
+    for tetra in &mesh.tetra {
+        let first = (points.len() / 3) as u32;
+        points.extend(tetra.points.iter().flatten().map(|x| *x as f32));
+        let conductivity = &machine.materials[machine.parts[tetra.part].material].conductivity;
+        for (t, corners) in tetra.body.tetrahedra.iter().enumerate() {
+            connectivity.extend(corners.map(|c| first + c));
+            offsets.push(connectivity.len() as u32);
+            types.push(TETRAHEDRON);
+            let at = corners.map(|c| temperatures[tetra.node(c)]);
+            let mean = at.iter().sum::<f64>() / 4.0;
+            celsius.push(Celsius::from(Kelvin(mean)).0 as f32);
+            part.push(tetra.part as u32);
+            let gradients = tetra.gradients(t);
+            let slope = |d: usize| (0..4).map(|i| gradients[i][d] * at[i]).sum::<f64>();
+            flux.extend([0, 1, 2].map(|d| (-conductivity[d].at(mean) * slope(d)) as f32));
+        }
     }
     let names: Vec<&str> = machine.parts.iter().map(|p| p.name.as_str()).collect();
 

@@ -13,6 +13,8 @@ use crate::units::{Celsius, Kelvin};
 pub struct Inventory {
     /// Parts, then lumped nodes.
     pub parts: Vec<PartEntry>,
+    /// Imported meshes.
+    pub imports: Vec<ImportEntry>,
     /// Contacts with their true areas.
     pub contacts: Vec<ContactEntry>,
     /// Coolant channels.
@@ -38,8 +40,26 @@ pub struct PartEntry {
     pub capacity: f64,
     /// Area that sees the chamber, m².
     pub radiating_area: f64,
-    /// Cells.
+    /// Cells; vertices of an imported mesh.
     pub cells: usize,
+}
+
+/// A part from a mesh file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ImportEntry {
+    /// Name of the part.
+    pub name: String,
+    /// The file, as the machine file names it.
+    pub file: String,
+    /// Tetrahedra.
+    pub tetrahedra: usize,
+    /// Named surfaces with their areas, m².
+    pub surfaces: Vec<(String, f64)>,
+    /// Mean ratio of the worst tetrahedron: 1 for a regular one, 0 for a flat one.
+    pub worst_quality: f64,
+    /// Share of the edges that conduct negatively, because the angles opposite are obtuse: there a temperature may
+    /// over- or undershoot slightly.
+    pub obtuse: f64,
 }
 
 /// A contact.
@@ -102,9 +122,10 @@ pub fn inventory(model: &Model, condition: Option<&Condition>) -> Result<Invento
             mass,
             capacity: mass * material.specific_heat.at(300.0),
             radiating_area: radiating[p],
-            cells: model.mesh.grids_of(p).map(|(_, g)| g.len()).sum(),
+            cells: model.mesh.grids_of(p).map(|(_, g)| g.len()).sum::<usize>() + model.mesh.tetra_of(p).map_or(0, |t| t.points.len()),
         });
     }
+    list_imports(model, &mut found);
     for (n, node) in machine.nodes.iter().enumerate() {
         found.parts.push(PartEntry {
             name: node.name.clone(),
@@ -160,6 +181,43 @@ pub fn inventory(model: &Model, condition: Option<&Condition>) -> Result<Invento
     warn_about_islands(model, &mut found);
     warn_about_coolant(load.as_ref(), model, &mut found);
     Ok(found)
+}
+
+/// Imported meshes, and what is odd about them.
+fn list_imports(model: &Model, found: &mut Inventory) {
+    for part in &model.machine.parts {
+        let Some(import) = &part.import else { continue };
+        let Some(tetra) = model.mesh.tetra.iter().find(|t| model.machine.parts[t.part].name == part.name) else { continue };
+        let body = &import.body;
+        let edges = tetra.edges();
+        let negative = edges.iter().filter(|e| e.factor.iter().sum::<f64>() < 0.0).count();
+        let area = |faces: &[u32]| faces.iter().map(|f| tetra.face_area(*f as usize)).sum();
+        found.imports.push(ImportEntry {
+            name: part.name.clone(),
+            file: import.file.clone(),
+            tetrahedra: body.tetrahedra.len(),
+            surfaces: body.surfaces.iter().map(|s| (s.name.clone(), area(&s.faces))).collect(),
+            worst_quality: body.worst_quality,
+            obtuse: negative as f64 / edges.len().max(1) as f64,
+        });
+        if body.pieces > 1 {
+            found
+                .warnings
+                .push(format!("'{}' consists of {} pieces that share no node: no heat passes between them", part.name, body.pieces));
+        }
+        if body.worst_quality < 0.05 {
+            found.warnings.push(format!(
+                "'{}' has nearly flat tetrahedra (worst mean ratio {:.3}): temperatures near them may overshoot; mesh again with Mesh.Optimize = 1",
+                part.name, body.worst_quality
+            ));
+        }
+        if body.curved > 0 {
+            found.warnings.push(format!(
+                "'{}' has {} elements of second or higher order, of which the corners alone are used: linear elements with straight edges",
+                part.name, body.curved
+            ));
+        }
+    }
 }
 
 /// A flux over one area and a contact over another: the classic way to misread a conductance.

@@ -3,7 +3,7 @@
 mod inventory;
 mod limits;
 
-pub use inventory::{ChannelEntry, ContactEntry, Inventory, PartEntry, inventory};
+pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, inventory};
 pub use limits::{LimitState, limit_states};
 
 use crate::error::Result;

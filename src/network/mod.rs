@@ -61,7 +61,8 @@ pub struct Network {
     pub circuits: Vec<stream::CircuitTree>,
     /// Heat sources: for each source of the machine its nodes and shares (sum one).
     pub sources: Vec<Vec<(u32, f64)>>,
-    /// Nodes held at a temperature: node and index into [`Load::fixed`].
+    /// Nodes held at a temperature: node and index into [`Load::fixed`]. Lumped nodes, and vertices of imported
+    /// meshes on faces whose temperature is given.
     pub fixed: Vec<(u32, u32)>,
     /// Node held at the temperature of the chamber wall, which enclosures radiate to; one of the fixed.
     pub chamber: Option<u32>,
@@ -80,7 +81,7 @@ pub struct Joint {
     pub a: u32,
     /// Second node.
     pub b: u32,
-    /// Area, m².
+    /// Area, m²; negative where linear shape functions make it so (obtuse edges of imported meshes).
     pub area: f64,
     /// Conduction length from the first node to the interface, m (0 for a lumped node).
     pub length_a: f64,

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::parameter::Parameter;
 use super::point::{Derivatives, Target};
 use crate::error::{Error, Result};
-use crate::machine::{Condition, Machine};
+use crate::machine::{Condition, Machine, Part};
 use crate::mesh::Mesh;
 use crate::model::Model;
 use crate::network::Network;
@@ -144,11 +144,12 @@ impl Study {
         Ok((machine, network))
     }
 
-    /// The mesh of a machine whose blocks moved; `None` where they did not. What its surfaces see of each other is
+    /// The mesh of a machine whose blocks or imported parts moved; `None` where they did not. What its surfaces see of each other is
     /// not kept beside the file, where the views of the file's own geometry are.
     fn moved(&self, machine: &mut Machine) -> Result<Option<Mesh>> {
-        let own = self.model.machine.parts.iter().flat_map(|p| &p.blocks);
-        if own.eq(machine.parts.iter().flat_map(|p| &p.blocks)) {
+        let own = &self.model.machine.parts;
+        let place = |part: &Part| part.import.as_ref().map(|import| import.at);
+        if own.iter().zip(&machine.parts).all(|(a, b)| a.blocks == b.blocks && place(a) == place(b)) {
             return Ok(None);
         }
         machine.enclosures.iter_mut().for_each(|e| e.cache = None);

@@ -27,7 +27,8 @@ pub struct Balance {
     pub circuits: Vec<f64>,
     /// Viscous dissipation in the water.
     pub dissipation: f64,
-    /// Each held lumped node.
+    /// Each held lumped node, in the order of the network's held nodes; what holds faces and vertices
+    /// at the temperature of a boundary counts to that.
     pub held: Vec<f64>,
 }
 
@@ -54,7 +55,7 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
         // The work of the pump enters and leaves with the water; it is listed on both sides.
         found.dissipation += dissipated;
     }
-    for ((node, index), heat) in network.fixed.iter().zip(held_heats(network, load, temperatures)) {
+    for ((node, index), heat) in network.fixed.iter().zip(held_heats(network, load, streams, temperatures)) {
         match load.boundary_of(*index) {
             Some(boundary) => found.boundaries[boundary] += heat,
             // Radiation through an enclosure arrives at the chamber's node.
@@ -76,25 +77,25 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
     found
 }
 
-/// Heat that holding each held node puts into the machine, W: what it gives to neighbours and surroundings less
-/// what sources bring it.
-fn held_heats(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<f64> {
+/// Heat that holding each held node puts into the machine, W: what the node gives to neighbours, water and
+/// surroundings less what sources bring it.
+fn held_heats(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
     let mut heats = vec![0.0; network.fixed.len()];
     if heats.is_empty() {
         return heats;
     }
-    let mut slot = vec![NONE; network.nodes];
-    for (i, (node, _)) in network.fixed.iter().enumerate() {
-        slot[*node as usize] = i as u32;
+    let mut place = vec![NONE; network.nodes];
+    for (k, (node, _)) in network.fixed.iter().enumerate() {
+        place[*node as usize] = k as u32;
     }
     let t = |n: u32| temperatures[n as usize];
-    let mut leaves = |node: u32, heat: f64| {
-        let at = slot[node as usize];
-        if at != NONE {
-            heats[at as usize] += heat;
+    let is_held = |n: u32| place[n as usize] != NONE;
+    let mut leaves = |n: u32, heat: f64| {
+        if place[n as usize] != NONE {
+            heats[place[n as usize] as usize] += heat;
         }
     };
-    let is_held = |node: u32| slot[node as usize] != NONE;
+    // Cells of blocks are never held, so the conduction inside blocks does not come in.
     for j in network.joints.iter().filter(|j| is_held(j.a) || is_held(j.b)) {
         let heat = network.joint_heat(j, temperatures);
         leaves(j.a, heat);
@@ -109,8 +110,15 @@ fn held_heats(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<f64> 
         leaves(surface.node, surface.state(t(surface.node), &network.properties, load).heat);
     }
     for (source, power) in network.sources.iter().zip(&load.powers) {
-        for (node, share) in source {
-            leaves(*node, -power * share);
+        source.iter().for_each(|(node, share)| leaves(*node, -power * share));
+    }
+    for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
+        let mut entering = entering_temperature(network, load, streams, s, temperatures);
+        for (k, station) in stream.stations.iter().enumerate() {
+            for (cell, share) in &station.cells {
+                leaves(*cell as u32, state.exchange[k] * share * (temperatures[*cell] - entering));
+            }
+            entering = temperatures[stream.first_node as usize + k];
         }
     }
     heats

@@ -1,5 +1,6 @@
 //! Contacts and radiative links: where parts touch, and where the machine file joins them all the same.
 
+use super::tetra::Crossing;
 use super::{Builder, Foot};
 use crate::error::{Error, Result};
 use crate::machine::{Contact, ContactLaw, Face, Place, Side};
@@ -7,9 +8,6 @@ use crate::mesh::Interface;
 use crate::mesh::grid::{Grid, tangents};
 use crate::network::{ContactGroup, Joint, NONE, Reach};
 use std::f64::consts::TAU;
-
-/// Interfaces by index, and whether the contact counts heat against the interface's own order.
-type Crossings = Vec<(usize, bool)>;
 
 impl Builder<'_> {
     /// The contact of the machine file that covers an interface; one that names faces goes first.
@@ -35,22 +33,36 @@ impl Builder<'_> {
     /// Joints where blocks touch.
     pub(super) fn interfaces(&mut self) -> Result<()> {
         // Interfaces that share a contact form one group: sort them by the contact they belong to.
-        let mut named: Vec<Crossings> = vec![Vec::new(); self.machine.contacts.len()];
-        let mut unnamed: Vec<((usize, usize), Crossings)> = Vec::new();
-        for (i, interface) in self.mesh.interfaces.iter().enumerate() {
+        let default = self.machine.default_contact.clone().unwrap_or(ContactLaw::Bonded);
+        let mut named: Vec<Vec<Crossing>> = vec![Vec::new(); self.machine.contacts.len()];
+        let mut unnamed: Vec<((usize, usize), Vec<Crossing>)> = Vec::new();
+        let mut add_unnamed = |pa: usize, pb: usize, crossing: Crossing| {
+            let key = (pa.min(pb), pa.max(pb));
+            match unnamed.iter_mut().find(|(k, _)| *k == key) {
+                Some((_, list)) => list.push(crossing),
+                None => unnamed.push((key, vec![crossing])),
+            }
+        };
+        let mesh = self.mesh;
+        for interface in &mesh.interfaces {
             let (pa, pb) = (self.mesh.grids[interface.a.0].part, self.mesh.grids[interface.b.0].part);
-            if let Some((contact, crossed)) = self.covering(interface) {
-                let index = self.machine.contacts.iter().position(|c| c.name == contact.name).unwrap_or(0);
-                named[index].push((i, crossed));
+            let covering = self.covering(interface).map(|(contact, crossed)| (contact.name.clone(), crossed));
+            if let Some((contact, crossed)) = covering {
+                let index = self.machine.contacts.iter().position(|c| c.name == contact).unwrap_or(0);
+                named[index].push(self.block_crossing(interface, crossed));
             } else if pa == pb {
-                for joint in self.joints_of(interface, false, NONE) {
-                    self.network.joints.push(joint);
-                }
+                let joints = self.joints_of(interface, false, NONE);
+                self.network.joints.extend(joints);
             } else {
-                let (key, crossed) = ((pa.min(pb), pa.max(pb)), pa > pb);
-                match unnamed.iter_mut().find(|(k, _)| *k == key) {
-                    Some((_, list)) => list.push((i, crossed)),
-                    None => unnamed.push((key, vec![(i, crossed)])),
+                add_unnamed(pa, pb, self.block_crossing(interface, pa > pb));
+            }
+        }
+        for touch in &self.mesh.touches {
+            let [pa, pb] = self.touch_parts(touch);
+            for (contact, crossed, pieces) in self.covered_pieces(touch) {
+                match contact {
+                    Some(index) => named[index].push(self.crossing(touch, &pieces, &self.machine.contacts[index].law, crossed)),
+                    None => add_unnamed(pa, pb, self.crossing(touch, &pieces, &default, pa > pb)),
                 }
             }
         }
@@ -68,20 +80,19 @@ impl Builder<'_> {
                 }
                 continue; // joined by its stated area later
             }
-            let true_area: f64 = list.iter().map(|(i, _)| self.mesh.interfaces[*i].area()).sum();
+            let true_area: f64 = list.iter().map(|crossing| crossing.area).sum();
             let scale = match (&contact.law, contact.area) {
                 (ContactLaw::Total(_), _) | (_, None) => 1.0,
                 (_, Some(stated)) => stated / true_area,
             };
             let names = contact.between.map(|p| self.place_name(p));
-            self.group(contact.name.clone(), contact.law.clone(), names, true_area, scale, &list, false);
+            self.group(contact.name.clone(), contact.law.clone(), names, true_area, scale, list, false);
         }
-        let default = self.machine.default_contact.clone().unwrap_or(ContactLaw::Bonded);
         for ((pa, pb), list) in unnamed {
-            let area = list.iter().map(|(i, _)| self.mesh.interfaces[*i].area()).sum();
+            let area = list.iter().map(|crossing| crossing.area).sum();
             let names = [pa, pb].map(|p| self.machine.parts[p].name.clone());
             let name = format!("{} | {}", names[0], names[1]);
-            self.group(name, default.clone(), names, area, 1.0, &list, true);
+            self.group(name, default.clone(), names, area, 1.0, list, true);
         }
         Ok(())
     }
@@ -94,18 +105,26 @@ impl Builder<'_> {
         between: [String; 2],
         area: f64,
         scale: f64,
-        interfaces: &[(usize, bool)],
+        crossings: Vec<Crossing>,
         unnamed: bool,
     ) {
         let start = self.network.joints.len();
         let contact = self.network.contacts.len() as u32;
-        for (i, crossed) in interfaces {
-            let mesh = self.mesh;
-            let joints = self.joints_of(&mesh.interfaces[*i], *crossed, contact);
-            self.network.joints.extend(joints);
+        let within = |joint: Joint| Joint { contact, ..joint };
+        for crossing in &crossings {
+            self.network.joints.extend(crossing.joints.iter().copied().map(within));
         }
         let joints = start..self.network.joints.len();
+        // Where the law follows the temperature of the interface, that of one side alone would not do: pairs are as
+        // accurate there, to second order.
+        if !matches!(law, ContactLaw::OfTemperature(_) | ContactLaw::Insulated) {
+            self.network.joints.extend(crossings.iter().flat_map(|c| &c.along).copied().map(within));
+        }
         self.network.contacts.push(ContactGroup { name, law, between, area, scale, is_half: false, joints, unnamed });
+    }
+
+    fn block_crossing(&mut self, interface: &Interface, crossed: bool) -> Crossing {
+        Crossing { joints: self.joints_of(interface, crossed, NONE), along: Vec::new(), area: interface.area() }
     }
 
     /// Joints of one interface, from its first side to its second (or crossed).
@@ -143,11 +162,14 @@ impl Builder<'_> {
                 })?;
                 return Ok(vec![(self.lumped(n), area, 0.0, NONE)]);
             }
-            place => faces_of(place),
+            place => self.faces_of(place),
         };
         let gather = |open: bool| {
             let mut cells: Vec<Foot> = Vec::new();
             for face in &faces {
+                if let Some(tetra) = self.mesh.tetra_of(face.part) {
+                    cells.extend(self.vertex_areas(tetra, *face, open));
+                }
                 for (g, c, a) in if open { self.mesh.open_cells(*face) } else { self.mesh.face_cells(*face) } {
                     let grid = &self.mesh.grids[g];
                     let property = self.property(grid.part, face.side.axis());
@@ -284,7 +306,7 @@ impl Builder<'_> {
                     self.network.radiative.push((surface, middle, foot.1 / area / resistance));
                 }
                 let place = if std::ptr::eq(feet, &first) { link.between[0] } else { link.between[1] };
-                self.view_left.extend(faces_of(place).into_iter().map(|face| (face, 1.0 - view)));
+                self.view_left.extend(self.faces_of(place).into_iter().map(|face| (face, 1.0 - view)));
             }
         }
         Ok(())
@@ -308,7 +330,7 @@ fn joint_between(a: Foot, b: Foot, contact: u32) -> Joint {
 }
 
 /// The same joint, counted the other way.
-fn reversed(j: Joint) -> Joint {
+pub(super) fn reversed(j: Joint) -> Joint {
     Joint {
         a: j.b,
         b: j.a,
@@ -357,13 +379,4 @@ fn reach(grid: &Grid, cell: usize, side: Side, point: [f64; 3], reaches: &mut Ve
     }
     reaches.push(found);
     (reaches.len() - 1) as u32
-}
-
-/// The faces of a place: all six sides of a part, none of a lumped node.
-pub(super) fn faces_of(place: Place) -> Vec<Face> {
-    match place {
-        Place::Node(_) => Vec::new(),
-        Place::Face(face) => vec![face],
-        Place::Part(part) => Side::ALL.map(|side| Face { part, block: None, side }).to_vec(),
-    }
 }

@@ -1,7 +1,7 @@
 //! Enclosures: grey diffuse surfaces become radiative conductors.
 
 use super::views::{LEAK, Patch, Seeing, computed, given};
-use super::{Builder, Foot, contacts::faces_of};
+use super::{Builder, Foot};
 use crate::error::{Error, Result};
 use crate::machine::{Enclosure, EnclosureSurface, Place, Side, Views};
 use crate::mesh::grid::tangents;
@@ -101,7 +101,7 @@ impl Builder<'_> {
         }
         let mut found: Vec<(Patch, Vec<FaceCell>)> = Vec::new();
         let whole = surface.patches == [1, 1];
-        for face in faces_of(place) {
+        for face in self.faces_of(place) {
             for (g, grid) in self.mesh.grids_of(face.part).filter(|(_, g)| face.block.is_none_or(|b| b == g.block)) {
                 let [p, q] = tangents(face.side.axis());
                 let counts = [surface.patches[0].min(grid.n(p)), surface.patches[1].min(grid.n(q))];
@@ -175,8 +175,7 @@ impl Builder<'_> {
             .map(|face| {
                 face.node = self.surface_node(face.foot);
                 if let Some(law) = self.law_on(&self.mesh.grids[face.grid], face.side).filter(|law| self.holds(*law)) {
-                    // The load lists the boundaries' temperatures after the chamber's.
-                    self.network.fixed.push((face.node, (self.machine.nodes.len() + 1 + law) as u32));
+                    self.network.fixed.push((face.node, self.held_by(law)));
                 }
                 (face.node, face.foot.1 / area)
             })

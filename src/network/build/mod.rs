@@ -2,6 +2,7 @@
 
 mod contacts;
 mod enclosure;
+mod tetra;
 mod views;
 
 use std::collections::HashMap;
@@ -25,6 +26,7 @@ impl Network {
         let mut builder = Builder { machine, mesh, network: Network::default(), view_left: vec![], enclosed: HashMap::new() };
         builder.nodes();
         builder.blocks();
+        builder.edges();
         builder.interfaces()?;
         builder.stated_contacts()?;
         builder.radiation_links()?;
@@ -77,6 +79,8 @@ impl Builder<'_> {
                 net.group[grid.first + i] = grid.part as u32;
             }
         }
+        self.vertices();
+        let net = &mut self.network;
         for (i, node) in self.machine.nodes.iter().enumerate() {
             if node.fixed.is_some() {
                 net.fixed.push((net.capacity.len() as u32, i as u32));
@@ -157,7 +161,8 @@ impl Builder<'_> {
                     }));
                 }
             }
-            let seen: f64 = faces.iter().map(|f| f.3 * f.5).sum();
+            let vertices = self.vertex_surfaces(p);
+            let seen: f64 = faces.iter().map(|f| f.3 * f.5).chain(vertices.iter().map(|v| v.1 * v.3)).sum();
             let factor = match part.surface.area {
                 Some(stated) if seen > 0.0 => stated / seen,
                 Some(_) => {
@@ -184,9 +189,11 @@ impl Builder<'_> {
                         law,
                     },
                 };
-                let gas = surface.gas_area > 0.0 && self.machine.chamber.pressure > 0.0;
-                if surface.emissive > 0.0 || surface.law != NONE || gas {
-                    self.network.surfaces.push(surface);
+                self.push_surface(surface);
+            }
+            for vertex in vertices {
+                if let Some(surface) = self.vertex_surface(vertex, emissivity, factor) {
+                    self.push_surface(surface);
                 }
             }
         }
@@ -209,6 +216,20 @@ impl Builder<'_> {
     /// Whether a boundary prescribes a temperature.
     fn holds(&self, boundary: usize) -> bool {
         matches!(self.machine.boundaries[boundary].law, BoundaryLaw::Temperature(_))
+    }
+
+    /// Where the load lists the temperature of a boundary among those of held nodes: after the lumped nodes and the
+    /// chamber.
+    fn held_by(&self, boundary: usize) -> u32 {
+        (self.machine.nodes.len() + 1 + boundary) as u32
+    }
+
+    /// Keeps a surface through which anything leaves.
+    fn push_surface(&mut self, surface: Surface) {
+        let gas = surface.gas_area > 0.0 && self.machine.chamber.pressure > 0.0;
+        if surface.emissive > 0.0 || surface.law != NONE || gas {
+            self.network.surfaces.push(surface);
+        }
     }
 
     fn effective(&self, emissivity: f64, effective: bool, area: f64) -> f64 {
@@ -270,10 +291,16 @@ impl Builder<'_> {
                         for (_, grid) in self.mesh.grids_of(*p) {
                             shares.extend(grid.cells().map(|c| (grid.cell(c) as u32, grid.volume(c))));
                         }
+                        if let Some(tetra) = self.mesh.tetra_of(*p) {
+                            shares.extend(tetra.volumes.iter().enumerate().map(|(i, v)| ((tetra.first + i) as u32, *v)));
+                        }
                     }
                     Place::Face(face) => {
                         for (g, c, area) in self.mesh.face_cells(*face) {
                             shares.push((self.mesh.grids[g].cell(c) as u32, area));
+                        }
+                        if let Some(tetra) = self.mesh.tetra_of(face.part) {
+                            shares.extend(self.vertex_areas(tetra, *face, false).into_iter().map(|foot| (foot.0, foot.1)));
                         }
                     }
                 }
@@ -296,6 +323,14 @@ impl Builder<'_> {
             let key = || format!("sensor.{}", sensor.name);
             let term = match &sensor.reads {
                 Reading::Node(n) => SensorTerm { weights: vec![(self.lumped(*n), 1.0)], inlet: None },
+                Reading::Point(part, point) if self.mesh.tetra_of(*part).is_some() => {
+                    let weights = self.mesh.tetra_of(*part).and_then(|t| t.interpolate(*point)).ok_or_else(|| {
+                        Error::input(format!("the sensor '{}' lies outside '{}'", sensor.name, self.machine.parts[*part].name))
+                            .at_key(key())
+                            .help("move the point inside the part; its coordinates are those of the mesh file, in SI or with their unit")
+                    })?;
+                    SensorTerm { weights: weights.map(|(c, w)| (c as u32, w)).to_vec(), inlet: None }
+                }
                 Reading::Point(part, point) => {
                     let grid = self.mesh.grid_at(*part, *point, 1e-6).ok_or_else(|| {
                         Error::input(format!("the sensor '{}' lies outside '{}'", sensor.name, self.machine.parts[*part].name))
@@ -308,15 +343,19 @@ impl Builder<'_> {
                 Reading::PartMean(p) => {
                     let volume = self.mesh.volume(*p);
                     let cells = self.mesh.grids_of(*p).flat_map(|(_, g)| g.cells().map(move |c| (g.cell(c) as u32, g.volume(c) / volume)));
-                    SensorTerm { weights: cells.collect(), inlet: None }
+                    let vertices = self.mesh.tetra_of(*p).into_iter();
+                    let vertices =
+                        vertices.flat_map(|t| t.volumes.iter().enumerate().map(move |(i, v)| ((t.first + i) as u32, v / volume)));
+                    SensorTerm { weights: cells.chain(vertices).collect(), inlet: None }
                 }
                 Reading::FaceMean(face) => {
                     let cells = self.mesh.face_cells(*face);
-                    let area: f64 = cells.iter().map(|c| c.2).sum();
+                    let vertices = self.mesh.tetra_of(face.part).map_or_else(Vec::new, |t| self.vertex_areas(t, *face, false));
+                    let area: f64 = cells.iter().map(|c| c.2).chain(vertices.iter().map(|v| v.1)).sum();
                     if area <= 0.0 {
                         return Err(Error::input("this face has no area").at_key(key()));
                     }
-                    let mut weights = Vec::new();
+                    let mut weights: Vec<(u32, f64)> = vertices.iter().map(|v| (v.0, v.1 / area)).collect();
                     for (g, c, a) in cells {
                         weights.extend(self.mesh.grids[g].surface_weights(c, face.side).into_iter().map(|(n, w)| (n as u32, w * a / area)));
                     }

@@ -22,6 +22,11 @@ pub(super) fn key(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<Facet>], wante
     for grid in &mesh.grids {
         let _ = write!(text, "\n{:?}", machine.parts[grid.part].blocks[grid.block].shape);
     }
+    for import in mesh.tetra.iter().filter_map(|t| machine.parts[t.part].import.as_ref()) {
+        let _ = write!(text, "\n{} {} {:?}", import.body.mesh_hash, import.body.name, import.at);
+        // The unit of the mesh shows in the box around it.
+        let _ = write!(text, " {:?}", import.body.bounds());
+    }
     let _ = write!(text, "\n{surfaces:?}");
     Sha256::digest(text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
 }

@@ -15,6 +15,8 @@ pub(super) struct Forms<'a> {
     mesh: &'a Mesh,
     shapes: Vec<&'a Shape>,
     bounds: Vec<([f64; 3], [f64; 3])>,
+    /// Boxes around imported parts, which shut out a closed form wherever they reach.
+    imported: Vec<([f64; 3], [f64; 3])>,
 }
 
 /// A rectangle: normal axis and direction, position along it, extents along the three machine axes.
@@ -26,10 +28,10 @@ struct Rectangle {
 }
 
 impl<'a> Forms<'a> {
-    /// All blocks of a machine.
+    /// All blocks and imported parts of a machine.
     pub(super) fn new(machine: &'a Machine, mesh: &'a Mesh) -> Self {
         let shapes: Vec<&Shape> = mesh.grids.iter().map(|g| &machine.parts[g.part].blocks[g.block].shape).collect();
-        Self { mesh, bounds: shapes.iter().map(|s| bounds(s)).collect(), shapes }
+        Self { mesh, bounds: shapes.iter().map(|s| bounds(s)).collect(), shapes, imported: mesh.tetra.iter().map(|t| t.bounds()).collect() }
     }
 
     /// A F between two patches (or of one to itself), m², where a closed form holds.
@@ -56,10 +58,11 @@ impl<'a> Forms<'a> {
         }
     }
 
-    /// Whether a block reaches into a box between two corners.
+    /// Whether nothing reaches into a box between two corners.
     fn is_clear(&self, low: [f64; 3], high: [f64; 3], aside: impl Fn(&Shape) -> bool) -> bool {
         let reaches = |(own_low, own_high): &([f64; 3], [f64; 3])| (0..3).all(|d| own_high[d].min(high[d]) - own_low[d].max(low[d]) > SAME);
-        !self.shapes.iter().zip(&self.bounds).any(|(shape, bounds)| reaches(bounds) && !aside(shape))
+        let is_block_in = self.shapes.iter().zip(&self.bounds).any(|(shape, bounds)| reaches(bounds) && !aside(shape));
+        !is_block_in && !self.imported.iter().any(reaches)
     }
 
     fn rectangles(&self, a: &Rectangle, b: &Rectangle) -> Option<f64> {
