@@ -197,7 +197,7 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut d
     }
     let open = state.energy.relative();
     // A comparison that is false for NaN too.
-    if !(open <= ENERGY_TOLERANCE) {
+    if open.is_nan() || open > ENERGY_TOLERANCE {
         return Err(Error::numerics(format!(
             "the energy balance is open: {open:.3e} of it do not add up ({:.6e} J entered, {:.6e} J left, {:.6e} J are stored)",
             state.energy.entered, state.energy.left, state.energy.stored
