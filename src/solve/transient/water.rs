@@ -115,7 +115,8 @@ impl Passage {
         let mut kept: Vec<(f64, f64)> = Vec::new();
         let mut outflow: Vec<(f64, f64)> = Vec::new();
         for (from, to, t) in elements {
-            let (mut rest, mut enthalpy) = (0.0, 0.0);
+            // Pieces of one parcel join again as long as they stay smaller than a station.
+            let mut joined: Option<(f64, f64)> = None;
             let mut start = from;
             while start < to {
                 let end = self.next_cut(start, moved).min(to);
@@ -123,16 +124,19 @@ impl Passage {
                 let middle = 0.5 * (start + end);
                 let after = self.follow(middle, moved, t, c, wall, &mut found);
                 if middle + moved < content {
-                    rest += c;
-                    enthalpy += c * after;
+                    joined = match joined {
+                        Some((c0, t0)) if c0 + c <= content / stations as f64 => Some((c0 + c, (c0 * t0 + c * after) / (c0 + c))),
+                        earlier => {
+                            kept.extend(earlier);
+                            Some((c, after))
+                        }
+                    };
                 } else {
                     outflow.push((c, after));
                 }
                 start = end;
             }
-            if rest > 0.0 {
-                kept.push((rest, enthalpy / rest));
-            }
+            kept.extend(joined);
         }
         // The foremost leaves first.
         let total: f64 = outflow.iter().map(|o| o.0).sum();
