@@ -23,7 +23,7 @@ use crate::units::{Celsius, Dimension, Kelvin, express, parse};
 
 /// Temperatures over time, through a schedule of conditions
 ///
-/// The schedule is a CSV file with a column `time [s]` (or [min], [h]) and one for each condition that changes, for
+/// The schedule is a CSV file with a column `time [s]` (or `min`, `h`) and one for each condition that changes, for
 /// example `coolant_flow [L/min]`. Values move in straight lines from row to row; a time in two rows is a step.
 #[derive(Debug, clap::Args)]
 pub struct Args {

@@ -1,8 +1,8 @@
 //! Multigrid, as a preconditioner.
 //!
 //! The finest level is the network itself: structured blocks act through their tables and are coarsened
-//! by threes ([`super::tensor`]); from there on, or at once where a network has no blocks, coarse levels
-//! come from smoothed aggregation ([`super::aggregation`]) with Galerkin products. One V-cycle with the
+//! by threes (`tensor`); from there on, or at once where a network has no blocks, coarse levels
+//! come from smoothed aggregation (`aggregation`) with Galerkin products. One V-cycle with the
 //! same polynomial smoother before and after the coarse correction is symmetric, so it may precondition
 //! conjugate gradients. The smoother is Chebyshev's of the fourth kind (Lottes, Numerical Linear Algebra
 //! with Applications 30 (2023) e2518), which needs no lower bound of the spectrum. Levels are stored and
