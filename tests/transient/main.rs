@@ -3,6 +3,7 @@
 #[path = "../exact/bench.rs"]
 #[allow(dead_code)]
 mod bench;
+mod storage;
 mod water;
 
 use bench::{CONDITION, model};

@@ -6,6 +6,7 @@
 //! stage the water moves as parcels along walls held at the stage's own mean ([`water`]); the heat it brings
 //! counts as one integral. Where nothing changes any more this is the steady state's law.
 
+mod settle;
 mod stage;
 pub mod water;
 
@@ -224,25 +225,6 @@ impl<'a> Transient<'a> {
             state.step = step;
             now = load(state.time)?;
             seen(state, &now)?;
-        }
-        Ok(())
-    }
-
-    /// Brings held and arithmetic nodes to what the load at the beginning asks of them.
-    fn settle(&mut self, state: &mut State, load: &Load) -> Result<()> {
-        for (node, index) in &self.network.fixed {
-            state.temperatures[*node as usize] = load.fixed[*index as usize];
-        }
-        if self.network.capacity.iter().zip(&self.network.group).any(|(c, _)| *c == 0.0) {
-            // A step of no length moves only what stores nothing.
-            let tiny =
-                Stage { duration: 1e-3, own: 1e-3, earlier: Vec::new(), effective: (1.0, Vec::new()), begin: load, middle: load, load };
-            let (temperatures, _) = self.solve(&tiny, state, &state.temperatures)?;
-            for (i, t) in temperatures.iter().enumerate().take(self.network.solids) {
-                if self.network.capacity[i] == 0.0 {
-                    state.temperatures[i] = *t;
-                }
-            }
         }
         Ok(())
     }

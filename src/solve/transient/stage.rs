@@ -45,6 +45,7 @@ pub(super) struct Preconditioner {
     multigrid: Multigrid,
     work: Workspace,
     rate: f64,
+    solids: usize,
 }
 
 impl Preconditioner {
@@ -58,15 +59,23 @@ impl Preconditioner {
         }
         let multigrid = Multigrid::new(&symmetric, &network.capacity)?;
         let work = multigrid.workspace();
-        Ok(Self { multigrid, work, rate: 0.0 })
+        Ok(Self { multigrid, work, rate: 0.0, solids: network.solids })
     }
 
-    fn set(&mut self, rate: f64) -> Result<()> {
+    /// Takes in the capacity over another time, 1/s.
+    pub fn set(&mut self, rate: f64) -> Result<()> {
         if rate != self.rate {
             self.multigrid.shift(rate)?;
             self.rate = rate;
         }
         Ok(())
+    }
+
+    /// One V-cycle on the solids; the rest is left as it is.
+    pub fn apply(&mut self, r: &[f64], z: &mut [f64]) {
+        let solids = self.solids;
+        self.multigrid.apply(&r[..solids], &mut z[..solids], &mut self.work);
+        z[solids..].copy_from_slice(&r[solids..]);
     }
 }
 
@@ -250,12 +259,7 @@ impl Transient<'_> {
             );
             let linear = Linear { jacobian, calm, cold, rate, own: stage.effective.0, solids };
             residual.iter_mut().for_each(|r| *r = -*r);
-            let Preconditioner { multigrid, work, .. } = &mut preconditioner;
-            let outcome = gmres(&linear, &residual, &mut step, LINEAR_TOLERANCE, MOST_KRYLOV, RESTART, |r, z| {
-                let (solid, rest) = z.split_at_mut(solids);
-                multigrid.apply(&r[..solids], solid, work);
-                rest.copy_from_slice(&r[solids..]);
-            });
+            let outcome = gmres(&linear, &residual, &mut step, LINEAR_TOLERANCE, MOST_KRYLOV, RESTART, |r, z| preconditioner.apply(r, z));
             if !outcome.converged && outcome.relative_residual > 0.1 {
                 return Err(Error::numerics(format!(
                     "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
