@@ -5,9 +5,13 @@
 //!     cargo bench --bench solver -- linear [N] [DIR]     one linear system of N^3 unknowns to 1e-8; its matrix goes to DIR
 //!     cargo bench --bench solver -- sweep [CELLS]        further conditions beside the first
 //!
+//!     cargo test --release --test order -- --nocapture | cargo bench --bench solver -- convergence
+//!                                                        the errors those tests print, as docs/images/convergence.svg
+//!
 //! `compare.py` beside this file solves the exported matrix with other programs and prints both.
 
 mod linear;
+mod plot;
 
 use std::hint::black_box;
 use std::path::Path;
@@ -19,7 +23,8 @@ use coldplate::network::{Load, Network};
 use coldplate::solve::Solver;
 
 const MACHINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/five_axis.toml");
-const SIZES: [usize; 7] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 5_000_000];
+const IMAGES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/images");
+const SIZES: [usize; 8] = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 5_000_000, 10_000_000];
 
 fn main() {
     let args: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
@@ -27,6 +32,7 @@ fn main() {
     match args.first().map(String::as_str) {
         Some("cost") => cost(&args[1..].iter().filter_map(|a| a.parse().ok()).collect::<Vec<_>>()),
         Some("linear") => linear::run(number(1).unwrap_or(171), args.get(2).map(Path::new)),
+        Some("convergence") => convergence(),
         Some("sweep") => sweep(number(1).unwrap_or(1_000_000)),
         _ => {
             println!("memory bandwidth (triad, all cores): {:.1} GB/s\n", triad());
@@ -53,6 +59,7 @@ fn cost(sizes: &[usize]) {
     );
     println!("|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|");
     let mut points: Vec<(f64, f64)> = Vec::new();
+    let mut parts: Vec<(f64, [f64; 5])> = Vec::new();
     for cells in if sizes.is_empty() { &SIZES } else { sizes } {
         let clock = Instant::now();
         let mesh = Mesh::with_cells(&machine, *cells).unwrap_or_else(|e| panic!("{e}"));
@@ -74,13 +81,36 @@ fn cost(sizes: &[usize]) {
             linear::peak_megabytes()
         );
         points.push(((network.nodes as f64).ln(), total.ln()));
+        parts.push((network.nodes as f64, [total, s.solve_seconds, s.assemble_seconds, built, hierarchy]));
     }
     if points.len() > 1 {
+        let names = ["everything", "linear solves", "coefficients", "mesh and network", "hierarchy"];
+        let of = |(k, name): (usize, &&str)| (name.to_string(), parts.iter().map(|(n, seconds)| (*n, seconds[k])).collect());
+        let series: Vec<plot::Series> = names.iter().enumerate().map(of).collect();
+        let title = "One steady state of the five-axis machine, two cores";
+        plot::draw(&Path::new(IMAGES).join("cost.svg"), title, ["unknowns", "seconds"], &series, (1.0, "proportional to the unknowns"));
         let n = points.len() as f64;
         let (mx, my) = (points.iter().map(|p| p.0).sum::<f64>() / n, points.iter().map(|p| p.1).sum::<f64>() / n);
         let slope = points.iter().map(|p| (p.0 - mx) * (p.1 - my)).sum::<f64>() / points.iter().map(|p| (p.0 - mx).powi(2)).sum::<f64>();
         println!("\ncost grows as N^{slope:.2}");
     }
+}
+
+/// Errors in the L2 norm by size of the cells, from the lines `NAME: cells 1/N: L2 ERROR K` on standard input.
+fn convergence() {
+    let mut series: Vec<plot::Series> = Vec::new();
+    for line in std::io::stdin().lines().map_while(Result::ok) {
+        let Some((name, rest)) = line.split_once(": cells 1/") else { continue };
+        let Some((cells, rest)) = rest.split_once(": L2 ") else { continue };
+        let (Ok(cells), Some(Ok(error))) = (cells.parse::<f64>(), rest.split(' ').next().map(str::parse)) else { continue };
+        match series.iter_mut().find(|(known, _)| known == name) {
+            Some((_, points)) => points.push((1.0 / cells, error)),
+            None => series.push((name.to_string(), vec![(1.0 / cells, error)])),
+        }
+    }
+    let title = "Error against manufactured solutions, L2 norm";
+    let axes = ["size of the cells, of the coarsest", "error, K"];
+    plot::draw(&Path::new(IMAGES).join("convergence.svg"), title, axes, &series, (2.0, "second order"));
 }
 
 /// Further conditions on one hierarchy, beside the first with everything it sets up.

@@ -5,6 +5,9 @@ use rayon::prelude::*;
 use super::csr::{CHUNK, add_scaled, dot, dot_chunk, for_chunks, norm};
 use super::jacobian::Jacobian;
 
+/// Vectors of the basis after which GMRES begins anew.
+const RESTART: usize = 12;
+
 /// A linear operator.
 pub trait Operator {
     /// y = A x
@@ -68,6 +71,13 @@ pub fn conjugate_gradients(
     finish(matrix, b, x, target, iterations)
 }
 
+/// Vectors that [`gmres`] needs, kept from one solve to the next: new memory costs as much as a product.
+#[derive(Debug, Default)]
+pub struct Scratch {
+    double: [Vec<f64>; 3],
+    single: Vec<Vec<f32>>,
+}
+
 /// Restarted flexible GMRES, from zero (Saad, SIAM Journal on Scientific Computing 14 (1993) 461).
 ///
 /// The basis and the preconditioned vectors are kept in single precision, which halves their memory; the
@@ -79,38 +89,39 @@ pub fn gmres(
     x: &mut [f64],
     tolerance: f64,
     most: usize,
-    restart: usize,
+    scratch: &mut Scratch,
     mut precondition: impl FnMut(&[f64], &mut [f64]),
 ) -> Outcome {
-    let n = b.len();
+    let Scratch { double: [r, z, w], single: spare } = scratch;
     let target = tolerance * norm(b);
     x.fill(0.0);
-    let mut r = b.to_vec();
-    let (mut z, mut w) = (vec![0.0; n], vec![0.0; n]);
+    r.clear();
+    r.extend_from_slice(b);
+    z.resize(b.len(), 0.0);
+    w.resize(b.len(), 0.0);
+    spare.retain(|v| v.len() == b.len());
     let (mut basis, mut images): (Vec<Vec<f32>>, Vec<Vec<f32>>) = (Vec::new(), Vec::new());
-    // Vectors of a finished cycle serve the next.
-    let mut spare: Vec<Vec<f32>> = Vec::new();
     let mut iterations = 0;
     while iterations < most {
-        let beta = norm(&r);
+        let beta = norm(r);
         if beta <= target || !beta.is_finite() {
             break;
         }
         spare.append(&mut basis);
         spare.append(&mut images);
-        basis.push(rounded(&mut r, 1.0 / beta, spare.pop()));
+        basis.push(rounded(r, 1.0 / beta, spare.pop()));
         let mut hessenberg: Vec<Vec<f64>> = Vec::new();
         let mut rotations: Vec<(f64, f64)> = Vec::new();
         let mut g = vec![beta];
-        while hessenberg.len() < restart && iterations < most {
+        while hessenberg.len() < RESTART && iterations < most {
             let j = hessenberg.len();
             // r holds the last basis vector as it was rounded.
-            precondition(&r, &mut z);
-            images.push(rounded(&mut z, 1.0, spare.pop()));
-            matrix.multiply(&z, &mut w);
+            precondition(r, z);
+            images.push(rounded(z, 1.0, spare.pop()));
+            matrix.multiply(z, w);
             iterations += 1;
-            let mut h = projections(&basis, &w);
-            let length = subtract(&basis, &h, &mut w);
+            let mut h = projections(&basis, w);
+            let length = subtract(&basis, &h, w);
             for (i, (c, s)) in rotations.iter().enumerate() {
                 (h[i], h[i + 1]) = (c * h[i] + s * h[i + 1], -s * h[i] + c * h[i + 1]);
             }
@@ -125,8 +136,8 @@ pub fn gmres(
             if g[j + 1].abs() <= target.max(1e-5 * beta) || length <= 1e-300 {
                 break;
             }
-            std::mem::swap(&mut r, &mut w);
-            basis.push(rounded(&mut r, 1.0 / length, spare.pop()));
+            std::mem::swap(r, w);
+            basis.push(rounded(r, 1.0 / length, spare.pop()));
         }
         let m = hessenberg.len();
         let mut y = vec![0.0; m];
@@ -139,9 +150,12 @@ pub fn gmres(
                 part.iter_mut().zip(&image[first..]).for_each(|(x, z)| *x += weight * f64::from(*z));
             }
         });
-        matrix.residual(x, b, &mut r);
+        matrix.residual(x, b, r);
     }
-    finish(matrix, b, x, target, iterations)
+    spare.append(&mut basis);
+    spare.append(&mut images);
+    // r is the true residual: each cycle ends with it.
+    outcome(norm(r), norm(b), target, iterations)
 }
 
 /// `v` times `scale` in single precision, in the place of a vector no longer needed; `v` becomes exactly that.
@@ -183,7 +197,10 @@ fn subtract(basis: &[Vec<f32>], h: &[f64], w: &mut [f64]) -> f64 {
 fn finish(matrix: &impl Operator, b: &[f64], x: &[f64], target: f64, iterations: usize) -> Outcome {
     let mut r = vec![0.0; b.len()];
     matrix.residual(x, b, &mut r);
-    let (residual, size) = (norm(&r), norm(b));
+    outcome(norm(&r), norm(b), target, iterations)
+}
+
+fn outcome(residual: f64, size: f64, target: f64, iterations: usize) -> Outcome {
     let relative_residual = if size > 0.0 { residual / size } else { 0.0 };
     Outcome { converged: residual <= 2.0 * target || size == 0.0, iterations, relative_residual }
 }

@@ -42,7 +42,9 @@ impl Anchors {
             jacobian.multiply(&wide, &mut product);
             let parts: Vec<f64> = product.par_chunks(CHUNK).zip(residual.par_chunks(CHUNK)).map(|(p, r)| dot_chunk(p, r)).collect();
             right[i] = -parts.iter().sum::<f64>();
-            images.push(product.iter().map(|p| *p as f32).collect());
+            let mut image = vec![0.0f32; product.len()];
+            for_chunks(&mut image, |first, part| part.iter_mut().zip(&product[first..]).for_each(|(i, p)| *i = *p as f32));
+            images.push(image);
         }
         let gram = |c: usize| -> Vec<f64> {
             let range = c * CHUNK..((c + 1) * CHUNK).min(residual.len());

@@ -4,8 +4,8 @@ use std::time::Instant;
 
 use super::balance::{Balance, balance};
 use super::jacobian::Jacobian;
-use super::krylov::{Outcome, conjugate_gradients, gmres};
-use super::multigrid::Multigrid;
+use super::krylov::{Outcome, Scratch, conjugate_gradients, gmres};
+use super::multigrid::{Multigrid, Workspace};
 use super::start::Anchors;
 use super::system::System;
 use crate::error::{Error, Result};
@@ -22,7 +22,6 @@ const RESIDUAL_TOLERANCE: f64 = 1e-10;
 const LINEAR_TOLERANCE: f64 = 1e-3;
 const MOST_NEWTON: usize = 40;
 const MOST_KRYLOV: usize = 400;
-const RESTART: usize = 12;
 /// Passes of the search for a combination of known states to start from.
 const ANCHOR_PASSES: usize = 2;
 
@@ -125,7 +124,7 @@ impl<'a> Solver<'a> {
         }
         let (mut newton, mut krylov) = (0, 0);
         let (mut assembling, mut solving) = (0.0, 0.0);
-        let mut work = self.multigrid.workspace();
+        let mut work = (self.multigrid.workspace(), Scratch::default());
         let mut step = vec![0.0; network.nodes];
         let mut last_step = f64::INFINITY;
         loop {
@@ -198,13 +197,13 @@ impl<'a> Solver<'a> {
         streams: &[StreamState],
         b: &[f64],
         x: &mut [f64],
-        work: &mut super::multigrid::Workspace,
+        (work, scratch): &mut (Workspace, Scratch),
     ) -> Outcome {
         let solids = self.network.solids;
         if self.is_symmetric {
             return conjugate_gradients(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));
         }
-        gmres(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, RESTART, |r, z| {
+        gmres(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, scratch, |r, z| {
             let (solid, water) = z.split_at_mut(solids);
             self.multigrid.apply(&r[..solids], solid, work);
             self.follow_streams(streams, &r[solids..], solid, water);

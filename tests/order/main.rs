@@ -18,9 +18,11 @@ use std::f64::consts::PI;
 /// Asserts that errors fall with at least the given slopes between each mesh and the next one, twice as fine.
 #[track_caller]
 fn slopes(name: &str, errors: &[[f64; 2]], least: [f64; 2]) {
-    for pair in errors.windows(2) {
+    println!("{name}: cells 1/1: L2 {:.3e} K, maximum {:.3e} K", errors[0][0], errors[0][1]);
+    for (i, pair) in errors.windows(2).enumerate() {
         let slope = [0, 1].map(|i| (pair[0][i] / pair[1][i]).log2());
-        println!("{name}: L2 {:.3e} K (order {:.2}), maximum {:.3e} K (order {:.2})", pair[1][0], slope[0], pair[1][1], slope[1]);
+        let cells = 2 << i;
+        println!("{name}: cells 1/{cells}: L2 {:.3e} K, maximum {:.3e} K, orders {:.2}, {:.2}", pair[1][0], pair[1][1], slope[0], slope[1]);
         assert!(slope[0] > least[0] && slope[1] > least[1], "{name}: orders {slope:?}, at least {least:?} expected");
     }
 }

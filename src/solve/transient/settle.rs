@@ -1,7 +1,6 @@
 //! What stores nothing, brought into balance at an instant while everything that stores heat stands still.
 
 use super::super::csr::norm;
-use super::super::krylov::gmres;
 use super::stage::Preconditioner;
 use super::{State, Transient};
 use crate::error::{Error, Result};
@@ -13,8 +12,6 @@ const LINEAR_TOLERANCE: f64 = 1e-6;
 /// A step that leaves more than this share of the residual has met rounding.
 const SPENT: f64 = 0.3;
 const MOST_NEWTON: usize = 25;
-const MOST_KRYLOV: usize = 100;
-const RESTART: usize = 12;
 
 impl Transient<'_> {
     /// Brings held and arithmetic nodes to what the load at the beginning asks of them.
@@ -56,7 +53,7 @@ impl Transient<'_> {
             }
             let mut jacobian = self.system.jacobian(network, load, &still, &state.temperatures);
             jacobian.add_diagonal(network.capacity.iter().map(|c| STIFFNESS * c));
-            gmres(&jacobian, &right, &mut step, LINEAR_TOLERANCE, MOST_KRYLOV, RESTART, |r, z| preconditioner.apply(r, z));
+            preconditioner.solve(&jacobian, &right, &mut step, LINEAR_TOLERANCE);
             free.iter().for_each(|i| state.temperatures[*i] += step[*i].clamp(-0.5 * state.temperatures[*i], state.temperatures[*i]));
         }
         Err(Error::numerics(format!("surfaces that store no heat find no balance at {:.6} s", state.time)))

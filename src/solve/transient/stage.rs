@@ -3,7 +3,7 @@
 use super::super::balance::balance;
 use super::super::csr::for_chunks;
 use super::super::jacobian::Jacobian;
-use super::super::krylov::{Operator, gmres};
+use super::super::krylov::{Operator, Outcome, Scratch, gmres};
 use super::super::multigrid::{Multigrid, Workspace};
 use super::super::system::System;
 use super::water::{Carried, Flow, Parcels, Passage, mixed};
@@ -16,7 +16,6 @@ const RESIDUAL_TOLERANCE: f64 = 1e-10;
 const LINEAR_TOLERANCE: f64 = 1e-4;
 const MOST_NEWTON: usize = 25;
 const MOST_KRYLOV: usize = 200;
-const RESTART: usize = 12;
 /// An inlet that changes within a stage enters as pieces that differ by no more than this, K.
 const INLET_STEP: f64 = 0.05;
 const MOST_INLET_PIECES: f64 = 32.0;
@@ -46,6 +45,7 @@ pub(super) struct Preconditioner {
     work: Workspace,
     rate: f64,
     solids: usize,
+    scratch: Scratch,
 }
 
 impl Preconditioner {
@@ -59,7 +59,7 @@ impl Preconditioner {
         }
         let multigrid = Multigrid::new(&symmetric, &network.capacity)?;
         let work = multigrid.workspace();
-        Ok(Self { multigrid, work, rate: 0.0, solids: network.solids })
+        Ok(Self { multigrid, work, rate: 0.0, solids: network.solids, scratch: Scratch::default() })
     }
 
     /// Takes in the capacity over another time, 1/s.
@@ -71,11 +71,14 @@ impl Preconditioner {
         Ok(())
     }
 
-    /// One V-cycle on the solids; the rest is left as it is.
-    pub fn apply(&mut self, r: &[f64], z: &mut [f64]) {
-        let solids = self.solids;
-        self.multigrid.apply(&r[..solids], &mut z[..solids], &mut self.work);
-        z[solids..].copy_from_slice(&r[solids..]);
+    /// A linear solve with one V-cycle on the solids per iteration; what is not solid stays as it is.
+    pub fn solve(&mut self, matrix: &impl Operator, b: &[f64], x: &mut [f64], tolerance: f64) -> Outcome {
+        let Self { multigrid, work, solids, scratch, .. } = self;
+        gmres(matrix, b, x, tolerance, MOST_KRYLOV, scratch, |r, z| {
+            let (solid, rest) = z.split_at_mut(*solids);
+            multigrid.apply(&r[..*solids], solid, work);
+            rest.copy_from_slice(&r[*solids..]);
+        })
     }
 }
 
@@ -259,7 +262,7 @@ impl Transient<'_> {
             );
             let linear = Linear { jacobian, calm, cold, rate, own: stage.effective.0, solids };
             residual.iter_mut().for_each(|r| *r = -*r);
-            let outcome = gmres(&linear, &residual, &mut step, LINEAR_TOLERANCE, MOST_KRYLOV, RESTART, |r, z| preconditioner.apply(r, z));
+            let outcome = preconditioner.solve(&linear, &residual, &mut step, LINEAR_TOLERANCE);
             if !outcome.converged && outcome.relative_residual > 0.1 {
                 return Err(Error::numerics(format!(
                     "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
