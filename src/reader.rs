@@ -24,6 +24,8 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 use toml::de::{DeTable, DeValue};
 
+#[path = "reader/edit.rs"]
+mod edit;
 #[path = "reader/leaf.rs"]
 mod leaf;
 #[path = "reader/tree.rs"]
@@ -31,6 +33,7 @@ mod tree;
 #[path = "reader/value.rs"]
 mod value;
 
+pub use edit::edited;
 pub use leaf::Leaf;
 pub use value::Value;
 

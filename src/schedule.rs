@@ -116,6 +116,21 @@ impl Schedule {
         Err(error.at_key(TIME))
     }
 
+    /// From rows in the order of time, between which values run straight.
+    ///
+    /// # Errors
+    /// Times that fall, or no duration.
+    pub fn from_rows(rows: Vec<Row>) -> Result<Self> {
+        if rows.windows(2).any(|pair| pair[1].time < pair[0].time) {
+            return Err(Error::input("the times are not in order").at_key(TIME).help("sort the rows by time"));
+        }
+        let schedule = Self { rows, hold: false, time: None, ignored: Vec::new() };
+        if schedule.end() > schedule.start() {
+            return Ok(schedule);
+        }
+        Err(Error::input("a log needs at least two times").at_key(TIME).help("without a time column each row is a steady reading"))
+    }
+
     /// Goes through the rows `times` times; where the end is not like the beginning, there is a step.
     fn repeat(&mut self, times: usize) -> Result<()> {
         if times < 2 {

@@ -41,6 +41,7 @@ pub mod rows;
 pub mod style;
 pub mod surface;
 pub mod ticks;
+pub mod valley;
 pub mod vector;
 
 pub use output::{Written, draw, draw_as, to_pixels, to_svg_string};

@@ -4,6 +4,7 @@ pub mod chart;
 pub mod check;
 pub mod condition;
 pub mod fit;
+pub mod identify;
 pub mod output;
 pub mod query;
 pub mod run;
@@ -55,6 +56,8 @@ enum Command {
     Sweep(sweep::Args),
     /// A surrogate from any table of conditions and outputs
     Fit(fit::Args),
+    /// Parameters of a machine file from measured data
+    Identify(identify::Args),
     /// Figures of a surrogate file or of a folder of results
     Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),
         Command::Fit(args) => fit::run(args, out),
+        Command::Identify(args) => identify::run(args, out),
         Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
     };

@@ -22,6 +22,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("table", &["error", "files", "units"]),
     ("schedule", &["error", "units", "machine", "table"]),
     ("simulate", &["error", "files", "units", "machine", "table", "model", "network", "solve", "schedule"]),
+    ("measure", &["error", "units", "reader", "machine", "table"]),
+    ("identify", &["error", "units", "reader", "machine", "measure", "schedule", "simulate", "sensitivity"]),
     ("sweep", &["error", "units", "reader", "machine", "table", "model", "network", "solve"]),
     ("fit", &["error", "files", "units", "table"]),
     ("accept", &["error", "units", "fit"]),

@@ -1,0 +1,161 @@
+//! What a machine says each reading should be, and how that changes with parameters and conditions.
+
+use rayon::prelude::*;
+
+use crate::error::{Error, Result};
+use crate::machine::Condition;
+use crate::measure::Data;
+use crate::measure::whiten::places;
+use crate::schedule::{self, Schedule};
+use crate::sensitivity::{Derivatives, Kind, Parameter, Study, Target};
+use crate::simulate::{self, Start};
+
+/// Error allowed in each time step of a log, K: differences are taken of these.
+const TIME_TOLERANCE: f64 = 1e-3;
+/// Relative step of parameters where only differences of whole runs give the slope.
+const RUN_STEP: f64 = 0.02;
+/// The same of temperatures, K.
+const RUN_KELVIN: f64 = 0.2;
+
+/// Predictions of all readings of a data set (rows, then sensors, missing ones left out).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// K.
+    pub values: Vec<f64>,
+    /// Derivatives with respect to the parameters asked for, K per SI unit.
+    pub slopes: Vec<Vec<f64>>,
+    /// Derivatives with respect to every condition variable, K per SI unit.
+    pub conditions: Vec<Vec<f64>>,
+}
+
+/// Distinct conditions of the data and which each row has.
+pub fn conditions(data: &Data) -> (Vec<Condition>, Vec<usize>) {
+    let mut distinct: Vec<Condition> = Vec::new();
+    let index = data
+        .rows
+        .iter()
+        .map(|row| {
+            distinct.iter().position(|c| *c == row.condition).unwrap_or_else(|| {
+                distinct.push(row.condition.clone());
+                distinct.len() - 1
+            })
+        })
+        .collect();
+    (distinct, index)
+}
+
+/// A steady state with its derivatives at each condition, solved from the first one's state.
+///
+/// # Errors
+/// As [`Study::at`].
+pub fn states<'a>(study: &'a Study, conditions: &[Condition]) -> Result<Vec<Derivatives<'a>>> {
+    let Some(first) = conditions.first() else { return Ok(Vec::new()) };
+    let solver = study.model.solver(first)?;
+    conditions.par_iter().map(|c| Derivatives::new(study, c, &study.model.solve(&solver, c)?)).collect()
+}
+
+/// Predictions and slopes with the machine as `study` has it.
+///
+/// # Errors
+/// The machine cannot be solved at a condition, or a log cannot be run.
+pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
+    if data.is_transient() { logs(study, data, parameters, start) } else { steady(study, data, parameters) }
+}
+
+/// Predictions alone.
+///
+/// # Errors
+/// As [`predict`].
+pub fn values(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
+    if data.is_transient() {
+        return run_logs(study, data, start, None);
+    }
+    let (distinct, index) = conditions(data);
+    let solver = study.model.solver(&distinct[0])?;
+    let read = |c: &Condition| -> Result<Vec<f64>> {
+        let state = study.model.solve(&solver, c)?;
+        Ok(study.model.network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect())
+    };
+    let found: Vec<Vec<f64>> = distinct.par_iter().map(read).collect::<Result<_>>()?;
+    Ok(places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect())
+}
+
+fn steady(study: &Study, data: &Data, parameters: &[Parameter]) -> Result<Prediction> {
+    let (distinct, index) = conditions(data);
+    let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
+    let all: Vec<Parameter> = parameters.iter().chain(&variables).cloned().collect();
+    let targets: Vec<Target> = data.sensors.iter().map(|s| Target::Sensor(*s)).collect();
+    let states = states(study, &distinct)?;
+    let tables = states.par_iter().map(|at| at.jacobian(&targets, &all)).collect::<Result<Vec<_>>>()?;
+    let p = parameters.len();
+    let mut found = Prediction { values: Vec::new(), slopes: Vec::new(), conditions: Vec::new() };
+    for (r, k) in places(data) {
+        let state = &states[index[r]].state;
+        found.values.push(study.model.network.sensors[data.sensors[k]].read(&state.solution.temperatures, &state.load));
+        let row = &tables[index[r]].slopes[k];
+        found.slopes.push(row[..p].to_vec());
+        found.conditions.push(row[p..].to_vec());
+    }
+    Ok(found)
+}
+
+fn logs(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
+    let values = run_logs(study, data, start, None)?;
+    let step =
+        |p: &Parameter| if p.dimension.is_absolute() || p.kind == Kind::Offset { RUN_KELVIN } else { RUN_STEP * p.value.abs().max(1e-12) };
+    let column = |p: &Parameter| -> Result<Vec<f64>> {
+        let step = step(p);
+        let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None)?;
+        Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
+    };
+    let columns: Vec<Vec<f64>> = parameters.par_iter().map(column).collect::<Result<_>>()?;
+    let shifted = |v: usize| -> Result<Vec<f64>> {
+        let variable = &study.model.machine.variables[v];
+        let typical = data.rows.iter().map(|row| row.condition.si()[v].abs()).fold(0.0, f64::max);
+        let step = if variable.dimension.is_absolute() { RUN_KELVIN } else { RUN_STEP * typical };
+        if step == 0.0 || variable.name == schedule::TIME {
+            return Ok(vec![0.0; values.len()]);
+        }
+        let moved = run_logs(study, data, start, Some((v, step)))?;
+        Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
+    };
+    let conditions: Vec<Vec<f64>> = (0..study.model.machine.variables.len()).into_par_iter().map(shifted).collect::<Result<_>>()?;
+    let rows = |columns: &[Vec<f64>]| (0..values.len()).map(|i| columns.iter().map(|c| c[i]).collect()).collect();
+    Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
+}
+
+/// Runs every test of a log; `shift` adds to one variable (SI) throughout.
+fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>) -> Result<Vec<f64>> {
+    let run = |test: &String| -> Result<Vec<Vec<f64>>> {
+        let rows: Vec<&crate::measure::Row> = data.rows.iter().filter(|row| row.test == *test).collect();
+        let moved = |row: &&crate::measure::Row| {
+            let mut values = row.condition.si().to_vec();
+            if let Some((v, step)) = shift {
+                values[v] += step;
+            }
+            schedule::Row { time: row.time.unwrap_or(0.0), values }
+        };
+        let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
+        let options = simulate::Options { start, tolerance: TIME_TOLERANCE, every: Some(f64::INFINITY), ..simulate::Options::default() };
+        let history = simulate::run(&study.model, &schedule, &options, &mut |_| {})?;
+        let at = |row: &&crate::measure::Row| {
+            let time = row.time.unwrap_or(0.0);
+            let nearest = |a: &usize, b: &usize| (history.times[*a] - time).abs().total_cmp(&(history.times[*b] - time).abs());
+            (0..history.times.len())
+                .min_by(nearest)
+                .map(|i| history.readings[i].clone())
+                .ok_or_else(|| Error::numerics("a run without output"))
+        };
+        rows.iter().map(at).collect()
+    };
+    let tests = data.tests();
+    let found: Vec<Vec<Vec<f64>>> = tests.par_iter().map(run).collect::<Result<_>>()?;
+    let mut next = vec![0; tests.len()];
+    let mut of_row = Vec::with_capacity(data.rows.len());
+    for row in &data.rows {
+        let t = tests.iter().position(|t| *t == row.test).unwrap_or(0);
+        of_row.push((t, next[t]));
+        next[t] += 1;
+    }
+    Ok(places(data).into_iter().map(|(r, k)| found[of_row[r].0][of_row[r].1][data.sensors[k]]).collect())
+}

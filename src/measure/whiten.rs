@@ -1,0 +1,116 @@
+//! Residuals made independent and of unit variance: what every later step works with.
+
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::{Data, Uncertainty};
+
+/// The inverse square root of a covariance D + U Uᵀ, D diagonal and U of few columns.
+///
+/// With V = D^-½ U and the eigenvectors Q of V Vᵀ, (I + V Vᵀ)^-½ = I + Q (diag(1 + s²)^-½ - I) Qᵀ, so that nothing larger
+/// than a column per common error is ever formed.
+#[derive(Debug, Clone)]
+pub struct Whitener {
+    inverse_deviation: Vec<f64>,
+    directions: DMatrix<f64>,
+    shrink: Vec<f64>,
+}
+
+impl Whitener {
+    /// From the standard deviation of each reading's own error and columns of common errors, each of unit variance.
+    pub fn new(deviation: &[f64], common: &[Vec<f64>]) -> Self {
+        let inverse_deviation: Vec<f64> = deviation.iter().map(|d| 1.0 / d).collect();
+        let n = deviation.len();
+        let columns: Vec<&Vec<f64>> = common.iter().filter(|c| c.iter().any(|v| *v != 0.0)).collect();
+        let v = DMatrix::from_fn(n, columns.len(), |i, k| columns[k][i] * inverse_deviation[i]);
+        if columns.is_empty() {
+            return Self { inverse_deviation, directions: DMatrix::zeros(n, 0), shrink: Vec::new() };
+        }
+        let eigen = SymmetricEigen::new(v.transpose() * &v);
+        let largest = eigen.eigenvalues.max().max(0.0);
+        let kept: Vec<usize> = (0..columns.len()).filter(|k| eigen.eigenvalues[*k] > 1e-12 * largest).collect();
+        let mut directions = DMatrix::zeros(n, kept.len());
+        let mut shrink = Vec::with_capacity(kept.len());
+        for (j, k) in kept.into_iter().enumerate() {
+            let squared = eigen.eigenvalues[k];
+            directions.set_column(j, &(&v * eigen.eigenvectors.column(k) / squared.sqrt()));
+            shrink.push(1.0 / (1.0 + squared).sqrt() - 1.0);
+        }
+        Self { inverse_deviation, directions, shrink }
+    }
+
+    /// The covariance of `data` under `uncertainty`; `slopes` are derivatives of each reading (rows of data, then sensors,
+    /// missing ones left out) with respect to the condition variables, K per SI unit. Errors of conditions are one per
+    /// test and time in steady tables, one per test in logs.
+    pub fn of(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]) -> Self {
+        let places = places(data);
+        let deviation: Vec<f64> = places.iter().map(|(_, k)| uncertainty.noise[*k].hypot(uncertainty.model)).collect();
+        let mut common: Vec<Vec<f64>> = Vec::new();
+        for (k, bias) in uncertainty.bias.iter().enumerate() {
+            common.push(places.iter().map(|(_, own)| if *own == k { *bias } else { 0.0 }).collect());
+        }
+        let mut groups: Vec<Vec<usize>> = Vec::new();
+        if data.is_transient() {
+            for test in data.tests() {
+                groups.push((0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect());
+            }
+        } else {
+            groups.extend((0..data.rows.len()).map(|r| vec![r]));
+        }
+        for group in groups {
+            let deviations = uncertainty.at(&data.rows[group[0]].condition);
+            for (v, deviation) in deviations.iter().enumerate().filter(|(_, d)| **d > 0.0) {
+                let of = |(i, (r, _)): (usize, &(usize, usize))| if group.contains(r) { deviation * slopes[i][v] } else { 0.0 };
+                common.push(places.iter().enumerate().map(of).collect());
+            }
+        }
+        Self::new(&deviation, &common)
+    }
+
+    /// Applies it to a vector of one entry per reading, K.
+    pub fn apply(&self, residual: &[f64]) -> Vec<f64> {
+        let mut scaled: Vec<f64> = residual.iter().zip(&self.inverse_deviation).map(|(r, d)| r * d).collect();
+        let before = scaled.clone();
+        for (column, shrink) in self.directions.column_iter().zip(&self.shrink) {
+            let along: f64 = column.iter().zip(&before).map(|(q, s)| q * s).sum();
+            scaled.iter_mut().zip(column.iter()).for_each(|(s, q)| *s += shrink * along * q);
+        }
+        scaled
+    }
+}
+
+/// Where each reading stands: row of the data and position of its sensor, missing ones left out.
+pub fn places(data: &Data) -> Vec<(usize, usize)> {
+    let of_row = |(r, row): (usize, &super::Row)| -> Vec<(usize, usize)> {
+        row.readings.iter().enumerate().filter(|(_, t)| t.is_some()).map(|(k, _)| (r, k)).collect()
+    };
+    data.rows.iter().enumerate().flat_map(of_row).collect()
+}
+
+/// The readings themselves in that order, K.
+pub fn readings(data: &Data) -> Vec<f64> {
+    data.rows.iter().flat_map(|row| row.readings.iter().flatten().copied()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// W Σ Wᵀ is the identity.
+    #[test]
+    fn whitens() {
+        let deviation = [0.1, 0.2, 0.3, 0.05];
+        let common = vec![vec![0.2, 0.2, 0.0, 0.0], vec![0.0, 0.1, 0.4, -0.3], vec![0.0; 4]];
+        let sigma =
+            |i: usize, j: usize| common.iter().map(|c| c[i] * c[j]).sum::<f64>() + if i == j { deviation[i] * deviation[i] } else { 0.0 };
+        let w = Whitener::new(&deviation, &common);
+        // W is Q-symmetric only after D^-½: rows of W from unit vectors.
+        let columns: Vec<Vec<f64>> = (0..4).map(|j| w.apply(&(0..4).map(|i| f64::from(u8::from(i == j))).collect::<Vec<_>>())).collect();
+        for a in 0..4 {
+            for b in 0..4 {
+                let entry: f64 =
+                    (0..4).flat_map(|i| (0..4).map(move |j| (i, j))).map(|(i, j)| columns[i][a] * sigma(i, j) * columns[j][b]).sum();
+                assert!((entry - f64::from(u8::from(a == b))).abs() < 1e-12, "{a} {b} {entry}");
+            }
+        }
+    }
+}

@@ -1,0 +1,135 @@
+//! A file's text with some values replaced: everything else, comments included, stays as it is.
+
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::{Step, split_key};
+use crate::error::{Error, Result};
+
+/// `text` with every key of `sets` given its value (TOML). A key that is absent is added to its table, and a table that is
+/// absent to the end.
+///
+/// # Errors
+/// The text is not TOML, a key is malformed, or it leads through something that is no table.
+pub fn edited(text: &str, file: &Path, sets: &[(String, String)]) -> Result<String> {
+    let mut text = text.to_string();
+    for (key, value) in sets {
+        text = with(&text, key, value).map_err(|e| e.in_file(file).at_key(key))?;
+    }
+    Ok(text)
+}
+
+/// What a key leads to.
+enum Place {
+    /// A value at these bytes.
+    Value(std::ops::Range<usize>),
+    /// No value, but a table written with braces that ends here; whether it is empty.
+    Inline(usize, bool),
+    /// No value: this many steps of the key are tables with a header of their own.
+    Header(usize),
+}
+
+fn with(text: &str, key: &str, value: &str) -> Result<String> {
+    let steps = split_key(key).ok_or_else(|| Error::input(format!("'{key}' is not a key")))?;
+    let root = DeTable::parse(text).map_err(|e| Error::input(format!("this is not valid TOML: {}", e.message())))?;
+    let place = find(text, root.get_ref(), &steps)?;
+    let names: Vec<String> = steps.iter().map(|s| if let Step::Name(n) = s { quoted(n) } else { String::new() }).collect();
+    let last = names.last().cloned().unwrap_or_default();
+    Ok(match place {
+        Place::Value(span) => format!("{}{value}{}", &text[..span.start], &text[span.end..]),
+        Place::Inline(end, is_empty) => {
+            let comma = if is_empty { "" } else { ", " };
+            let before = text[..end].trim_end();
+            format!("{before}{comma}{last} = {value} {}", &text[end..])
+        }
+        Place::Header(known) if known + 1 == steps.len() && known > 0 => {
+            // Under the header of its table, above what is in it.
+            let end = header_end(text, &names[..known]).ok_or_else(|| Error::input("its table has no header of its own"))?;
+            format!("{}\n{last} = {value}{}", &text[..end], &text[end..])
+        }
+        Place::Header(_) => {
+            let table = names[..names.len() - 1].join(".");
+            let gap = if text.ends_with('\n') { "" } else { "\n" };
+            format!("{text}{gap}\n[{table}]\n{last} = {value}\n")
+        }
+    })
+}
+
+fn find(text: &str, root: &DeTable<'_>, steps: &[Step]) -> Result<Place> {
+    let mut table = root;
+    let mut here: Option<&Spanned<DeValue<'_>>> = None;
+    for (depth, step) in steps.iter().enumerate() {
+        let next = match (step, here.map(|h| h.get_ref())) {
+            (Step::Name(name), None | Some(DeValue::Table(_))) => match table.iter().find(|(k, _)| k.get_ref().as_ref() == name.as_str()) {
+                Some((_, value)) => value,
+                None => {
+                    let braces = here.map(Spanned::span).filter(|s| text[s.clone()].starts_with('{'));
+                    return match braces {
+                        Some(span) if depth + 1 == steps.len() => {
+                            let is_empty = text[span.start + 1..span.end - 1].trim().is_empty();
+                            Ok(Place::Inline(span.end - 1, is_empty))
+                        }
+                        Some(_) => Err(Error::input("a table written in braces has no such table inside")),
+                        None => Ok(Place::Header(depth)),
+                    };
+                }
+            },
+            (Step::Index(n), Some(DeValue::Array(items))) => {
+                items.get(n.wrapping_sub(1)).ok_or_else(|| Error::input(format!("there is no entry number {n}")))?
+            }
+            _ => return Err(Error::input("the key leads through something that is no table")),
+        };
+        if let DeValue::Table(inner) = next.get_ref() {
+            table = inner;
+        }
+        here = Some(next);
+    }
+    here.map(|h| Place::Value(h.span())).ok_or_else(|| Error::input("the key is empty"))
+}
+
+/// Where the line of `[a.b]` ends.
+fn header_end(text: &str, names: &[String]) -> Option<usize> {
+    let mut start = 0;
+    for line in text.split_inclusive('\n') {
+        let bare = line.split('#').next().unwrap_or("").trim();
+        if let Some(inner) = bare.strip_prefix('[').and_then(|l| l.strip_suffix(']')) {
+            let found = split_key(inner.trim());
+            let wanted = split_key(&names.join("."));
+            if found.is_some() && found == wanted {
+                return Some(start + line.trim_end().len());
+            }
+        }
+        start += line.len();
+    }
+    None
+}
+
+fn quoted(name: &str) -> String {
+    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        name.to_string()
+    } else {
+        format!("{name:?}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_replaced_and_added_in_place() {
+        let text = "# head\nname = \"a\" # keep\n[contact.motor] # joint\nbetween = [\"a\", \"b\"]\nconductance = \"560 W/(m2 K)\" # known\n[part.\"b c\"]\nsurface = { area = \"1 m2\" }\n";
+        let sets = [
+            ("contact.motor.conductance", "\"571.5 W/(m2 K)\""),
+            ("contact.motor.area", "\"2 m2\""),
+            ("part.\"b c\".surface.emissivity", "0.4"),
+            ("chamber.pressure", "\"1 Pa\""),
+        ];
+        let sets: Vec<(String, String)> = sets.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
+        let found = edited(text, Path::new("m.toml"), &sets).unwrap();
+        let expected = "# head\nname = \"a\" # keep\n[contact.motor] # joint\narea = \"2 m2\"\nbetween = [\"a\", \"b\"]\nconductance = \"571.5 W/(m2 K)\" # known\n[part.\"b c\"]\nsurface = { area = \"1 m2\", emissivity = 0.4 }\n\n[chamber]\npressure = \"1 Pa\"\n";
+        assert_eq!(found, expected);
+    }
+}
