@@ -13,6 +13,7 @@
 pub mod accept;
 pub mod chart;
 pub mod cli;
+pub mod diagnose;
 pub mod error;
 pub mod files;
 pub mod fit;

@@ -3,6 +3,7 @@
 pub mod chart;
 pub mod check;
 pub mod condition;
+pub mod diagnose;
 pub mod fit;
 pub mod identify;
 pub mod output;
@@ -58,6 +59,8 @@ enum Command {
     Fit(fit::Args),
     /// Parameters of a machine file from measured data
     Identify(identify::Args),
+    /// What the simulation gets wrong against measured data, why, and how much better it gets
+    Diagnose(diagnose::Args),
     /// Figures of a surrogate file or of a folder of results
     Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
@@ -81,6 +84,7 @@ pub fn main() -> ExitCode {
         Command::Sweep(args) => sweep::run(args, out),
         Command::Fit(args) => fit::run(args, out),
         Command::Identify(args) => identify::run(args, out),
+        Command::Diagnose(args) => diagnose::run(args, out),
         Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
     };

@@ -20,7 +20,7 @@ use crate::simulate::Start;
 use crate::units;
 
 pub use advice::{Advice, next_tests};
-pub use estimate::{Estimate, Options, Undetermined, identify};
+pub use estimate::{Estimate, Options, Undetermined, chi_square_tail, identify};
 pub use predict::{Prediction, conditions, predict, states, values};
 pub use profile::{Profile, profile};
 pub use scan::{Scan, scan};

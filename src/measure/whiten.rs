@@ -42,28 +42,7 @@ impl Whitener {
     /// missing ones left out) with respect to the condition variables, K per SI unit. Errors of conditions are one per
     /// test and time in steady tables, one per test in logs.
     pub fn of(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]) -> Self {
-        let places = places(data);
-        let deviation: Vec<f64> = places.iter().map(|(_, k)| uncertainty.noise[*k].hypot(uncertainty.model)).collect();
-        let mut common: Vec<Vec<f64>> = Vec::new();
-        for (k, bias) in uncertainty.bias.iter().enumerate() {
-            common.push(places.iter().map(|(_, own)| if *own == k { *bias } else { 0.0 }).collect());
-        }
-        let mut groups: Vec<Vec<usize>> = Vec::new();
-        if data.is_transient() {
-            for test in data.tests() {
-                groups.push((0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect());
-            }
-        } else {
-            groups.extend((0..data.rows.len()).map(|r| vec![r]));
-        }
-        for group in groups {
-            let deviations = uncertainty.at(&data.rows[group[0]].condition);
-            for (v, deviation) in deviations.iter().enumerate().filter(|(_, d)| **d > 0.0) {
-                let of = |(i, (r, _)): (usize, &(usize, usize))| if group.contains(r) { deviation * slopes[i][v] } else { 0.0 };
-                common.push(places.iter().enumerate().map(of).collect());
-            }
-        }
-        Self::new(&deviation, &common)
+        Self::new(&deviations(data, uncertainty), &common_errors(data, uncertainty, slopes))
     }
 
     /// Applies it to a vector of one entry per reading, K.
@@ -76,6 +55,36 @@ impl Whitener {
         }
         scaled
     }
+}
+
+/// Standard deviation of each reading's own error, K.
+pub fn deviations(data: &Data, uncertainty: &Uncertainty) -> Vec<f64> {
+    places(data).iter().map(|(_, k)| uncertainty.noise[*k].hypot(uncertainty.model)).collect()
+}
+
+/// Errors that several readings share, each of unit variance: sensors' own and those of conditions; see [`Whitener::of`].
+pub fn common_errors(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let places = places(data);
+    let mut common: Vec<Vec<f64>> = Vec::new();
+    for (k, bias) in uncertainty.bias.iter().enumerate() {
+        common.push(places.iter().map(|(_, own)| if *own == k { *bias } else { 0.0 }).collect());
+    }
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    if data.is_transient() {
+        for test in data.tests() {
+            groups.push((0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect());
+        }
+    } else {
+        groups.extend((0..data.rows.len()).map(|r| vec![r]));
+    }
+    for group in groups {
+        let deviations = uncertainty.at(&data.rows[group[0]].condition);
+        for (v, deviation) in deviations.iter().enumerate().filter(|(_, d)| **d > 0.0) {
+            let of = |(i, (r, _)): (usize, &(usize, usize))| if group.contains(r) { deviation * slopes[i][v] } else { 0.0 };
+            common.push(places.iter().enumerate().map(of).collect());
+        }
+    }
+    common
 }
 
 /// Where each reading stands: row of the data and position of its sensor, missing ones left out.

@@ -38,6 +38,12 @@ fn with(text: &str, key: &str, value: &str) -> Result<String> {
     let names: Vec<String> = steps.iter().map(|s| if let Step::Name(n) = s { quoted(n) } else { String::new() }).collect();
     let last = names.last().cloned().unwrap_or_default();
     Ok(match place {
+        // A table with a header of its own gives way to one with the entries of the new value.
+        Place::Value(span) if text[span.clone()].starts_with('[') && value.trim_start().starts_with('{') => {
+            let start = text[..span.start].rfind('\n').map_or(0, |i| i + 1);
+            let after = text[span.end..].find("\n[").map_or(text.len(), |i| span.end + i + 1);
+            format!("{}[{}]\n{}\n{}", &text[..start], names.join("."), entries(value)?, &text[after..])
+        }
         Place::Value(span) => format!("{}{value}{}", &text[..span.start], &text[span.end..]),
         Place::Inline(end, is_empty) => {
             let comma = if is_empty { "" } else { ", " };
@@ -55,6 +61,20 @@ fn with(text: &str, key: &str, value: &str) -> Result<String> {
             format!("{text}{gap}\n[{table}]\n{last} = {value}\n")
         }
     })
+}
+
+/// The entries of a table in braces, a line each.
+fn entries(value: &str) -> Result<String> {
+    let whole = format!("table = {value}");
+    let root = DeTable::parse(&whole).map_err(|e| Error::input(format!("this is not valid TOML: {}", e.message())))?;
+    let mut lines = String::new();
+    for (_, table) in root.get_ref().iter() {
+        let DeValue::Table(table) = table.get_ref() else { continue };
+        for (key, value) in table.iter() {
+            lines += &format!("{} = {}\n", quoted(key.get_ref()), &whole[value.span()]);
+        }
+    }
+    Ok(lines)
 }
 
 fn find(text: &str, root: &DeTable<'_>, steps: &[Step]) -> Result<Place> {
@@ -117,6 +137,13 @@ fn quoted(name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_table_with_a_header_is_replaced() {
+        let text = "[a.b]\nx = 1\ny = 2 # gone\n\n[c]\nz = 3\n";
+        let found = edited(text, Path::new("m.toml"), &[("a.b".into(), "{ x = 1, t = [[1, 2]] }".into())]).unwrap();
+        assert_eq!(found, "[a.b]\nt = [[1, 2]]\nx = 1\n\n[c]\nz = 3\n");
+    }
 
     #[test]
     fn values_are_replaced_and_added_in_place() {

@@ -112,6 +112,24 @@ impl Study {
         Ok(Self { document, model })
     }
 
+    /// The study with `--set` (key, value) pairs applied, on the same cells; unknowns may be added, as a new lumped node adds one.
+    ///
+    /// # Errors
+    /// The machine with these values is not valid.
+    pub fn edited(&self, sets: &[(String, String)]) -> Result<Self> {
+        let mut document = self.document.clone();
+        for (key, value) in sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        let mut machine = Machine::from_document(&document)?;
+        let mesh = match self.moved(&mut machine)? {
+            Some(mesh) => mesh,
+            None => self.model.mesh.clone(),
+        };
+        let network = Network::build(&machine, &mesh)?;
+        Ok(Self { document, model: Model { machine, mesh, network } })
+    }
+
     /// The machine with one value changed, and its network where that is another one.
     pub(super) fn changed(&self, parameter: &Parameter, value: f64) -> Result<(Machine, Option<Network>)> {
         let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;

@@ -1,0 +1,117 @@
+//! Hidden effects, found or not: the goals of a diagnosis over many seeded cases.
+//!
+//!     cargo bench --bench diagnosis -- [CASES] [FIRST SEED] [MACHINE 0..2]
+//!
+//! prints a line per case that went wrong, then the table of goals with 95 % confidence limits and the reliability of the
+//! stated probabilities.
+
+#[path = "../../tests/diagnose/twin.rs"]
+mod twin;
+
+use std::time::Instant;
+
+use coldplate::diagnose::{Verdict, diagnose};
+use twin::{Family, Score};
+
+/// One case with what came of it.
+struct Outcome {
+    family: Family,
+    score: Score,
+    verdict: Verdict,
+    after: Option<(f64, f64, f64)>,
+}
+
+fn main() {
+    let args: Vec<u64> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
+    let (count, first) = (args.first().copied().unwrap_or(500), args.get(1).copied().unwrap_or(100_000));
+    let machine = args.get(2).map(|m| *m as usize);
+    let clock = Instant::now();
+    let mut outcomes: Vec<Outcome> = Vec::new();
+    for i in 0..count {
+        let seed = first + i;
+        // Two fifths clean: false alarms are rare, so many must be tried.
+        let family = [Family::Clean, Family::One, Family::Two, Family::One, Family::Clean, Family::One, Family::Outside, Family::Clean, Family::One, Family::Two][(i % 10) as usize];
+        let case = twin::case(seed, family, machine);
+        let found = match diagnose(&case.problem, &mut |_| {}) {
+            Ok(found) => found,
+            Err(e) => {
+                println!("seed {seed} {family:?} {}: {e}", case.machine);
+                continue;
+            }
+        };
+        let score = twin::score(&case, &found);
+        let wrong = match family {
+            Family::Clean => score.detected,
+            Family::One => (score.d > 12.0 && !score.exact) || (score.confident && !score.exact),
+            Family::Two => score.d > 20.0 && !score.exact,
+            Family::Outside => score.confident,
+        };
+        if wrong {
+            let hidden: Vec<String> = case.hidden.iter().map(|h| format!("{} at {} ({:.3})", h.kind, h.place, h.amplitude)).collect();
+            let named: Vec<String> = found.explanations.iter().take(2).map(|e| {
+                let parts: Vec<String> = e.parts.iter().map(|p| format!("{} at {} {} ({:.3})", p.hypothesis.kind, p.hypothesis.place, p.hypothesis.law.words(), p.amplitude)).collect();
+                format!("{:.2} {}", e.probability, parts.join(" + "))
+            }).collect();
+            println!(
+                "seed {seed} {family:?} {} n {} d {:.1} chi2 {:.0}/{} p {:.1e} {:.1e}: {} | {} | {}",
+                case.machine, case.problem.data.rows.len(), score.d, found.misfit.chi2, found.misfit.freedom, found.misfit.probability, found.misfit.look_elsewhere,
+                hidden.join(" + "), found.verdict.code(), named.join(" / ")
+            );
+        }
+        let after = found.gain.as_ref().map(|g| (g.before, g.after, g.noise_floor));
+        outcomes.push(Outcome { family, score, verdict: found.verdict, after });
+        if clock.elapsed().as_secs() > 0 && i % 50 == 49 {
+            eprintln!("{} cases, {:.2} s each", i + 1, clock.elapsed().as_secs_f64() / (i + 1) as f64);
+        }
+    }
+    let of = |family: Family, keep: &dyn Fn(&Outcome) -> bool| -> Vec<&Outcome> { outcomes.iter().filter(|o| o.family == family && keep(o)).collect() };
+    println!("\n{} cases, {:.2} s each\n\n| goal | aim | found | 95 % limits | cases |\n|---|---|---|---|---|", outcomes.len(), clock.elapsed().as_secs_f64() / outcomes.len().max(1) as f64);
+    let all = |_: &Outcome| true;
+    let line = |name: &str, aim: &str, chosen: Vec<&Outcome>, good: &dyn Fn(&Outcome) -> bool| {
+        let k = chosen.iter().filter(|o| good(o)).count();
+        let (low, high) = wilson(k, chosen.len());
+        println!("| {name} | {aim} | {:.1} % | {:.1} to {:.1} % | {} |", 100.0 * k as f64 / chosen.len().max(1) as f64, 100.0 * low, 100.0 * high, chosen.len());
+    };
+    line("false alarms on clean data", "<= 1 %", of(Family::Clean, &all), &|o| o.score.detected);
+    line("one effect detected, d >= 5.5", ">= 95 %", of(Family::One, &|o| o.score.d >= 5.5), &|o| o.score.detected);
+    line("right group first, d >= 12", ">= 95 %", of(Family::One, &|o| o.score.d >= 12.0), &|o| o.score.group);
+    line("kind and place first, d >= 12", "", of(Family::One, &|o| o.score.d >= 12.0), &|o| o.score.exact);
+    line("set holds the truth (detected)", ">= 95 %", of(Family::One, &|o| o.score.detected), &|o| o.score.in_set);
+    line("named with confidence, d >= 12", "", of(Family::One, &|o| o.score.d >= 12.0), &|o| o.score.confident);
+    line("confident and wrong, one effect", "<= 1 %", of(Family::One, &all), &|o| o.score.confident && !o.score.exact);
+    line("both of two found, d >= 12", ">= 90 %", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.group);
+    line("outside: something else (or cannot tell), d >= 8", ">= 80 %", of(Family::Outside, &|o| o.score.d >= 8.0), &|o| matches!(o.verdict, Verdict::SomethingElse | Verdict::CannotTell));
+    line("outside: something else, d >= 8", "", of(Family::Outside, &|o| o.score.d >= 8.0), &|o| o.verdict == Verdict::SomethingElse);
+    line("outside: confident misnaming", "<= 5 %", of(Family::Outside, &all), &|o| o.score.confident);
+    line("90 % intervals cover", "87-93 %", of(Family::One, &|o| o.score.covered.is_some()), &|o| o.score.covered == Some(true));
+    line("held-out error <= 1.15 noise floor, one effect", "", of(Family::One, &|o| o.after.is_some()), &|o| o.after.is_some_and(|(_, a, f)| a <= 1.15 * f));
+    line("held-out error never worse, clean", "100 %", of(Family::Clean, &|o| o.after.is_some()), &|o| o.after.is_some_and(|(b, a, _)| a <= b * 1.000_001));
+    println!("\nreliability of stated probabilities (one effect, detected): stated, right, cases");
+    let mut error = (0.0, 0.0);
+    for bin in 0..5 {
+        let (low, high) = (0.2 * f64::from(bin), 0.2 * f64::from(bin + 1));
+        let chosen: Vec<&Outcome> = of(Family::One, &|o| o.score.detected && o.score.stated >= low && (o.score.stated < high || bin == 4));
+        if chosen.is_empty() {
+            continue;
+        }
+        let n = chosen.len() as f64;
+        let stated = chosen.iter().map(|o| o.score.stated).sum::<f64>() / n;
+        let right = chosen.iter().filter(|o| o.score.exact).count() as f64 / n;
+        println!("  {stated:.3} {right:.3} {}", chosen.len());
+        error.0 += n * (stated - right).abs();
+        error.1 += n;
+    }
+    println!("calibration error {:.3}", error.0 / f64::max(error.1, 1.0));
+}
+
+/// Wilson's interval of a share.
+fn wilson(k: usize, n: usize) -> (f64, f64) {
+    if n == 0 {
+        return (0.0, 1.0);
+    }
+    let (n, p, z) = (n as f64, k as f64 / n as f64, 1.96);
+    let centre = p + z * z / (2.0 * n);
+    let half = z * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
+    let whole = 1.0 + z * z / n;
+    (((centre - half) / whole).max(0.0), ((centre + half) / whole).min(1.0))
+}

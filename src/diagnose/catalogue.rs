@@ -1,0 +1,527 @@
+//! What could be wrong: place x kind x law, composed from the machine's own network.
+//!
+//! Nothing here is a list for one machine. Every part, contact, channel, circuit, source, surface, sensor and pair of them
+//! is a place; what can go wrong there is a kind; how it depends on the condition is a law. A hypothesis is an edit of the
+//! thermal network of one amplitude ([`Act`], for screening) and the same as lines of the machine file
+//! ([`Hypothesis::sets`], for refitting and for the extended machine).
+
+use crate::error::Result;
+use crate::machine::{Condition, Machine, Place};
+use crate::measure::Data;
+use crate::network::Network;
+use crate::reader::Leaf;
+use crate::sensitivity::Study;
+use crate::units;
+
+/// Reference temperature of drifts and gains, K.
+pub const REFERENCE: f64 = 293.15;
+/// Kelvin over which a drifting contact changes by its amplitude.
+pub const DRIFT: f64 = 10.0;
+/// Name of what an extended machine file adds.
+const ADDED: &str = "diagnosed";
+
+/// What acts on the network; amplitudes as the comments say.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Act {
+    /// Heat into a group, W.
+    Heat(u32),
+    /// Heat of a source of the file, relative.
+    Source(usize),
+    /// Heat of a source that the user's file of kinds adds, per unit.
+    UserHeat(usize),
+    /// Conductance of a contact, logarithm.
+    Contact(usize),
+    /// Film of a channel, logarithm.
+    Film(usize),
+    /// Flow of a circuit, logarithm.
+    Flow(usize),
+    /// Flow of one of parallel channels, logarithm.
+    Branch(usize),
+    /// Inlet temperature of a circuit, K.
+    Inlet(usize),
+    /// Temperature of the chamber, K.
+    Chamber,
+    /// Emissivity of a group, logarithm.
+    Emissivity(u32),
+    /// Residual gas: film from every surface to the chamber, W/(m² K).
+    Gas,
+    /// Conductance from a group to the chamber's temperature, W/K.
+    Leak(u32),
+    /// Conductance between two groups, W/K.
+    Link(u32, u32),
+    /// Exchange area between two groups, m².
+    Radiate(u32, u32),
+    /// Heat capacity of a group, logarithm; logs only.
+    Capacity(u32),
+    /// Offset of a sensor of the data, K.
+    Bias(usize),
+    /// Gain of a sensor of the data, relative to [`REFERENCE`].
+    Gain(usize),
+    /// Time constant of a sensor of the data, s; logs only.
+    Lag(usize),
+    /// Two sensors of the data exchanged; amplitude 1.
+    Swap(usize, usize),
+}
+
+/// How an effect depends on the condition.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Law {
+    /// Not at all.
+    Constant,
+    /// In proportion to the motor speed.
+    Speed,
+    /// With the square of the motor speed.
+    SpeedSquared,
+    /// In proportion to one over the coolant flow.
+    InverseFlow,
+    /// In proportion to the temperature above 20 degC.
+    Temperature,
+}
+
+impl Law {
+    /// In words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Speed => "in proportion to the motor speed",
+            Self::SpeedSquared => "with the square of the motor speed",
+            Self::InverseFlow => "in proportion to one over the coolant flow",
+            Self::Temperature => "in proportion to the temperature",
+        }
+    }
+}
+
+/// One cause that could explain the data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hypothesis {
+    /// What kind it is.
+    pub kind: &'static str,
+    /// Where, in the machine file's names.
+    pub place: String,
+    /// Parts it touches.
+    pub parts: Vec<String>,
+    /// How it depends on the condition.
+    pub law: Law,
+    /// What it does to the network.
+    pub act: Act,
+    /// Prior standard deviation of its amplitude.
+    pub scale: f64,
+    /// Whether a negative amplitude means anything.
+    pub is_signed: bool,
+    /// Unit of the amplitude; `ln` for logarithms.
+    pub unit: &'static str,
+}
+
+/// Where laws are one: largest motor speed and median coolant flow of the data, SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// rad/s
+    pub speed: f64,
+    /// m³/s
+    pub flow: f64,
+    speed_at: Option<usize>,
+    flow_at: Option<usize>,
+}
+
+impl Scales {
+    /// Of a data set.
+    pub fn of(data: &Data, machine: &Machine) -> Self {
+        let at = |name: &str| machine.variables.iter().position(|v| v.name == name);
+        let (speed_at, flow_at) = (at("motor_speed"), at("coolant_flow"));
+        let values = |v: Option<usize>| v.map_or(Vec::new(), |v| data.rows.iter().map(|r| r.condition.si()[v]).collect::<Vec<f64>>());
+        let speed = values(speed_at).into_iter().fold(0.0f64, |m, v| m.max(v.abs()));
+        let mut flows = values(flow_at);
+        flows.sort_by(f64::total_cmp);
+        let flow = flows.get(flows.len() / 2).copied().unwrap_or(0.0);
+        Self { speed, flow, speed_at, flow_at }
+    }
+
+    /// Factor of a law at a condition; `None` where the law needs a temperature.
+    pub fn factor(&self, law: Law, condition: &Condition) -> f64 {
+        let speed = self.speed_at.map_or(0.0, |v| condition.si()[v]) / if self.speed > 0.0 { self.speed } else { 1.0 };
+        match law {
+            Law::Constant | Law::Temperature => 1.0,
+            Law::Speed => speed,
+            Law::SpeedSquared => speed * speed,
+            Law::InverseFlow => {
+                let flow = self.flow_at.map_or(0.0, |v| condition.si()[v]);
+                if flow > 0.0 { self.flow / flow } else { 0.0 }
+            }
+        }
+    }
+
+    /// The law as an expression of a machine file's formulas.
+    fn expression(&self, law: Law) -> String {
+        let rpm = self.speed * 60.0 / std::f64::consts::TAU;
+        match law {
+            Law::Constant | Law::Temperature => "1".into(),
+            Law::Speed => format!("motor_speed_rpm / {rpm:?}"),
+            Law::SpeedSquared => format!("(motor_speed_rpm / {rpm:?})^2"),
+            Law::InverseFlow => format!("{:?} / coolant_flow_L_min", self.flow * 60_000.0),
+        }
+    }
+}
+
+/// A heat source of the user's own: a kind that the program does not know.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UserKind {
+    /// Its name.
+    pub name: String,
+    /// Where the heat goes: parts, faces or nodes.
+    pub places: Vec<String>,
+    /// Heat per unit of amplitude, W: a formula of the machine file.
+    pub expression: String,
+    /// Prior standard deviation of the amplitude.
+    pub scale: f64,
+    /// Whether it may be negative.
+    pub is_signed: bool,
+}
+
+/// Everything that could be wrong with this machine and could show in these data.
+pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothesis> {
+    let (machine, network) = (&study.model.machine, &study.model.network);
+    let varies = |name: &str| {
+        let at = machine.variables.iter().position(|v| v.name == name);
+        at.is_some_and(|v| data.rows.iter().any(|r| (r.condition.si()[v] / data.rows[0].condition.si()[v].max(1e-30) - 1.0).abs() > 0.02))
+    };
+    let (speed, flow) = (varies("motor_speed"), varies("coolant_flow"));
+    let mut laws = vec![Law::Constant];
+    if speed {
+        laws.extend([Law::Speed, Law::SpeedSquared]);
+    }
+    let total: f64 = data
+        .rows
+        .iter()
+        .filter_map(|row| crate::network::Load::at(machine, &row.condition).ok())
+        .map(|load| load.powers.iter().map(|p| p.abs()).sum::<f64>())
+        .fold(0.0, f64::max);
+    let heat = (0.05 * total).max(1.0);
+    let mut found = Vec::new();
+    let mut add = |kind, place: String, parts: Vec<String>, law, act, scale, is_signed, unit| {
+        found.push(Hypothesis { kind, place, parts, law, act, scale, is_signed, unit });
+    };
+    let groups = groups(network);
+    for (g, name) in &groups {
+        for law in &laws {
+            add("heat source", name.clone(), vec![name.clone()], *law, Act::Heat(*g), heat, true, "W");
+        }
+        add("leak to the surroundings", name.clone(), vec![name.clone()], Law::Constant, Act::Leak(*g), 0.1, false, "W/K");
+        if data.is_transient() {
+            add("heat capacity", name.clone(), vec![name.clone()], Law::Constant, Act::Capacity(*g), 0.5, true, "ln");
+        }
+    }
+    for (s, source) in machine.sources.iter().enumerate() {
+        let parts = part_names(machine, &source.places);
+        for law in &laws {
+            add("source factor", source.name.clone(), parts.clone(), *law, Act::Source(s), 0.4, true, "relative");
+        }
+    }
+    for (c, contact) in machine.contacts.iter().enumerate() {
+        let parts = part_names(machine, &contact.between);
+        if network.contacts.iter().any(|g| g.name == contact.name) && contact_key(study, &contact.name).is_some() {
+            add("contact conductance", contact.name.clone(), parts.clone(), Law::Constant, Act::Contact(c), 0.7, true, "ln");
+            add("contact conductance", contact.name.clone(), parts, Law::Temperature, Act::Contact(c), 0.3, true, "ln per 10 K");
+        }
+    }
+    for (c, channel) in machine.channels.iter().enumerate() {
+        let parts = vec![machine.parts[channel.part].name.clone()];
+        add("film coefficient", channel.name.clone(), parts.clone(), Law::Constant, Act::Film(c), 0.4, true, "ln");
+        let is_parallel = network.streams.iter().enumerate().any(|(s, stream)| stream.name == channel.name && shares_flow(network, s));
+        if is_parallel {
+            add("uneven split", channel.name.clone(), parts, Law::Constant, Act::Branch(c), 0.4, true, "ln");
+        }
+    }
+    for (c, circuit) in machine.circuits.iter().enumerate() {
+        let through: Vec<String> = circuit_parts(network, machine, c);
+        add("coolant flow", circuit.name.clone(), through.clone(), Law::Constant, Act::Flow(c), 0.3, true, "ln");
+        add("coolant inlet offset", circuit.name.clone(), through.clone(), Law::Constant, Act::Inlet(c), 0.3, true, "K");
+        if flow {
+            add("coolant line heat gain", circuit.name.clone(), through, Law::InverseFlow, Act::Inlet(c), 0.3, true, "K");
+        }
+    }
+    if !network.surfaces.is_empty() {
+        add("chamber temperature", "chamber".into(), Vec::new(), Law::Constant, Act::Chamber, 0.7, true, "K");
+        add("residual gas", "chamber".into(), Vec::new(), Law::Constant, Act::Gas, 1.0, false, "W/(m2 K)");
+    }
+    let radiating: Vec<&(u32, String)> =
+        groups.iter().filter(|(g, _)| network.surfaces.iter().any(|s| s.emissive > 0.0 && network.group[s.node as usize] == *g)).collect();
+    for (g, name) in &radiating {
+        if emissivity_key(study, name).is_some() {
+            add("emissivity", name.clone(), vec![name.clone()], Law::Constant, Act::Emissivity(*g), 0.4, true, "ln");
+        }
+    }
+    for (i, (a, first)) in groups.iter().enumerate() {
+        for (b, second) in &groups[i + 1..] {
+            if !touch(network, *a, *b) {
+                let parts = vec![first.clone(), second.clone()];
+                add("conductive link", format!("{first} - {second}"), parts, Law::Constant, Act::Link(*a, *b), 0.3, false, "W/K");
+            }
+        }
+    }
+    for (i, (a, first)) in radiating.iter().enumerate() {
+        for (b, second) in &radiating[i + 1..] {
+            let parts = vec![first.clone(), second.clone()];
+            add("radiative link", format!("{first} - {second}"), parts, Law::Constant, Act::Radiate(*a, *b), 0.02, false, "m2");
+        }
+    }
+    for (k, name) in data.names.iter().enumerate() {
+        add("sensor offset", name.clone(), Vec::new(), Law::Constant, Act::Bias(k), 0.5, true, "K");
+        if data.rows.len() > 1 {
+            add("sensor gain", name.clone(), Vec::new(), Law::Temperature, Act::Gain(k), 0.05, true, "relative");
+        }
+        if data.is_transient() {
+            add("sensor lag", name.clone(), Vec::new(), Law::Constant, Act::Lag(k), 60.0, false, "s");
+        }
+        for (j, other) in data.names.iter().enumerate().skip(k + 1) {
+            add("swapped sensors", format!("{name} - {other}"), Vec::new(), Law::Constant, Act::Swap(k, j), 1.0, false, "of 1");
+        }
+    }
+    for (u, kind) in user.iter().enumerate() {
+        found.push(Hypothesis {
+            kind: "user",
+            place: kind.name.clone(),
+            parts: kind.places.clone(),
+            law: Law::Constant,
+            act: Act::UserHeat(u),
+            scale: kind.scale,
+            is_signed: kind.is_signed,
+            unit: "of its expression",
+        });
+    }
+    found
+}
+
+/// Parts and lumped nodes that are free to move: index and name.
+fn groups(network: &Network) -> Vec<(u32, String)> {
+    let is_free = |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));
+    network.groups.iter().enumerate().filter(|(g, _)| is_free(*g)).map(|(g, name)| (g as u32, name.clone())).collect()
+}
+
+fn touch(network: &Network, a: u32, b: u32) -> bool {
+    let of = |n: u32| network.group[n as usize];
+    network.joints.iter().any(|j| (of(j.a) == a && of(j.b) == b) || (of(j.a) == b && of(j.b) == a))
+}
+
+/// Whether a stream is one of several that share a flow.
+fn shares_flow(network: &Network, s: usize) -> bool {
+    network.circuits.iter().any(|tree| {
+        let members: Vec<usize> = crate::network::stream::members(&tree.layout).into_iter().collect();
+        members.contains(&s) && members.iter().any(|m| *m != s && network.streams[*m].upstream == network.streams[s].upstream)
+    })
+}
+
+fn circuit_parts(network: &Network, machine: &Machine, c: usize) -> Vec<String> {
+    let streams = network.streams.iter().filter(|s| s.circuit == c);
+    let part = |s: &crate::network::stream::Stream| machine.channels.iter().find(|ch| ch.name == s.name).map(|ch| machine.parts[ch.part].name.clone());
+    let mut found: Vec<String> = streams.filter_map(part).collect();
+    found.sort();
+    found.dedup();
+    found
+}
+
+fn part_names(machine: &Machine, places: &[Place]) -> Vec<String> {
+    let name = |place: &Place| match place {
+        Place::Part(p) => machine.parts[*p].name.clone(),
+        Place::Face(face) => machine.parts[face.part].name.clone(),
+        Place::Node(n) => machine.nodes[*n].name.clone(),
+    };
+    places.iter().map(name).collect()
+}
+
+/// Key of a contact's number.
+pub fn contact_key(study: &Study, name: &str) -> Option<String> {
+    ["conductance", "total_conductance"]
+        .iter()
+        .map(|law| format!("contact.{}.{law}", quoted(name)))
+        .find(|key| matches!(study.document().leaf(key), Ok(Some(Leaf::Text(_)))))
+}
+
+fn emissivity_key(study: &Study, part: &str) -> Option<String> {
+    let keys = ["effective_emissivity", "emissivity"];
+    let own = keys.iter().map(|k| format!("part.{}.surface.{k}", quoted(part)));
+    let node = keys.iter().map(|k| format!("node.{}.{k}", quoted(part)));
+    own.chain(node).find(|key| study.parameter(key).is_ok())
+}
+
+/// A name as a step of a key.
+fn quoted(name: &str) -> String {
+    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        name.to_string()
+    } else {
+        format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
+    }
+}
+
+impl Hypothesis {
+    /// The lines of the machine file that make it so, (key, TOML value); empty for what a sensor does, `None` where the
+    /// machine file has no words for it.
+    ///
+    /// # Errors
+    /// A key of the file cannot be read.
+    pub fn sets(&self, study: &Study, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Option<Vec<(String, String)>>> {
+        let machine = &study.model.machine;
+        let text = |t: String| Leaf::Text(t).to_toml();
+        let network = &study.model.network;
+        let group = |g: u32| network.groups[g as usize].clone();
+        let scaled = |key: &str, factor: f64| -> Result<Option<Vec<(String, String)>>> {
+            let parameter = study.parameter(key)?;
+            Ok(parameter.to_set(parameter.value * factor, machine)?.map(|set| vec![set]))
+        };
+        let added = |what: &str| format!("{what}.\"{ADDED} {} {}\"", self.kind, self.place.replace('"', ""));
+        let law = scales.expression(self.law);
+        Ok(match self.act {
+            Act::Heat(g) => {
+                let value = format!("{{ in = {}, power = {} }}", text(group(g)), text(format!("({amplitude:?}) * ({law})")));
+                Some(vec![(added("source"), value)])
+            }
+            Act::UserHeat(u) => {
+                let places: Vec<String> = user[u].places.iter().map(|p| text(p.clone())).collect();
+                let power = text(format!("({amplitude:?}) * ({})", user[u].expression));
+                Some(vec![(added("source"), format!("{{ in = [{}], power = {power} }}", places.join(", ")))])
+            }
+            Act::Source(s) => {
+                let key = format!("source.{}.power", quoted(&machine.sources[s].name));
+                let Some(Leaf::Text(now)) = study.document().leaf(&key)? else { return Ok(None) };
+                let watts = match units::quantity(&now) {
+                    Some((number, unit, dimension)) => format!("{:?}", units::convert(number, unit, dimension)?),
+                    None => now,
+                };
+                Some(vec![(key, text(format!("({watts}) * (1 + ({amplitude:?}) * ({law}))")))])
+            }
+            Act::Contact(c) => {
+                let Some(key) = contact_key(study, &machine.contacts[c].name) else { return Ok(None) };
+                if self.law == Law::Constant {
+                    return scaled(&key, amplitude.exp());
+                }
+                // A table takes the place of the number; the total conductance would need its area.
+                if key.ends_with("total_conductance") {
+                    return Ok(None);
+                }
+                let parameter = study.parameter(&key)?;
+                let h = units::express(parameter.value, "W/(m2 K)", parameter.dimension)?;
+                let row = |t: f64| format!("[\"{t} degC\", \"{:?} W/(m2 K)\"]", h * (amplitude * (t + 273.15 - REFERENCE) / DRIFT).exp());
+                let rows: Vec<String> = (-2..=16).map(|i| row(5.0 * f64::from(i))).collect();
+                let table = format!("contact.{}", quoted(&machine.contacts[c].name));
+                let Some(Leaf::Table(entries)) = study.document().leaf(&table)? else { return Ok(None) };
+                let kept = entries.iter().filter(|(k, _)| k != "conductance").map(|(k, v)| format!("{k} = {}", v.to_toml()));
+                let all: Vec<String> = kept.chain([format!("temperature_table = [{}]", rows.join(", "))]).collect();
+                Some(vec![(table, format!("{{ {} }}", all.join(", ")))])
+            }
+            Act::Film(c) => {
+                let name = quoted(&machine.channels[c].name);
+                let film = format!("channel.{name}.film");
+                if study.parameter(&film).is_ok() {
+                    return scaled(&film, amplitude.exp());
+                }
+                match study.parameter(&format!("channel.{name}.bend_factor")) {
+                    Ok(_) => return scaled(&format!("channel.{name}.bend_factor"), amplitude.exp()),
+                    Err(_) => None,
+                }
+            }
+            Act::Flow(c) => return scaled(&format!("circuit.{}.flow", quoted(&machine.circuits[c].name)), amplitude.exp()),
+            Act::Inlet(c) => {
+                let key = format!("circuit.{}.inlet_temperature", quoted(&machine.circuits[c].name));
+                let now = match study.document().leaf(&key)? {
+                    Some(Leaf::Text(now)) => now,
+                    _ => "coolant_temperature".to_string(),
+                };
+                let celsius = match units::quantity(&now) {
+                    Some((number, unit, dimension)) => format!("{:?}", units::convert(number, unit, dimension)? - 273.15),
+                    None if machine.variables.iter().any(|v| v.name == now) => format!("{now}_degC"),
+                    None => now,
+                };
+                Some(vec![(key, text(format!("({celsius}) + ({amplitude:?}) * ({law})")))])
+            }
+            Act::Chamber => {
+                let parameter = study.parameter("chamber.temperature")?;
+                parameter.to_set(parameter.value + amplitude, machine)?.map(|set| vec![set])
+            }
+            Act::Emissivity(g) => {
+                let Some(key) = emissivity_key(study, &group(g)) else { return Ok(None) };
+                let parameter = study.parameter(&key)?;
+                parameter.to_set((parameter.value * amplitude.exp()).clamp(1e-4, 1.0), machine)?.map(|set| vec![set])
+            }
+            // About 1 W/(m² K) per pascal while molecules fly freely.
+            Act::Gas => Some(vec![("chamber.pressure".into(), text(format!("{:?} Pa", amplitude.max(0.0))))]),
+            Act::Leak(g) => {
+                let node = format!("{ADDED} surroundings of {}", group(g));
+                let held = format!("{{ temperature = {} }}", text("ambient_temperature".into()));
+                Some(vec![
+                    (format!("node.{}", quoted(&node)), held),
+                    (added("contact"), self.conductor(&[group(g), node], amplitude)),
+                ])
+            }
+            Act::Link(a, b) => Some(vec![(added("contact"), self.conductor(&[group(a), group(b)], amplitude))]),
+            Act::Radiate(a, b) => {
+                let between = format!("[{}, {}]", text(group(a)), text(group(b)));
+                let value = format!("{{ between = {between}, view_factor = 1.0, emissivity = [1.0, 1.0], area = \"{:?} m2\" }}", amplitude.max(1e-9));
+                Some(vec![(added("radiation_link"), value)])
+            }
+            Act::Capacity(g) => {
+                let name = group(g);
+                if let Some(part) = machine.parts.iter().find(|p| p.name == name) {
+                    // Only a material of its own can change alone.
+                    let others = machine.parts.iter().filter(|p| p.material == part.material).count();
+                    let material = &machine.materials[part.material].name;
+                    if others > 1 {
+                        return Ok(None);
+                    }
+                    return scaled(&format!("material.{}.specific_heat", quoted(material)), amplitude.exp());
+                }
+                return scaled(&format!("node.{}.capacity", quoted(&name)), amplitude.exp());
+            }
+            // The split follows from the branches' resistance: no number of the file is the flow of one.
+            Act::Branch(_) => None,
+            Act::Bias(_) | Act::Gain(_) | Act::Lag(_) | Act::Swap(..) => Some(Vec::new()),
+        })
+    }
+
+    fn conductor(&self, ends: &[String; 2], amplitude: f64) -> String {
+        let [a, b] = ends.each_ref().map(|e| Leaf::Text(e.clone()).to_toml());
+        format!("{{ between = [{a}, {b}], total_conductance = \"{:?} W/K\", area = \"0.01 m2\" }}", amplitude.max(1e-9))
+    }
+
+    /// Whether it is about a reading and not about the machine.
+    pub fn is_sensor(&self) -> bool {
+        matches!(self.act, Act::Bias(_) | Act::Gain(_) | Act::Lag(_) | Act::Swap(..))
+    }
+
+    /// What it does to predicted readings (rows, then sensors) beside the machine: sensors' own errors.
+    pub fn read(&self, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
+        let places = crate::measure::whiten::places(data);
+        let mut found = predicted.to_vec();
+        match self.act {
+            Act::Bias(k) => places.iter().zip(&mut found).filter(|((_, own), _)| *own == k).for_each(|(_, t)| *t += amplitude),
+            Act::Gain(k) => {
+                places.iter().zip(&mut found).filter(|((_, own), _)| *own == k).for_each(|(_, t)| *t += amplitude * (*t - REFERENCE));
+            }
+            Act::Swap(a, b) => {
+                for (i, (r, k)) in places.iter().enumerate() {
+                    let other = if *k == a { b } else if *k == b { a } else { continue };
+                    if let Some(j) = places.iter().position(|p| p == &(*r, other)) {
+                        found[i] += amplitude * (predicted[j] - predicted[i]);
+                    }
+                }
+            }
+            Act::Lag(k) => {
+                // First-order lag behind the predicted course, row by row of each test.
+                let mut last: std::collections::BTreeMap<&str, (f64, f64)> = std::collections::BTreeMap::new();
+                for (i, (r, own)) in places.iter().enumerate() {
+                    if *own != k {
+                        continue;
+                    }
+                    let row = &data.rows[*r];
+                    let time = row.time.unwrap_or(0.0);
+                    let shown = match last.get(row.test.as_str()) {
+                        Some((before, shown)) if amplitude > 0.0 => predicted[i] + (shown - predicted[i]) * (-(time - before) / amplitude).exp(),
+                        _ => predicted[i],
+                    };
+                    last.insert(&row.test, (time, shown));
+                    found[i] = shown;
+                }
+            }
+            _ => {}
+        }
+        found
+    }
+}

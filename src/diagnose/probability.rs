@@ -1,0 +1,145 @@
+//! Probabilities of "nothing", of every cause, of every pair, and of something else.
+//!
+//! Linear model, Gaussian amplitudes: evidence is closed form. The prior is even over kinds, then over the places of a
+//! kind, then over its laws, so that a kind with many places is not favoured. Something else is a residual larger all
+//! round than its covariance says, by a factor that is not known.
+
+use rayon::prelude::*;
+
+use super::catalogue::Hypothesis;
+use super::screen::Screened;
+
+/// Prior of nothing, one cause, two causes, something else.
+const PRIORS: [f64; 4] = [0.50, 0.35, 0.08, 0.07];
+/// Factors by which the whitened residual of something else is larger.
+const EXCESS: [f64; 8] = [1.3, 1.7, 2.2, 3.0, 4.5, 7.0, 11.0, 18.0];
+/// Pairs whose probability, relative to the best, is below this are not kept.
+const NEGLIGIBLE: f64 = 1e-6;
+
+/// A cause or two, as positions in [`Screened::visible`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Candidate {
+    /// Positions.
+    pub members: Vec<usize>,
+    /// Best amplitudes, in the prior's scale.
+    pub amplitudes: Vec<f64>,
+    /// Misfit it takes away.
+    pub gain: f64,
+    /// Logarithm of evidence over that of nothing, and of its prior.
+    pub weight: f64,
+    /// Posterior probability.
+    pub probability: f64,
+}
+
+/// Everything with its probability.
+#[derive(Debug, Clone)]
+pub struct Posterior {
+    /// Nothing is wrong.
+    pub nothing: f64,
+    /// Something that no cause explains.
+    pub something_else: f64,
+    /// Causes and pairs, most probable first.
+    pub candidates: Vec<Candidate>,
+    something_else_weight: f64,
+}
+
+/// Prior of every visible hypothesis, summing to one.
+pub fn prior(screened: &Screened, hypotheses: &[Hypothesis]) -> Vec<f64> {
+    let of = |j: usize| &hypotheses[screened.visible[j]];
+    let n = screened.visible.len();
+    let mut kinds: Vec<&str> = (0..n).map(|j| of(j).kind).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    (0..n)
+        .map(|j| {
+            let mut places: Vec<&str> = (0..n).filter(|i| of(*i).kind == of(j).kind).map(|i| of(i).place.as_str()).collect();
+            places.sort_unstable();
+            places.dedup();
+            let laws = (0..n).filter(|i| of(*i).kind == of(j).kind && of(*i).place == of(j).place).count();
+            1.0 / (kinds.len() * places.len() * laws) as f64
+        })
+        .collect()
+}
+
+/// Logarithm of the evidence of one cause or two over that of nothing, in the linear model.
+pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
+    match *members {
+        [j] => {
+            let (g, b) = (screened.gram[(j, j)], screened.along[j]);
+            let sided = if screened.signed[j] { 0.0 } else { sided(b / (1.0 + g), 1.0 / (1.0 + g).sqrt()) };
+            0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() + sided
+        }
+        [i, j] => {
+            // ½ bᵀ (G + 1)⁻¹ b - ½ ln det(G + 1)
+            let (a, b, c) = (screened.gram[(i, i)] + 1.0, screened.gram[(i, j)], screened.gram[(j, j)] + 1.0);
+            let determinant = a * c - b * b;
+            let (x, y) = (screened.along[i], screened.along[j]);
+            0.5 * (c * x * x - 2.0 * b * x * y + a * y * y) / determinant - 0.5 * determinant.ln()
+        }
+        _ => f64::NEG_INFINITY,
+    }
+}
+
+/// Probabilities from the linear model.
+pub fn posterior(screened: &Screened, prior: &[f64]) -> Posterior {
+    let n = screened.visible.len();
+    let mut candidates: Vec<Candidate> = (0..n)
+        .map(|j| {
+            let (amplitude, gain) = screened.single(j);
+            let weight = evidence(screened, &[j]) + (PRIORS[1] * prior[j]).ln();
+            Candidate { members: vec![j], amplitudes: vec![amplitude], gain, weight, probability: 0.0 }
+        })
+        .collect();
+    let best_single = candidates.iter().map(|c| c.weight).fold(f64::NEG_INFINITY, f64::max);
+    let pairs: Vec<Candidate> = (0..n)
+        .into_par_iter()
+        .flat_map_iter(|i| {
+            (i + 1..n).filter_map(move |j| {
+                let (amplitudes, gain) = screened.pair(i, j);
+                if gain <= 0.0 {
+                    return None;
+                }
+                let weight = evidence(screened, &[i, j]) + (PRIORS[2] * 2.0 * prior[i] * prior[j]).ln();
+                (weight > best_single + NEGLIGIBLE.ln()).then(|| Candidate {
+                    members: vec![i, j],
+                    amplitudes: amplitudes.to_vec(),
+                    gain,
+                    weight,
+                    probability: 0.0,
+                })
+            })
+        })
+        .collect();
+    candidates.extend(pairs);
+    let (count, misfit) = (screened.residual.len() as f64, screened.misfit());
+    let terms: Vec<f64> = EXCESS.iter().map(|s| 0.5 * misfit * (1.0 - 1.0 / (s * s)) - count * s.ln() - (EXCESS.len() as f64).ln()).collect();
+    let something_else_weight = log_sum(&terms) + PRIORS[3].ln();
+    let mut found = Posterior { nothing: 0.0, something_else: 0.0, candidates, something_else_weight };
+    found.normalise();
+    found
+}
+
+impl Posterior {
+    /// Makes probabilities of weights, and sorts.
+    pub fn normalise(&mut self) {
+        let mut weights = vec![PRIORS[0].ln(), self.something_else_weight];
+        weights.extend(self.candidates.iter().map(|c| c.weight));
+        let all = log_sum(&weights);
+        self.nothing = (weights[0] - all).exp();
+        self.something_else = (weights[1] - all).exp();
+        self.candidates.iter_mut().for_each(|c| c.probability = (c.weight - all).exp());
+        self.candidates.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    }
+}
+
+/// Logarithm of twice the probability that a normal amplitude of this mean and deviation is positive.
+fn sided(mean: f64, deviation: f64) -> f64 {
+    use statrs::distribution::{ContinuousCDF, Normal};
+    let p = Normal::new(0.0, 1.0).map_or(0.5, |n| n.cdf(mean / deviation));
+    (2.0 * p).max(1e-300).ln()
+}
+
+fn log_sum(terms: &[f64]) -> f64 {
+    let most = terms.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    most + terms.iter().map(|t| (t - most).exp()).sum::<f64>().ln()
+}

@@ -1,0 +1,84 @@
+//! All hypotheses, and all pairs of them, held against the whitened residual; the look-elsewhere effect paid for.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+
+use super::random::Normal;
+
+/// Simulated data sets of pure noise.
+const SIMULATIONS: usize = 2000;
+/// A signature shorter than this, whitened and for an amplitude of its prior's scale, cannot show.
+const FAINT: f64 = 0.05;
+
+/// The whitened residual beside whitened signatures.
+#[derive(Debug, Clone)]
+pub struct Screened {
+    /// Whitened residual.
+    pub residual: Vec<f64>,
+    /// Hypotheses that can show, as indices into the catalogue.
+    pub visible: Vec<usize>,
+    /// Their whitened signatures for an amplitude of the prior's scale, one column each.
+    pub columns: DMatrix<f64>,
+    /// Scalar products of the signatures with the residual.
+    pub along: Vec<f64>,
+    /// Scalar products among signatures.
+    pub gram: DMatrix<f64>,
+    /// Whether a negative amplitude means something.
+    pub signed: Vec<bool>,
+}
+
+impl Screened {
+    /// From whitened vectors; `columns` are all hypotheses', scaled to their prior.
+    pub fn new(residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool]) -> Self {
+        let length = |c: &Vec<f64>| c.iter().map(|v| v * v).sum::<f64>().sqrt();
+        let visible: Vec<usize> = (0..columns.len()).filter(|h| length(&columns[*h]) > FAINT && columns[*h].iter().all(|v| v.is_finite())).collect();
+        let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| columns[visible[j]][i]);
+        let gram = matrix.transpose() * &matrix;
+        let along = (0..visible.len()).map(|j| matrix.column(j).iter().zip(&residual).map(|(s, r)| s * r).sum()).collect();
+        let signed = visible.iter().map(|h| signed[*h]).collect();
+        Self { residual, visible, columns: matrix, along, gram, signed }
+    }
+
+    /// Whitened misfit of the machine as it is.
+    pub fn misfit(&self) -> f64 {
+        self.residual.iter().map(|r| r * r).sum()
+    }
+
+    /// Best amplitude of a hypothesis (in its prior's scale) and the misfit it takes away.
+    pub fn single(&self, j: usize) -> (f64, f64) {
+        let a = self.along[j] / self.gram[(j, j)];
+        if a < 0.0 && !self.signed[j] { (0.0, 0.0) } else { (a, a * self.along[j]) }
+    }
+
+    /// The same of two together.
+    pub fn pair(&self, i: usize, j: usize) -> ([f64; 2], f64) {
+        let (a, b, c) = (self.gram[(i, i)], self.gram[(i, j)], self.gram[(j, j)]);
+        let determinant = a * c - b * b;
+        if determinant < 1e-6 * a * c {
+            return ([0.0; 2], 0.0);
+        }
+        let x = (c * self.along[i] - b * self.along[j]) / determinant;
+        let y = (a * self.along[j] - b * self.along[i]) / determinant;
+        if (x < 0.0 && !self.signed[i]) || (y < 0.0 && !self.signed[j]) {
+            return ([0.0; 2], 0.0);
+        }
+        ([x, y], x * self.along[i] + y * self.along[j])
+    }
+
+    /// Probability that pure noise lets some hypothesis take away as much misfit as the best one does.
+    pub fn look_elsewhere(&self, seed: u64) -> f64 {
+        let best = (0..self.visible.len()).map(|j| self.single(j).1).fold(0.0, f64::max);
+        let unit: Vec<f64> = (0..self.visible.len()).map(|j| self.gram[(j, j)].sqrt()).collect();
+        let n = self.residual.len();
+        let exceeds = |s: usize| -> bool {
+            let mut normal = Normal::new(seed.wrapping_add(s as u64));
+            let noise: Vec<f64> = (0..n).map(|_| normal.next()).collect();
+            (0..self.visible.len()).any(|j| {
+                let along: f64 = self.columns.column(j).iter().zip(&noise).map(|(c, z)| c * z).sum::<f64>() / unit[j];
+                (along > 0.0 || self.signed[j]) && along * along >= best
+            })
+        };
+        let count = (0..SIMULATIONS).into_par_iter().filter(|s| exceeds(*s)).count();
+        (1 + count) as f64 / (SIMULATIONS + 1) as f64
+    }
+}
