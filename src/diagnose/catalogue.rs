@@ -371,7 +371,9 @@ impl Hypothesis {
         let law = scales.expression(self.law);
         Ok(match self.act {
             Act::Heat(g) => {
-                let value = format!("{{ in = {}, power = {} }}", text(group(g)), text(format!("({amplitude:?}) * ({law})")));
+                // A formula needs a name; a constant is a number with its unit.
+                let power = if self.law == Law::Constant { format!("{amplitude:?} W") } else { format!("({amplitude:?}) * ({law})") };
+                let value = format!("{{ in = {}, power = {} }}", text(group(g)), text(power));
                 Some(vec![(added("source"), value)])
             }
             Act::UserHeat(u) => {
@@ -383,7 +385,13 @@ impl Hypothesis {
                 let key = format!("source.{}.power", quoted(&machine.sources[s].name));
                 let Some(Leaf::Text(now)) = study.document().leaf(&key)? else { return Ok(None) };
                 let watts = match units::quantity(&now) {
-                    Some((number, unit, dimension)) => format!("{:?}", units::convert(number, unit, dimension)?),
+                    Some((number, unit, dimension)) => {
+                        let watts = units::convert(number, unit, dimension)?;
+                        if self.law == Law::Constant {
+                            return Ok(Some(vec![(key, text(format!("{:?} W", watts * (1.0 + amplitude))))]));
+                        }
+                        format!("{watts:?}")
+                    }
                     None => now,
                 };
                 Some(vec![(key, text(format!("({watts}) * (1 + ({amplitude:?}) * ({law}))")))])
@@ -407,17 +415,7 @@ impl Hypothesis {
                 let all: Vec<String> = kept.chain([format!("temperature_table = [{}]", rows.join(", "))]).collect();
                 Some(vec![(table, format!("{{ {} }}", all.join(", ")))])
             }
-            Act::Film(c) => {
-                let name = quoted(&machine.channels[c].name);
-                let film = format!("channel.{name}.film");
-                if study.parameter(&film).is_ok() {
-                    return scaled(&film, amplitude.exp());
-                }
-                match study.parameter(&format!("channel.{name}.bend_factor")) {
-                    Ok(_) => return scaled(&format!("channel.{name}.bend_factor"), amplitude.exp()),
-                    Err(_) => None,
-                }
-            }
+            Act::Film(c) => return scaled(&format!("channel.{}.film_factor", quoted(&machine.channels[c].name)), amplitude.exp()),
             Act::Flow(c) => return scaled(&format!("circuit.{}.flow", quoted(&machine.circuits[c].name)), amplitude.exp()),
             Act::Inlet(c) => {
                 let key = format!("circuit.{}.inlet_temperature", quoted(&machine.circuits[c].name));
@@ -478,7 +476,8 @@ impl Hypothesis {
 
     fn conductor(&self, ends: &[String; 2], amplitude: f64) -> String {
         let [a, b] = ends.each_ref().map(|e| Leaf::Text(e.clone()).to_toml());
-        format!("{{ between = [{a}, {b}], total_conductance = \"{:?} W/K\", area = \"0.01 m2\" }}", amplitude.max(1e-9))
+        // A stated area: the ends need not touch.
+        format!("{{ between = [{a}, {b}], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * amplitude.max(1e-9))
     }
 
     /// Whether it is about a reading and not about the machine.

@@ -425,6 +425,8 @@ pub struct Channel {
     pub length: Option<f64>,
     /// How its film is found.
     pub film: Film,
+    /// Factor on it: fouling, or a correlation known to be off (1 = as found).
+    pub film_factor: f64,
     /// Loss coefficients summed over the bends, inlet and outlet.
     pub minor_loss: f64,
     /// Wall roughness, m.

@@ -32,6 +32,8 @@ pub struct Stream {
     pub diameter: f64,
     /// Wetted length, m.
     pub length: f64,
+    /// Factor on the film: fouling, or a correlation known to be off.
+    pub film_factor: f64,
     /// Loss coefficients of bends, inlet and outlet.
     pub minor_loss: f64,
     /// Wall roughness, m.
@@ -263,13 +265,13 @@ impl Stream {
     /// Film coefficient W/(m² K), mean over the channel, and a remark where the closure leaves its range.
     fn film_coefficient(&self, reynolds: f64, liquid: State, wall_temperature: f64, kind: &Liquid) -> (f64, Option<&'static str>) {
         match &self.film {
-            Film::Given(h) => (*h, None),
+            Film::Given(h) => (self.film_factor * h, None),
             Film::Correlation { bend_factor, wall } => {
                 // Outside the range of the water formulas the wall factor is taken as one.
                 let prandtl_wall = kind.at(wall_temperature).map_or(liquid.prandtl(), |s| s.prandtl());
                 let nusselt = channel::nusselt(reynolds, liquid.prandtl(), self.diameter / self.length, *wall, false, prandtl_wall);
                 let note = channel::note(reynolds, liquid.prandtl(), self.diameter / self.length, prandtl_wall);
-                (bend_factor * nusselt * liquid.conductivity / self.diameter, note)
+                (self.film_factor * bend_factor * nusselt * liquid.conductivity / self.diameter, note)
             }
         }
     }

@@ -10,7 +10,8 @@ const DISCRETE: [&str; 3] = ["cells", "passes", "block"];
 /// Tables of pairs: their second column is scaled as a whole.
 const CURVES: [&str; 4] = ["conductivity", "specific_heat", "temperature_table", "pressure_table"];
 /// Values that hold where the file gives none: outer table, key, value.
-const DEFAULTS: [(&str, &str, &str); 16] = [
+const DEFAULTS: [(&str, &str, &str); 17] = [
+    ("channel", "film_factor", "1.0"),
     ("channel", "bend_factor", "1.0"),
     ("channel", "minor_loss", "0.0"),
     ("channel", "roughness", "0 um"),

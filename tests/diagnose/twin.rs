@@ -7,7 +7,7 @@ use coldplate::diagnose::random::Normal;
 use coldplate::diagnose::{Diagnosis, Openness, Problem, Verdict};
 use coldplate::identify;
 use coldplate::machine::Condition;
-use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty, whiten};
+use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::reader::Document;
 use coldplate::sensitivity::Study;
 use coldplate::simulate::Start;
@@ -36,11 +36,6 @@ pub enum Family {
     Two,
     /// One effect of a kind that the catalogue does not have.
     Outside,
-}
-
-impl Family {
-    /// All.
-    pub const ALL: [Family; 4] = [Family::Clean, Family::One, Family::Two, Family::Outside];
 }
 
 /// A case: what the program sees, and what was hidden.
@@ -302,7 +297,7 @@ fn perturbed(study: &Study, random: &mut Normal) -> Vec<(String, String)> {
     let machine = &study.model.machine;
     let films = 1.0 + 0.05 * random.next();
     for channel in &machine.channels {
-        if let Ok(p) = study.parameter(&format!("channel.{}.bend_factor", channel.name)) {
+        if let Ok(p) = study.parameter(&format!("channel.{}.film_factor", channel.name)) {
             lines.extend(p.to_set(p.value * films, machine).unwrap());
         }
     }
@@ -340,7 +335,8 @@ fn effect(study: &Study, sensors: &[usize], random: &mut Normal) -> Hidden {
                 let part = choose(random, &machine.parts).name.clone();
                 let watts = total * factor(random, 0.01, 0.15) * if random.uniform() < 0.3 { -1.0 } else { 1.0 };
                 let law = choose(random, &["1", "motor_speed_rpm / 2500", "(motor_speed_rpm / 2500)^2"]);
-                let value = format!("{{ in = \"{part}\", power = \"({watts:?}) * ({law})\" }}");
+                let power = if *law == "1" { format!("{watts:?} W") } else { format!("({watts:?}) * ({law})") };
+                let value = format!("{{ in = \"{part}\", power = \"{power}\" }}");
                 Some(Hidden { kind: "heat source".into(), place: part, amplitude: watts, lines: vec![("source.hidden".into(), value)], sensor: None })
             }
             1 | 2 => {
@@ -357,7 +353,7 @@ fn effect(study: &Study, sensors: &[usize], random: &mut Normal) -> Hidden {
             5 => {
                 let channel = choose(random, &machine.channels).name.clone();
                 let f = factor(random, 0.3, 0.8);
-                scaled(format!("channel.{channel}.bend_factor"), f).map(|lines| Hidden { kind: "film coefficient".into(), place: channel, amplitude: f.ln(), lines, sensor: None })
+                scaled(format!("channel.{channel}.film_factor"), f).map(|lines| Hidden { kind: "film coefficient".into(), place: channel, amplitude: f.ln(), lines, sensor: None })
             }
             6 => {
                 let circuit = choose(random, &machine.circuits).name.clone();
@@ -381,7 +377,7 @@ fn effect(study: &Study, sensors: &[usize], random: &mut Normal) -> Hidden {
                 let g = factor(random, 0.02, 0.4);
                 let lines = vec![
                     ("node.hidden".into(), "{ temperature = \"ambient_temperature\" }".into()),
-                    ("contact.hidden".into(), format!("{{ between = [\"{part}\", \"hidden\"], total_conductance = \"{g:?} W/K\", area = \"0.01 m2\" }}")),
+                    ("contact.hidden".into(), format!("{{ between = [\"{part}\", \"hidden\"], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * g)),
                 ];
                 Some(Hidden { kind: "leak to the surroundings".into(), place: part, amplitude: g, lines, sensor: None })
             }
@@ -398,7 +394,7 @@ fn effect(study: &Study, sensors: &[usize], random: &mut Normal) -> Hidden {
                     kind: "conductive link".into(),
                     place: format!("{} - {}", order[0], order[1]),
                     amplitude: g,
-                    lines: vec![("contact.hidden_link".into(), format!("{{ between = [\"{a}\", \"{b}\"], total_conductance = \"{g:?} W/K\", area = \"0.01 m2\" }}"))],
+                    lines: vec![("contact.hidden_link".into(), format!("{{ between = [\"{a}\", \"{b}\"], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * g))],
                     sensor: None,
                 })
             }
@@ -537,9 +533,4 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         covered,
         d,
     }
-}
-
-/// Readings of a case, K.
-pub fn readings(case: &Case) -> Vec<f64> {
-    whiten::readings(&case.problem.data)
 }

@@ -257,6 +257,7 @@ impl Builder<'_> {
                 upstream: Vec::new(),
                 property: self.property(channel.part, 0),
                 diameter: channel.diameter,
+                film_factor: channel.film_factor,
                 minor_loss: channel.minor_loss,
                 roughness: channel.roughness,
                 film: channel.film.clone(),

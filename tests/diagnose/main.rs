@@ -1,0 +1,89 @@
+//! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
+
+mod twin;
+
+use coldplate::diagnose::{Act, Scales, Verdict, diagnose, hypotheses, signatures};
+use coldplate::identify;
+use coldplate::simulate::Start;
+use twin::{Family, case, score};
+
+/// Seeds of clean twins on the small machine, taken in order, none left out.
+#[test]
+fn silence_on_clean_data() {
+    let mut alarms = Vec::new();
+    for seed in 1..=30 {
+        let case = case(seed, Family::Clean, Some(0));
+        let found = diagnose(&case.problem, &mut |_| {}).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        if found.verdict != Verdict::Consistent {
+            alarms.push((seed, found.misfit));
+        }
+        if let Some(gain) = found.gain {
+            assert!(gain.after <= gain.before * 1.05, "seed {seed}: worse on clean data: {gain:?}");
+        }
+    }
+    // One in a hundred is allowed over many; of thirty, none is expected and one can happen.
+    assert!(alarms.len() <= 1, "false alarms: {alarms:?}");
+}
+
+/// One hidden effect each; those large enough must be found, in the right place, and never named wrongly with confidence.
+#[test]
+fn one_hidden_effect() {
+    let (mut missed, mut misplaced, mut wrong, mut large) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    for seed in 201..=230 {
+        let case = case(seed, Family::One, Some(0));
+        let found = diagnose(&case.problem, &mut |_| {}).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        let score = score(&case, &found);
+        println!("seed {seed} d {:.1}: {:?} -> {:?} {:?}", score.d, case.hidden.iter().map(|h| (&h.kind, &h.place)).collect::<Vec<_>>(), found.verdict, found.level);
+        if score.d >= 5.5 && !score.detected {
+            missed.push(seed);
+        }
+        if score.d >= 12.0 {
+            large += 1;
+            if !score.group {
+                misplaced.push(seed);
+            }
+        }
+        if score.confident && !score.exact {
+            wrong.push(seed);
+        }
+    }
+    println!("{large} large effects; missed {missed:?}, misplaced {misplaced:?}, confident and wrong {wrong:?}");
+    assert!(large >= 10, "the seeds must hold large effects: {large}");
+    assert!(missed.len() <= 1, "missed: {missed:?}");
+    assert!(misplaced.len() <= 1, "in the wrong place: {misplaced:?}");
+    assert!(wrong.len() <= 1, "confident and wrong: {wrong:?}");
+}
+
+/// The signature of every cause, by adjoints, is the slope of what its lines of the machine file do, by solving again.
+#[test]
+fn signatures_are_slopes_of_the_edits() {
+    let case = case(5, Family::Clean, Some(0));
+    let (study, data) = (&case.problem.study, &case.problem.data);
+    let scales = Scales::of(data, &study.model.machine);
+    let all = hypotheses(study, data, &[]);
+    let found = signatures(study, data, Start::Steady, &[], &all, &scales, &[]).unwrap();
+    let base = identify::values(study, data, Start::Steady).unwrap();
+    let mut checked = 0;
+    for (h, column) in all.iter().zip(&found.columns) {
+        let step = 0.02 * h.scale;
+        let Some(sets) = h.sets(study, &scales, &[], step).unwrap() else { continue };
+        if sets.is_empty() {
+            continue;
+        }
+        let moved = identify::values(&study.edited(&sets).unwrap_or_else(|e| panic!("{h:?}: {e}")), data, Start::Steady).unwrap();
+        let slope: Vec<f64> = moved.iter().zip(&base).map(|(a, b)| (a - b) / step).collect();
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let (own, other, both) = (dot(column, column).sqrt(), dot(&slope, &slope).sqrt(), dot(column, &slope));
+        if other * h.scale < 1e-3 {
+            continue; // shows nowhere
+        }
+        let (cosine, ratio) = (both / (own * other), own / other);
+        // What is spread over a part in the screen enters over its surface in the file; gas grows not quite with pressure.
+        let loose = matches!(h.act, Act::Leak(_) | Act::Link(..) | Act::Radiate(..) | Act::Gas);
+        let (alike, size) = if loose { (0.98, 0.35) } else { (0.999, 0.03) };
+        assert!(cosine > alike && (ratio - 1.0).abs() < size, "{} at {} {:?}: cosine {cosine}, ratio {ratio}", h.kind, h.place, h.law);
+        checked += 1;
+    }
+    println!("{checked} of {} causes checked", all.len());
+    assert!(checked > 40, "{checked}");
+}
