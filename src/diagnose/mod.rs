@@ -44,7 +44,9 @@ const SET_95: f64 = 5.991_465;
 /// Half width of a 90 % interval in standard deviations.
 const TWO_SIDED_90: f64 = 1.644_854;
 /// Causes and pairs that are fitted through the full solver.
-const FINALISTS: usize = 8;
+const FINALISTS: usize = 6;
+/// Least probability of a finalist, once there is one.
+const LEAST: f64 = 3e-3;
 
 /// What any model of such a machine leaves open, as standard deviations of common factors, and its own noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -326,7 +328,7 @@ fn refit(
     whitener: &Whitener,
 ) -> Vec<(Vec<usize>, Fitted)> {
     use rayon::prelude::*;
-    let chosen: Vec<Candidate> = posterior.candidates.iter().take(FINALISTS).filter(|c| c.probability > 1e-4 || c.members.len() == 1).cloned().collect();
+    let chosen: Vec<Candidate> = posterior.candidates.iter().take(FINALISTS).enumerate().filter(|(i, c)| *i == 0 || c.probability > LEAST).map(|(_, c)| c.clone()).collect();
     let attempt = |c: &Candidate| -> Option<(Vec<usize>, Fitted)> {
         let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[screened.visible[*j]]).collect();
         let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();

@@ -9,7 +9,7 @@ use crate::measure::{Data, Whitener};
 use crate::sensitivity::Study;
 use crate::simulate::Start;
 
-const MOST_STEPS: usize = 5;
+const MOST_STEPS: usize = 4;
 /// Difference step, as a share of the prior's scale.
 const STEP: f64 = 0.02;
 
@@ -113,35 +113,38 @@ pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], readings: 
     let mut values = values?;
     let mut residual = whiten(&values);
     let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
+    // Slopes where the guess lies serve all steps: what is left to go is short.
     let mut jacobian = DMatrix::zeros(readings.len(), k);
-    let mut covariance = DMatrix::identity(k, k);
+    for j in 0..k {
+        let step = STEP * members[j].scale;
+        let mut moved = here.clone();
+        moved[j] += step;
+        let column: Vec<f64> = at(&moved)?.iter().zip(&values).map(|(a, b)| (a - b) / step).collect();
+        jacobian.set_column(j, &DVector::from_vec(whitener.apply(&column)));
+    }
+    let mut matrix = jacobian.transpose() * &jacobian;
+    members.iter().enumerate().for_each(|(j, h)| matrix[(j, j)] += 1.0 / (h.scale * h.scale));
+    let covariance = matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k));
     for _ in 0..MOST_STEPS {
-        for j in 0..k {
-            let step = STEP * members[j].scale;
-            let mut moved = here.clone();
-            moved[j] += step;
-            let column: Vec<f64> = at(&moved)?.iter().zip(&values).map(|(a, b)| (a - b) / step).collect();
-            jacobian.set_column(j, &DVector::from_vec(whitener.apply(&column)));
-        }
-        let mut matrix = jacobian.transpose() * &jacobian;
         let mut right = jacobian.transpose() * DVector::from_vec(residual.clone());
-        for (j, h) in members.iter().enumerate() {
-            matrix[(j, j)] += 1.0 / (h.scale * h.scale);
-            right[j] -= here[j] / (h.scale * h.scale);
+        members.iter().enumerate().for_each(|(j, h)| right[j] -= here[j] / (h.scale * h.scale));
+        let step = &covariance * right;
+        if (0..k).all(|j| step[j].abs() < 0.05 * covariance[(j, j)].sqrt()) {
+            break;
         }
-        let Some(inverse) = matrix.try_inverse() else { break };
-        let step = &inverse * right;
-        covariance = inverse;
         let before = square(&residual) + prior(&here);
         let mut share = 1.0;
         let mut moved = false;
-        for _ in 0..5 {
+        for _ in 0..3 {
             let to: Vec<f64> = (0..k).map(|j| bounded(here[j] + share * step[j], members[j])).collect();
+            if to == here {
+                break;
+            }
             if let Ok(found) = at(&to) {
                 let left = whiten(&found);
                 if square(&left) + prior(&to) <= before {
-                    moved = (0..k).any(|j| (to[j] - here[j]).abs() > 0.02 * covariance[(j, j)].sqrt());
                     (here, values, residual) = (to, found, left);
+                    moved = true;
                     break;
                 }
             }
