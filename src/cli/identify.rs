@@ -78,9 +78,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         None => Data::of_machine(machine)?,
     };
     drop_sensors(&mut all, &args.without)?;
+    // A table called like the machine file, beside it, has no file of its own to say how uncertain it is.
+    let is_machine = |path: &Path| matches!((path.canonicalize(), args.machine.canonicalize()), (Ok(a), Ok(b)) if a == b);
     let uncertainty = match &args.data {
-        Some(path) => Uncertainty::beside(path, &all, machine)?,
-        None => Uncertainty::usual(&all, machine),
+        Some(path) if !is_machine(&path.with_extension("toml")) => Uncertainty::beside(path, &all, machine)?,
+        _ => Uncertainty::usual(&all, machine),
     };
     if uncertainty.file.is_none() {
         out.note("note: no file says how uncertain the readings are; taking limits of 0.1 K for readings, sensors and water, 0.05 L/min");

@@ -87,8 +87,7 @@ fn own_error(problem: &Problem, sensor: usize) -> f64 {
 fn gain(problem: &Problem, estimate: &Estimate, slopes: &[Vec<f64>], deviation: &[f64], condition: &Condition) -> (Vec<f64>, f64) {
     let (p, n) = (problem.free.len(), slopes.len());
     let errors = problem.uncertainty.at(condition);
-    let common: Vec<Vec<f64>> =
-        errors.iter().enumerate().map(|(v, error)| slopes.iter().map(|row| row[p + v] * error).collect()).collect();
+    let common: Vec<Vec<f64>> = errors.iter().enumerate().map(|(v, error)| slopes.iter().map(|row| row[p + v] * error).collect()).collect();
     let whitener = Whitener::new(deviation, &common);
     let mut jacobian = DMatrix::zeros(n, p);
     for (k, free) in problem.free.iter().enumerate() {

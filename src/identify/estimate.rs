@@ -166,8 +166,7 @@ fn summary(search: &Search<'_>, nominal: &Point, best: Point, whitener: Whitener
     let correlation = DMatrix::from_fn(deviations.len(), deviations.len(), |i, j| {
         if i == j { 1.0 } else { (covariance[(i, j)] / (deviations[i] * deviations[j])).clamp(-1.0, 1.0) }
     });
-    let misfit =
-        (square(&search.residual(&nominal.prediction, &whitener)), square(&search.residual(&best.prediction, &whitener)));
+    let misfit = (square(&search.residual(&nominal.prediction, &whitener)), square(&search.residual(&best.prediction, &whitener)));
     let smooth = (&information * &covariance).trace();
     let freedom = (search.readings.len() as f64 - smooth).round().max(0.0) as usize;
     let interval = |(k, free): (usize, &Free)| {
@@ -265,7 +264,6 @@ pub fn chi_square_tail(value: f64, freedom: usize) -> f64 {
     }
     ChiSquared::new(freedom as f64).map_or(f64::NAN, |d| d.sf(value.max(0.0)))
 }
-
 
 /// Evenly spread numbers in 0..1, the same on every machine (xorshift64*, Vigna 2016).
 struct Uniform(u64);

@@ -72,26 +72,27 @@ impl Free {
             }
         }
         if free.bounds.0.is_nan() || free.bounds.1.is_nan() || free.bounds.0 >= free.bounds.1 {
-            return Err(free.malformed(rest).help("the lower bound comes first"));
+            return Err(free.wrong("the lower bound comes first", rest));
         }
         if free.bounds.0 <= 0.0 {
             free.is_logarithmic = false;
         }
         if is_bounded {
-            for bound in [free.bounds.0, free.bounds.1] {
-                study.document_with(&[(&free.parameter, bound)]).and_then(|d| Machine::from_document(&d)).map_err(|e| {
-                    Error::input(format!("the machine does not allow this bound: {}", e.what()))
-                        .at_key(&free.parameter.name)
-                        .read(rest)
-                        .help("choose bounds between which the machine file stays valid")
-                })?;
+            // Where the range ends at a value that is not part of it, such as no conductance at all, the bound comes close.
+            let (low, high) = (free.valid(study, free.bounds.0), free.valid(study, free.bounds.1));
+            let close = 1e-6 * (free.bounds.1 - free.bounds.0);
+            if (low - free.bounds.0).abs() > close || (high - free.bounds.1).abs() > close {
+                return Err(free
+                    .wrong("the machine does not allow these bounds", rest)
+                    .help("choose bounds between which the machine file stays valid"));
             }
+            free.bounds = (low, high);
         } else {
             free.bounds = (free.valid(study, free.bounds.0), free.valid(study, free.bounds.1));
         }
         if let Some((value, deviation)) = free.prior {
             if deviation.is_nan() || deviation <= 0.0 {
-                return Err(free.malformed(rest).help("a standard deviation is positive"));
+                return Err(free.wrong("a standard deviation is positive", rest));
             }
             if !(free.bounds.0..=free.bounds.1).contains(&value) {
                 let shown = [free.bounds.0, free.bounds.1].map(|v| free.parameter.shown(v));
@@ -106,9 +107,7 @@ impl Free {
 
     /// A bound moved towards the file's value until the machine is valid: an emissivity ends at one, whatever its reach.
     fn valid(&self, study: &Study, bound: f64) -> f64 {
-        let holds = |value: f64| {
-            study.document_with(&[(&self.parameter, value)]).and_then(|d| Machine::from_document(&d)).is_ok()
-        };
+        let holds = |value: f64| study.document_with(&[(&self.parameter, value)]).and_then(|d| Machine::from_document(&d)).is_ok();
         if holds(bound) {
             return bound;
         }
@@ -140,6 +139,10 @@ impl Free {
             return units::parse(text.trim(), units::Dimension::DIFFERENCE).map_err(|e| e.at_key(&p.name));
         }
         self.read(text)
+    }
+
+    fn wrong(&self, what: &str, text: &str) -> Error {
+        Error::input(what).at_key(&self.parameter.name).read(text)
     }
 
     fn malformed(&self, text: &str) -> Error {

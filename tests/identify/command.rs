@@ -13,7 +13,8 @@ const SECOND: &str = "contact.second.conductance";
 fn folder(name: &str) -> (std::path::PathBuf, String, String) {
     let folder = scratch(name);
     let machine = write(&folder, "nodes.toml", SERIES);
-    let data = write(&folder, "data.csv", format!("{HEADER},motor [degC],middle [degC]\nfirst,2,20,1000,22,39,34\nsecond,2,20,1000,25,42,37\n"));
+    let data =
+        write(&folder, "data.csv", format!("{HEADER},motor [degC],middle [degC]\nfirst,2,20,1000,22,39,34\nsecond,2,20,1000,25,42,37\n"));
     (folder, machine, data)
 }
 
@@ -87,8 +88,18 @@ fn results_do_not_depend_on_the_number_of_threads() {
     );
     let run = |threads: &str| {
         let mut found = json(&coldplate(&[
-            "identify", &machine, &data, "--free", "contact.motor.conductance", "--free", "part.motor.surface.emissivity", "--json",
-            "--cells", "300", "--threads", threads,
+            "identify",
+            &machine,
+            &data,
+            "--free",
+            "contact.motor.conductance",
+            "--free",
+            "part.motor.surface.emissivity",
+            "--json",
+            "--cells",
+            "300",
+            "--threads",
+            threads,
         ]));
         found["seconds"] = Value::Null;
         found["machine"] = Value::Null;
@@ -106,8 +117,16 @@ fn a_scan_says_where_it_is_least_and_draws_it() {
     let (folder, machine, data) = folder("scan");
     let chart = folder.join("valley.svg");
     let found = json(&coldplate(&[
-        "identify", &machine, &data, "--scan", "contact.first.total_conductance=1.5 W/K..3.5 W/K/0.25 W/K", "--scan",
-        "contact.second.conductance=100..1000/100", "--chart", chart.to_str().unwrap(), "--json",
+        "identify",
+        &machine,
+        &data,
+        "--scan",
+        "contact.first.total_conductance=1.5 W/K..3.5 W/K/0.25 W/K",
+        "--scan",
+        "contact.second.conductance=100..1000/100",
+        "--chart",
+        chart.to_str().unwrap(),
+        "--json",
     ]));
     let least: Vec<f64> = found["least_misfit"].as_array().unwrap().iter().map(|v| v.as_f64().unwrap()).collect();
     assert!((least[0] - 2.5).abs() < 1e-9 && (least[1] - 600.0).abs() < 1e-9, "{least:?}");
@@ -126,7 +145,7 @@ fn options_that_make_no_sense_are_refused() {
         (vec!["--free", "motor_speed"], &["is a condition", "DATA.toml"]),
         (vec!["--free", "node.motor.capacity=2 J/K..1 J/K"], &["lower bound comes first"]),
         (vec!["--free", "node.motor.capacity=1..2"], &["node.motor.capacity", "unit"]),
-        (vec!["--free", "node.motor.capacity=-5 J/K..2 J/K"], &["does not allow this bound", "capacity"]),
+        (vec!["--free", "node.motor.capacity=-5 J/K..2 J/K"], &["does not allow these bounds", "capacity"]),
         (vec!["--free", "node.motor.capacity=1000 J/K +- 0 J/K"], &["standard deviation is positive"]),
         (vec!["--free", "node.motor.capacity=1 J/K..2 J/K, 5 J/K +- 1 J/K"], &["outside the bounds"]),
         (vec!["--free", "node.motor.capacity=about 5"], &["neither bounds nor prior", "write"]),

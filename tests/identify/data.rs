@@ -57,17 +57,19 @@ fn bad_tables_name_line_column_and_remedy() {
         (format!("{};motor [degC]\n2;20;1000;22;40\n", C.replace(',', ";")), vec!["readings.csv:1", "semicolons", "commas"]),
         (format!("test,{C},motor [degC]\n,2,20,1000,22,40\n"), vec!["readings.csv:2", "test"]),
         // Logs.
-        (format!("time [s],{C},motor [degC]\n0,2,20,1000,22,22\n60,2,20,1000,22,23\n60,2,20,1000,22,24\n"), vec![
-            "readings.csv:4", "time", "stand at 60 s", "line 3",
-        ]),
+        (
+            format!("time [s],{C},motor [degC]\n0,2,20,1000,22,22\n60,2,20,1000,22,23\n60,2,20,1000,22,24\n"),
+            vec!["readings.csv:4", "time", "stand at 60 s", "line 3"],
+        ),
         (format!("time [s],{C},motor [degC]\n60,2,20,1000,22,22\n0,2,20,1000,22,23\n"), vec!["readings.csv:3", "time", "not in order"]),
         (format!("time [s],{C},motor [degC]\n,2,20,1000,22,22\n0,2,20,1000,22,23\n"), vec!["readings.csv:2", "no time"]),
         (format!("time [s],{C},motor [degC]\n0,2,20,1000,22,22\n"), vec!["readings.csv:2", "one row only", "steady"]),
         (format!("time,{C},motor [degC]\n0,2,20,1000,22,22\n"), vec![f, "time"]),
         (format!("time [K],{C},motor [degC]\n0,2,20,1000,22,22\n1,2,20,1000,22,22\n"), vec![f, "time"]),
-        (format!("test,time [min],{C},motor [degC]\na,0,2,20,1000,22,22\na,9,2,20,1000,22,22\nb,0,2,20,1000,22,22\n"), vec![
-            "readings.csv:4", "'b'", "one row only",
-        ]),
+        (
+            format!("test,time [min],{C},motor [degC]\na,0,2,20,1000,22,22\na,9,2,20,1000,22,22\nb,0,2,20,1000,22,22\n"),
+            vec!["readings.csv:4", "'b'", "one row only"],
+        ),
     ];
     for (csv, needles) in &cases {
         refused(&folder, csv.as_bytes(), None, needles);
@@ -132,6 +134,12 @@ fn gaps_and_spreadsheets_are_understood() {
     for note in ["'middle' has a column but no reading", "1 row without a reading", "no file says how uncertain"] {
         assert!(notes.contains(note), "{note}: {notes}");
     }
+    // A table called like the machine beside it: the machine file is not taken for its uncertainties.
+    let machine = write(&folder, "same.toml", SERIES);
+    let data = write(&folder, "same.csv", &plain);
+    let found = json(&coldplate(&[&["identify", &machine, &data, "--json"][..], &FREE].concat()));
+    let same = found["parameters"]["contact.second.conductance"]["value"].as_f64().unwrap();
+    assert!((same / expected - 1.0).abs() < 1e-9, "{same}");
     // Limits of 0.1 K are standard deviations of 0.1 / sqrt 3: intervals that much narrower.
     let width = |kind: &str| {
         let toml = format!("kind = \"{kind}\"\nnoise = \"0.1 K\"\nbias = \"0.2 K\"\n[condition]\nambient_temperature = \"0.3 K\"\n");

@@ -36,13 +36,13 @@ part = "block"
 part = "foot"
 "#;
 const PLANTED: [(&str, f64); 2] = [("part.block.surface.emissivity", 0.8), ("contact.foot.conductance", 30.0)];
-const SEEDS: usize = 24;
+const SEEDS: usize = 16;
 
-/// Rows every ten minutes: two hours at 2000 rpm, then standing. The row at which the speed falls has no readings.
+/// Rows every twenty minutes: two hours at 2000 rpm, then standing. The row at which the speed falls has no readings.
 fn plan(file: &Study) -> Vec<(f64, coldplate::machine::Condition)> {
     let at = |speed: f64| condition(file, [2.0, 20.0, speed, 22.0]);
-    let running = (0..=12).map(|i| (600.0 * f64::from(i), at(2000.0)));
-    let standing = (13..=30).map(|i| (600.0 * f64::from(i), at(0.0)));
+    let running = (0..=6).map(|i| (1200.0 * f64::from(i), at(2000.0)));
+    let standing = (7..=15).map(|i| (1200.0 * f64::from(i), at(0.0)));
     running.chain([(7201.0, at(0.0))]).chain(standing).collect()
 }
 
