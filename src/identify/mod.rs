@@ -111,9 +111,9 @@ impl Free {
         if holds(bound) {
             return bound;
         }
-        // Most ranges end at a round number.
-        if let Some(round) = [0.0, 1.0].into_iter().find(|r| (r - bound) * (r - self.parameter.value) < 0.0 && holds(*r)) {
-            return round;
+        // Shares and emissivities end at one.
+        if self.parameter.value < 1.0 && bound > 1.0 && holds(1.0) {
+            return 1.0;
         }
         let (mut inside, mut outside) = (self.parameter.value, bound);
         for _ in 0..50 {

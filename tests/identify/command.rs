@@ -137,7 +137,6 @@ fn a_scan_says_where_it_is_least_and_draws_it() {
 #[test]
 fn options_that_make_no_sense_are_refused() {
     let (folder, machine, data) = folder("options");
-    let elsewhere = folder.join("no/such/folder/m.toml");
     for (args, needles) in [
         (vec![], &["--free", "contact.first.total_conductance"][..]),
         (vec!["--free", "contact.secnd.conductance"], &["did you mean", "contact.second.conductance"]),
@@ -157,7 +156,6 @@ fn options_that_make_no_sense_are_refused() {
         (vec!["--scan", "contact.second.conductance=100..1000/100"], &["two parameters"]),
         (vec!["--scan", "contact.second.conductance=9", "--scan", "a=1..2/1"], &["no axis of a scan"]),
         (vec!["--scan", "contact.second.conductance=100..1000/0", "--scan", "contact.second.area=1..2/1"], &["no axis of a scan"]),
-        (vec!["--free", SECOND, "--out", elsewhere.to_str().unwrap()], &["m.toml"]),
     ] {
         let output = coldplate(&[&["identify", &machine, &data][..], &args].concat());
         let text = message(&output);
