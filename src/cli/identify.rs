@@ -13,9 +13,10 @@ use super::text::{significant, table};
 use crate::chart::draw_as;
 use crate::chart::style::Quantity;
 use crate::chart::valley::{Trace, ValleyFigure};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, did_you_mean};
 use crate::files;
 use crate::identify::{self, Advice, Estimate, Free, Options, Problem, Profile, Scan};
+use crate::machine::Machine;
 use crate::measure::{Data, Uncertainty, whiten};
 use crate::sensitivity::{Parameter, Study};
 use crate::simulate::Start;
@@ -77,9 +78,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         None => Data::of_machine(machine)?,
     };
     drop_sensors(&mut all, &args.without)?;
+    // A table called like the machine file, beside it, has no file of its own to say how uncertain it is.
+    let is_machine = |path: &Path| matches!((path.canonicalize(), args.machine.canonicalize()), (Ok(a), Ok(b)) if a == b);
     let uncertainty = match &args.data {
-        Some(path) => Uncertainty::beside(path, &all, machine)?,
-        None => Uncertainty::usual(&all, machine),
+        Some(path) if !is_machine(&path.with_extension("toml")) => Uncertainty::beside(path, &all, machine)?,
+        _ => Uncertainty::usual(&all, machine),
     };
     if uncertainty.file.is_none() {
         out.note("note: no file says how uncertain the readings are; taking limits of 0.1 K for readings, sensors and water, 0.05 L/min");
@@ -104,6 +107,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         )));
     }
     let free = args.free.iter().map(|text| Free::parse(text, &study)).collect::<Result<Vec<_>>>()?;
+    let path = goal(args, machine)?;
     let problem = Problem { study, data, uncertainty, free, start };
     if !args.scan.is_empty() {
         return scan(args, &problem, out);
@@ -124,16 +128,6 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         None => None,
     };
-    let path = match &args.out {
-        Some(path) if path.exists() => {
-            return Err(Error::input("this file is there already")
-                .in_file(path)
-                .at_key("--out")
-                .help("give another name: nothing is written over"));
-        }
-        Some(path) => path.clone(),
-        None => unused(&args.machine),
-    };
     let text = identify::write_machine(&problem, &estimate, &problem.data.tests())?;
     files::write(&path, text.as_bytes())?;
     let found = Found {
@@ -152,9 +146,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
     for name in names {
         let Some(k) = data.names.iter().position(|n| n == name) else {
-            return Err(Error::input(format!("no column is of a sensor '{name}'"))
-                .at_key("--without")
-                .help(format!("sensors here: {}", data.names.join(", "))));
+            let error = Error::input(format!("no column is of a sensor '{name}'")).at_key("--without");
+            return Err(match did_you_mean(name, data.names.iter().map(String::as_str)) {
+                Some(near) => error.help(format!("did you mean '{near}'?")),
+                None => error.help(format!("sensors here: {}", data.names.join(", "))),
+            });
         };
         data.names.remove(k);
         data.sensors.remove(k);
@@ -162,8 +158,30 @@ fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
             row.readings.remove(k);
         });
     }
-    data.rows.retain(|row| row.readings.iter().any(Option::is_some));
-    if data.rows.is_empty() { Err(Error::input("no reading is left").at_key("--without")) } else { Ok(()) }
+    // Rows of a log also say what the conditions were.
+    if !data.is_transient() {
+        data.rows.retain(|row| row.readings.iter().any(Option::is_some));
+    }
+    if data.count() == 0 { Err(Error::input("no reading is left").at_key("--without")) } else { Ok(()) }
+}
+
+/// Where the identified machine goes: said before the search, not after it.
+fn goal(args: &Args, machine: &Machine) -> Result<PathBuf> {
+    let Some(path) = &args.out else { return Ok(unused(&args.machine)) };
+    if path.exists() {
+        return Err(Error::input("this file is there already")
+            .in_file(path)
+            .at_key("--out")
+            .help("give another name: nothing is written over"));
+    }
+    let folder = |p: &Path| p.parent().map(|f| if f.as_os_str().is_empty() { Path::new(".") } else { f }.canonicalize().ok());
+    if machine.parts.iter().any(|p| p.import.is_some()) && folder(path) != folder(&args.machine) {
+        return Err(Error::input("this machine imports meshes that lie beside its file")
+            .in_file(path)
+            .at_key("--out")
+            .help("write the identified machine into the same folder"));
+    }
+    Ok(path.clone())
 }
 
 /// A name beside the machine file that no file has.
@@ -221,10 +239,11 @@ impl Found<'_> {
             })
             .collect();
         text += &table(&["parameter", "before", "found", "unit", "95 % interval", "profile", ""], &rows);
-        text += &format!(
-            "\n  misfit {:.1} before, {:.1} after, {} degrees of freedom; a misfit this large or larger has probability {:.3}\n",
-            estimate.misfit.0, estimate.misfit.1, estimate.freedom, estimate.probability
-        );
+        text += &format!("\n  misfit {:.1} before, {:.1} after", estimate.misfit.0, estimate.misfit.1);
+        text += &match estimate.freedom {
+            0 => "; as many readings as parameters: nothing is left to judge the fit by\n".to_string(),
+            n => format!(", {n} degrees of freedom; a misfit this large or larger has probability {:.3}\n", estimate.probability),
+        };
         if problem.free.len() > 1 {
             text += "\n  correlation\n";
             for i in 0..problem.free.len() {
@@ -234,7 +253,7 @@ impl Found<'_> {
         }
         for open in &estimate.undetermined {
             let reach = if open.deviation.is_finite() {
-                format!("standard deviation {}", significant(open.deviation, 2))
+                format!("standard deviation {} %", significant(100.0 * open.deviation, 2))
             } else {
                 "no limit at all".into()
             };

@@ -1,21 +1,22 @@
-//! The search itself, and what the curvature at its end says.
+//! What the data say: the best values, and what the curvature there says of how well they are known.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::{Prediction, Problem};
+use super::search::{Point, Search, prior, square};
+use super::{Free, Problem};
 use crate::error::{Error, Result};
-use crate::measure::{Whitener, whiten};
+use crate::measure::Whitener;
 use crate::sensitivity::Kind;
 
-/// The search ends when no coordinate moves by more than this share of its standard deviation.
-const STEP_TOLERANCE: f64 = 1e-3;
-const MOST_STEPS: usize = 40;
+/// The covariance is renewed until the estimate rests within this share of its standard deviation.
+const RENEWED: f64 = 1e-2;
+const MOST_RENEWALS: usize = 5;
 /// Half width of a 95 % interval in standard deviations.
 pub(super) const TWO_SIDED_95: f64 = 1.959_964;
-/// A direction whose standard deviation is larger than this (in logarithms: 65 %) counts as open.
+/// A direction whose standard deviation is larger than this share of the value counts as open.
 const OPEN: f64 = 0.5;
-/// The same for parameters that are no logarithms, in units of their step size: 1.
-const OPEN_LINEAR: f64 = 5.0;
+/// What a temperature's standard deviation is compared with, K: 5 K count as open.
+const OPEN_KELVIN: f64 = 10.0;
 
 /// How to search.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,9 +36,10 @@ impl Default for Options {
 /// A direction in which the data say next to nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Undetermined {
-    /// Weight of each free parameter's coordinate, of unit length.
+    /// Share of each free parameter, of unit length. One counts as much of a logarithm, as much of a linear parameter's
+    /// value, or as much of 10 K of a temperature.
     pub weights: Vec<f64>,
-    /// Standard deviation along it; infinite where nothing depends on it.
+    /// Standard deviation along it in the same measure; infinite where nothing depends on it.
     pub deviation: f64,
     /// The direction in words.
     pub text: String,
@@ -58,7 +60,7 @@ pub struct Estimate {
     pub correlation: DMatrix<f64>,
     /// Which ended at a bound.
     pub at_bound: Vec<bool>,
-    /// Whitened misfit of the data before and after.
+    /// Whitened misfit of the data before and after, both under the covariance found.
     pub misfit: (f64, f64),
     /// Readings less effective parameters.
     pub freedom: usize,
@@ -68,69 +70,93 @@ pub struct Estimate {
     pub undetermined: Vec<Undetermined>,
     /// Predictions of the data at the machine file's values and at those found, K.
     pub predictions: (Vec<f64>, Vec<f64>),
-    /// Misfit each start ended with.
+    /// Misfit (priors included) each start ended with, under the covariance at the machine file's values.
     pub ends: Vec<f64>,
+    /// The covariance found, as what makes residuals independent.
+    pub whitener: Whitener,
     /// Predictions computed.
     pub evaluations: usize,
 }
 
-/// A point of the search.
-struct Point {
-    coordinates: Vec<f64>,
-    prediction: Prediction,
-    whitener: Whitener,
-    cost: f64,
-}
-
 /// Finds the free parameters.
 ///
+/// Every start descends under the covariance at the machine file's values; from the best end the covariance is renewed
+/// until the estimate rests.
+///
 /// # Errors
-/// Nothing to find or no data; the machine cannot be solved where the search begins.
+/// Nothing to find, the same twice, or no data; the machine cannot be solved where the search begins.
 pub fn identify(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Estimate> {
+    check(problem)?;
+    let mut search = Search::new(problem);
+    let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
+    let (nominal, mut whitener) = search.whole(start.clone())?;
+    let mut noise = Uniform(options.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+    let mut ends: Vec<Point> = Vec::new();
+    for s in 0..options.starts.max(1) {
+        progress(&format!("start {} of {}", s + 1, options.starts.max(1)));
+        let from = if s == 0 { nominal.clone() } else { around(&mut search, &start, &whitener, &mut noise).unwrap_or(nominal.clone()) };
+        ends.push(search.descend(from, &whitener));
+    }
+    let costs: Vec<f64> = ends.iter().map(|end| end.cost).collect();
+    let Some(mut best) = ends.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
+        return Err(Error::numerics("no start led anywhere"));
+    };
+    for _ in 0..MOST_RENEWALS {
+        (best, whitener) = search.whole(best.coordinates)?;
+        if search.rests(&best, &whitener, RENEWED) {
+            break;
+        }
+        best = search.descend(best, &whitener);
+    }
+    if best.prediction.conditions.iter().any(Vec::is_empty) {
+        (best, whitener) = search.whole(best.coordinates)?;
+    }
+    Ok(summary(&search, &nominal, best, whitener, costs))
+}
+
+fn check(problem: &Problem) -> Result<()> {
     if problem.free.is_empty() {
         return Err(Error::input("no parameter is free")
             .at_key("--free")
             .help("name at least one, for example --free contact.motor.conductance"));
     }
-    let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
-    let values = |c: &[f64]| -> Vec<f64> { problem.free.iter().zip(c).map(|(f, c)| f.value(*c)).collect() };
-    let nominal = problem.predict(&values(&start))?;
-    let readings = whiten::readings(&problem.data);
-    let whitener = Whitener::of(&problem.data, &problem.uncertainty, &nominal.conditions);
-    let before = square(&whitener.apply(&difference(&readings, &nominal.values)));
-    let mut evaluations = 1;
-    let mut ends: Vec<(f64, Point)> = Vec::new();
-    let mut noise = Uniform(options.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
-    let mut failure = None;
-    for s in 0..options.starts.max(1) {
-        let from: Vec<f64> = if s == 0 {
-            start.clone()
-        } else {
-            // Within a factor of three, or within the bounds if these are closer.
-            let around = |(f, c): (&super::Free, &f64)| {
-                let (low, high) = (f.coordinate(f.bounds.0), f.coordinate(f.bounds.1));
-                let reach = if f.is_logarithmic { 3f64.ln() } else { 0.1 * (high - low) };
-                (c + reach * (2.0 * noise.next() - 1.0)).clamp(low, high)
-            };
-            problem.free.iter().zip(&start).map(around).collect()
-        };
-        progress(&format!("start {} of {}", s + 1, options.starts.max(1)));
-        match search(problem, from, &readings, &mut evaluations) {
-            Ok(end) => ends.push((end.cost, end)),
-            Err(e) => failure = Some(e),
+    let names: Vec<&str> = problem.free.iter().map(|f| f.parameter.name.as_str()).collect();
+    if let Some(k) = (1..names.len()).find(|k| names[..*k].contains(&names[*k])) {
+        return Err(Error::input("this parameter is named twice").at_key(names[k]).help("name it once"));
+    }
+    if problem.data.count() == 0 {
+        return Err(Error::input("there is no reading"));
+    }
+    Ok(())
+}
+
+/// Another point to start from: within a factor of three, or within the bounds if these are closer. Where the machine cannot be
+/// solved, half-way back.
+fn around(search: &mut Search<'_>, start: &[f64], whitener: &Whitener, noise: &mut Uniform) -> Option<Point> {
+    let one = |(f, c): (&Free, &f64)| {
+        let (low, high) = f.coordinate_bounds();
+        let reach = if f.is_logarithmic { 3f64.ln() } else { 0.1 * (high - low) };
+        (c + reach * (2.0 * noise.next() - 1.0)).clamp(low, high)
+    };
+    let mut to: Vec<f64> = search.problem.free.iter().zip(start).map(one).collect();
+    for _ in 0..4 {
+        match search.point(to.clone(), whitener) {
+            Ok(point) => return Some(point),
+            Err(_) => to.iter_mut().zip(start).for_each(|(c, s)| *c = 0.5 * (*c + s)),
         }
     }
-    let costs: Vec<f64> = ends.iter().map(|(cost, _)| *cost).collect();
-    let Some((_, best)) = ends.into_iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
-        return Err(failure.unwrap_or_else(|| Error::numerics("no start led anywhere")));
-    };
-    let jacobian = whitened_jacobian(problem, &best);
+    None
+}
+
+fn summary(search: &Search<'_>, nominal: &Point, best: Point, whitener: Whitener, ends: Vec<f64>) -> Estimate {
+    let problem = search.problem;
+    let jacobian = search.jacobian(&best, &whitener);
     let information = jacobian.transpose() * &jacobian;
-    let undetermined = open_directions(problem, &information);
+    let values = search.values(&best.coordinates);
+    let undetermined = open_directions(problem, &values, &information);
     let mut whole = information.clone();
     for (k, free) in problem.free.iter().enumerate() {
-        if let Some((value, deviation)) = free.prior {
-            let spread = if free.is_logarithmic { deviation / value } else { deviation };
+        if let Some((_, spread)) = prior(free) {
             whole[(k, k)] += 1.0 / (spread * spread);
         }
     }
@@ -140,181 +166,64 @@ pub fn identify(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&
     let correlation = DMatrix::from_fn(deviations.len(), deviations.len(), |i, j| {
         if i == j { 1.0 } else { (covariance[(i, j)] / (deviations[i] * deviations[j])).clamp(-1.0, 1.0) }
     });
-    let residual = best.whitener.apply(&difference(&readings, &best.prediction.values));
-    let after = square(&residual);
+    let misfit = (square(&search.residual(&nominal.prediction, &whitener)), square(&search.residual(&best.prediction, &whitener)));
     let smooth = (&information * &covariance).trace();
-    let freedom = (readings.len() as f64 - smooth).round().max(0.0) as usize;
-    let interval = |k: usize| {
-        let free = &problem.free[k];
+    let freedom = (search.readings.len() as f64 - smooth).round().max(0.0) as usize;
+    let interval = |(k, free): (usize, &Free)| {
         let reach = TWO_SIDED_95 * deviations[k];
         let at = |c: f64| free.value(c).clamp(free.bounds.0, free.bounds.1);
         (at(best.coordinates[k] - reach), at(best.coordinates[k] + reach))
     };
     let at_bound = problem.free.iter().zip(&best.coordinates).map(|(f, c)| {
-        let (low, high) = (f.coordinate(f.bounds.0), f.coordinate(f.bounds.1));
+        let (low, high) = f.coordinate_bounds();
         (c - low).abs() < 1e-6 * (high - low) || (high - c).abs() < 1e-6 * (high - low)
     });
-    Ok(Estimate {
-        values: values(&best.coordinates),
-        intervals: (0..problem.free.len()).map(interval).collect(),
+    Estimate {
+        values,
+        intervals: problem.free.iter().enumerate().map(interval).collect(),
         at_bound: at_bound.collect(),
         deviations,
         covariance,
         correlation,
-        misfit: (before, after),
+        misfit,
         freedom,
-        probability: chi_square_tail(after, freedom),
+        probability: chi_square_tail(misfit.1, freedom),
         undetermined,
-        predictions: (nominal.values, best.prediction.values),
-        ends: costs,
-        evaluations,
-    })
-}
-
-/// Levenberg and Marquardt's method from one point.
-fn search(problem: &Problem, from: Vec<f64>, readings: &[f64], evaluations: &mut usize) -> Result<Point> {
-    let mut here = evaluate(problem, from, readings, None, evaluations)?;
-    let mut damping = 1e-3;
-    for _ in 0..MOST_STEPS {
-        let jacobian = whitened_jacobian(problem, &here);
-        let residual = DVector::from_vec(here.whitener.apply(&difference(readings, &here.prediction.values)));
-        let (mut matrix, mut right) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
-        for (k, free) in problem.free.iter().enumerate() {
-            if let Some((at, spread)) = prior(free) {
-                matrix[(k, k)] += 1.0 / (spread * spread);
-                right[k] += (at - here.coordinates[k]) / (spread * spread);
-            }
-        }
-        // What stands at a bound and wants out stays.
-        let stuck = |k: usize, g: f64| {
-            let free = &problem.free[k];
-            let (low, high) = (free.coordinate(free.bounds.0), free.coordinate(free.bounds.1));
-            (here.coordinates[k] <= low && g < 0.0) || (here.coordinates[k] >= high && g > 0.0)
-        };
-        let stuck: Vec<bool> = (0..problem.free.len()).map(|k| stuck(k, right[k])).collect();
-        let largest = matrix.diagonal().max().max(1e-300);
-        let mut improved = false;
-        for _ in 0..8 {
-            let mut damped = matrix.clone();
-            let mut aim = right.clone();
-            for k in 0..problem.free.len() {
-                damped[(k, k)] += damping * matrix[(k, k)].max(1e-9 * largest);
-                if stuck[k] {
-                    damped.row_mut(k).fill(0.0);
-                    damped.column_mut(k).fill(0.0);
-                    damped[(k, k)] = 1.0;
-                    aim[k] = 0.0;
-                }
-            }
-            let Some(factor) = damped.cholesky() else {
-                damping *= 10.0;
-                continue;
-            };
-            let step = factor.solve(&aim);
-            let to: Vec<f64> = problem
-                .free
-                .iter()
-                .enumerate()
-                .map(|(k, f)| {
-                    let reach = if f.is_logarithmic { 1.5 } else { f64::INFINITY };
-                    (here.coordinates[k] + step[k].clamp(-reach, reach)).clamp(f.coordinate(f.bounds.0), f.coordinate(f.bounds.1))
-                })
-                .collect();
-            let small = (0..to.len()).all(|k| {
-                (to[k] - here.coordinates[k]).abs() <= STEP_TOLERANCE / matrix[(k, k)].max(1e-300).sqrt().min(1e12)
-                    || to[k] == here.coordinates[k]
-            });
-            // A machine that cannot be solved there is no place to go.
-            let Ok(there) = evaluate(problem, to, readings, Some(&here.whitener), evaluations) else {
-                damping = (damping * 10.0).max(1e-2);
-                continue;
-            };
-            if there.cost <= here.cost {
-                let gain = here.cost - there.cost;
-                here = there;
-                damping = (damping * 0.2).max(1e-9);
-                improved = true;
-                if small || gain <= 1e-9 * here.cost.max(1e-12) {
-                    return settle(problem, here, readings);
-                }
-                break;
-            }
-            if small {
-                return settle(problem, here, readings);
-            }
-            damping = (damping * 8.0).max(1e-4);
-        }
-        if !improved {
-            break;
-        }
+        predictions: (nominal.prediction.values.clone(), best.prediction.values),
+        ends,
+        whitener,
+        evaluations: search.evaluations,
     }
-    settle(problem, here, readings)
-}
-
-/// The end of a search with the covariance as it is there.
-fn settle(problem: &Problem, mut end: Point, readings: &[f64]) -> Result<Point> {
-    end.whitener = Whitener::of(&problem.data, &problem.uncertainty, &end.prediction.conditions);
-    end.cost = cost(problem, &end.coordinates, &end.prediction, &end.whitener, readings);
-    Ok(end)
-}
-
-fn evaluate(
-    problem: &Problem,
-    coordinates: Vec<f64>,
-    readings: &[f64],
-    whitener: Option<&Whitener>,
-    evaluations: &mut usize,
-) -> Result<Point> {
-    let values: Vec<f64> = problem.free.iter().zip(&coordinates).map(|(f, c)| f.value(*c)).collect();
-    let prediction = problem.predict(&values)?;
-    *evaluations += 1;
-    let whitener = match whitener {
-        Some(known) => known.clone(),
-        None => Whitener::of(&problem.data, &problem.uncertainty, &prediction.conditions),
-    };
-    let cost = cost(problem, &coordinates, &prediction, &whitener, readings);
-    Ok(Point { coordinates, prediction, whitener, cost })
-}
-
-fn cost(problem: &Problem, coordinates: &[f64], prediction: &Prediction, whitener: &Whitener, readings: &[f64]) -> f64 {
-    let priors: f64 =
-        problem.free.iter().zip(coordinates).filter_map(|(f, c)| prior(f).map(|(at, spread)| ((c - at) / spread).powi(2))).sum();
-    square(&whitener.apply(&difference(readings, &prediction.values))) + priors
-}
-
-/// Prior of the coordinate: centre and standard deviation.
-fn prior(free: &super::Free) -> Option<(f64, f64)> {
-    free.prior.map(|(value, deviation)| if free.is_logarithmic { (value.ln(), deviation / value) } else { (value, deviation) })
-}
-
-/// Whitened derivatives with respect to the coordinates.
-fn whitened_jacobian(problem: &Problem, at: &Point) -> DMatrix<f64> {
-    let n = at.prediction.values.len();
-    let mut jacobian = DMatrix::zeros(n, problem.free.len());
-    for (k, free) in problem.free.iter().enumerate() {
-        let scale = if free.is_logarithmic { free.value(at.coordinates[k]) } else { 1.0 };
-        let column: Vec<f64> = at.prediction.slopes.iter().map(|row| row[k] * scale).collect();
-        jacobian.set_column(k, &DVector::from_vec(at.whitener.apply(&column)));
-    }
-    jacobian
 }
 
 /// Directions along which the data alone leave a standard deviation that is no knowledge.
-fn open_directions(problem: &Problem, information: &DMatrix<f64>) -> Vec<Undetermined> {
-    let scale: Vec<f64> = problem.free.iter().map(|f| if f.is_logarithmic { OPEN } else { OPEN_LINEAR }).collect();
+fn open_directions(problem: &Problem, values: &[f64], information: &DMatrix<f64>) -> Vec<Undetermined> {
+    let typical = |(free, value): (&Free, &f64)| {
+        let p = &free.parameter;
+        let size = value.abs().max(p.value.abs());
+        if free.is_logarithmic {
+            1.0
+        } else if p.dimension.is_absolute() || p.kind == Kind::Offset {
+            OPEN_KELVIN
+        } else if size > 0.0 {
+            size
+        } else {
+            0.1 * (free.bounds.1 - free.bounds.0)
+        }
+    };
+    let scale: Vec<f64> = problem.free.iter().zip(values).map(typical).collect();
     let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| information[(i, j)] * scale[i] * scale[j]);
     let eigen = SymmetricEigen::new(scaled);
     let largest = eigen.eigenvalues.max().max(1e-300);
     let mut found: Vec<Undetermined> = Vec::new();
     for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
-        if *value >= 1.0 {
+        if *value >= 1.0 / (OPEN * OPEN) {
             continue;
         }
+        // Derivatives hold about nine digits, squared here.
         let deviation = if *value > 1e-14 * largest { 1.0 / value.sqrt() } else { f64::INFINITY };
-        let mut weights: Vec<f64> = vector.iter().zip(&scale).map(|(w, s)| w * s).collect();
-        let length = square(&weights).sqrt();
-        let strongest = weights.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(1.0);
-        weights.iter_mut().for_each(|w| *w /= length * strongest.signum());
+        let strongest = vector.iter().copied().fold(0.0f64, |m, w| if w.abs() > m.abs() * (1.0 + 1e-9) { w } else { m });
+        let weights: Vec<f64> = vector.iter().map(|w| w * strongest.signum()).collect();
         found.push(Undetermined { deviation, text: in_words(problem, &weights), weights });
     }
     found.sort_by(|a, b| b.deviation.total_cmp(&a.deviation));
@@ -354,19 +263,6 @@ pub fn chi_square_tail(value: f64, freedom: usize) -> f64 {
         return 1.0;
     }
     ChiSquared::new(freedom as f64).map_or(f64::NAN, |d| d.sf(value.max(0.0)))
-}
-
-/// Whether a factor, for words.
-pub(super) fn is_factor(free: &super::Free) -> bool {
-    free.parameter.kind == Kind::Factor
-}
-
-pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| a - b).collect()
-}
-
-pub(super) fn square(v: &[f64]) -> f64 {
-    v.iter().map(|x| x * x).sum()
 }
 
 /// Evenly spread numbers in 0..1, the same on every machine (xorshift64*, Vigna 2016).

@@ -11,9 +11,11 @@ mod estimate;
 mod predict;
 mod profile;
 mod scan;
+mod search;
 mod write;
 
 use crate::error::{Error, Result};
+use crate::machine::Machine;
 use crate::measure::{Data, Uncertainty};
 use crate::sensitivity::{Kind, Parameter, Study};
 use crate::simulate::Start;
@@ -54,12 +56,14 @@ impl Free {
         }
         let is_logarithmic = parameter.value > 0.0 && !parameter.dimension.is_absolute() && parameter.kind != Kind::Offset;
         let v = parameter.value;
-        let bounds =
-            if is_logarithmic { (1e-3 * v, 1e3 * v) } else { (v - 100.0_f64.max(10.0 * v.abs()), v + 100.0_f64.max(10.0 * v.abs())) };
+        let reach = if parameter.dimension.is_absolute() || parameter.kind == Kind::Offset { 100.0 } else { (10.0 * v.abs()).max(100.0) };
+        let bounds = if is_logarithmic { (1e-3 * v, 1e3 * v) } else { (v - reach, v + reach) };
         let mut free = Self { parameter, bounds, prior: None, is_logarithmic };
+        let mut is_bounded = false;
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
             if let Some((low, high)) = part.split_once("..") {
                 free.bounds = (free.read(low)?, free.read(high)?);
+                is_bounded = true;
             } else if let Some((value, deviation)) = part.split_once("+-").or(part.split_once('±')) {
                 let (value, deviation) = (free.read(value)?, free.read_difference(deviation)?);
                 free.prior = Some((value, deviation));
@@ -68,17 +72,55 @@ impl Free {
             }
         }
         if free.bounds.0.is_nan() || free.bounds.1.is_nan() || free.bounds.0 >= free.bounds.1 {
-            return Err(free.malformed(rest).help("the lower bound comes first"));
+            return Err(free.wrong("the lower bound comes first", rest));
         }
         if free.bounds.0 <= 0.0 {
             free.is_logarithmic = false;
         }
-        if let Some((_, deviation)) = free.prior
-            && !(deviation > 0.0)
-        {
-            return Err(free.malformed(rest).help("a standard deviation is positive"));
+        if is_bounded {
+            // Where the range ends at a value that is not part of it, such as no conductance at all, the bound comes close.
+            let (low, high) = (free.valid(study, free.bounds.0), free.valid(study, free.bounds.1));
+            let close = 1e-6 * (free.bounds.1 - free.bounds.0);
+            if (low - free.bounds.0).abs() > close || (high - free.bounds.1).abs() > close {
+                return Err(free
+                    .wrong("the machine does not allow these bounds", rest)
+                    .help("choose bounds between which the machine file stays valid"));
+            }
+            free.bounds = (low, high);
+        } else {
+            free.bounds = (free.valid(study, free.bounds.0), free.valid(study, free.bounds.1));
+        }
+        if let Some((value, deviation)) = free.prior {
+            if deviation.is_nan() || deviation <= 0.0 {
+                return Err(free.wrong("a standard deviation is positive", rest));
+            }
+            if !(free.bounds.0..=free.bounds.1).contains(&value) {
+                let shown = [free.bounds.0, free.bounds.1].map(|v| free.parameter.shown(v));
+                return Err(Error::input("what is known beforehand lies outside the bounds")
+                    .at_key(&free.parameter.name)
+                    .read(rest)
+                    .help(format!("the bounds are {} to {} {}", shown[0], shown[1], free.parameter.unit)));
+            }
         }
         Ok(free)
+    }
+
+    /// A bound moved towards the file's value until the machine is valid: an emissivity ends at one, whatever its reach.
+    fn valid(&self, study: &Study, bound: f64) -> f64 {
+        let holds = |value: f64| study.document_with(&[(&self.parameter, value)]).and_then(|d| Machine::from_document(&d)).is_ok();
+        if holds(bound) {
+            return bound;
+        }
+        // Shares and emissivities end at one.
+        if self.parameter.value < 1.0 && bound > 1.0 && holds(1.0) {
+            return 1.0;
+        }
+        let (mut inside, mut outside) = (self.parameter.value, bound);
+        for _ in 0..50 {
+            let middle = self.value(0.5 * (self.coordinate(inside) + self.coordinate(outside)));
+            if holds(middle) { inside = middle } else { outside = middle }
+        }
+        inside
     }
 
     fn read(&self, text: &str) -> Result<f64> {
@@ -99,6 +141,10 @@ impl Free {
         self.read(text)
     }
 
+    fn wrong(&self, what: &str, text: &str) -> Error {
+        Error::input(what).at_key(&self.parameter.name).read(text)
+    }
+
     fn malformed(&self, text: &str) -> Error {
         let unit = if self.parameter.unit == "1" { String::new() } else { format!(" {}", self.parameter.unit) };
         Error::input("this says neither bounds nor prior of a parameter")
@@ -110,6 +156,11 @@ impl Free {
     /// The coordinate the search moves in.
     pub fn coordinate(&self, value: f64) -> f64 {
         if self.is_logarithmic { value.ln() } else { value }
+    }
+
+    /// The bounds as coordinates.
+    pub fn coordinate_bounds(&self) -> (f64, f64) {
+        (self.coordinate(self.bounds.0), self.coordinate(self.bounds.1))
     }
 
     /// The value at a coordinate.
@@ -143,17 +194,26 @@ impl Problem {
         self.study.with(&pairs)
     }
 
-    /// Predictions at values of the free parameters, with derivatives with respect to them.
+    /// Predictions at values of the free parameters, with derivatives with respect to them and to the conditions.
     ///
     /// # Errors
     /// As [`predict`].
     pub fn predict(&self, values: &[f64]) -> Result<Prediction> {
+        self.predict_some(values, true, true)
+    }
+
+    /// The same without those with respect to the conditions, and without `slopes` without any.
+    fn predict_free(&self, values: &[f64], slopes: bool) -> Result<Prediction> {
+        self.predict_some(values, slopes, false)
+    }
+
+    fn predict_some(&self, values: &[f64], slopes: bool, conditions: bool) -> Result<Prediction> {
         let study = self.machine_at(values)?;
+        let free = if slopes { self.free.as_slice() } else { &[] };
+        let parameters = free.iter().map(|f| study.parameter(&f.parameter.name)).collect::<Result<Vec<_>>>()?;
+        let mut found = predict::predict_some(&study, &self.data, &parameters, conditions, self.start)?;
         // In the changed file a factor counts from what the file now says.
-        let parameters = self.free.iter().map(|f| study.parameter(&f.parameter.name)).collect::<Result<Vec<_>>>()?;
-        let mut found = predict(&study, &self.data, &parameters, self.start)?;
-        for (k, free) in self.free.iter().enumerate().filter(|(_, f)| f.parameter.kind == Kind::Factor) {
-            debug_assert_eq!(free.parameter.kind, parameters[k].kind);
+        for (k, _) in free.iter().enumerate().filter(|(_, f)| f.parameter.kind == Kind::Factor) {
             found.slopes.iter_mut().for_each(|row| row[k] /= values[k]);
         }
         Ok(found)

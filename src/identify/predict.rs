@@ -7,7 +7,7 @@ use crate::machine::Condition;
 use crate::measure::Data;
 use crate::measure::whiten::places;
 use crate::schedule::{self, Schedule};
-use crate::sensitivity::{Derivatives, Kind, Parameter, Study, Target};
+use crate::sensitivity::{Derivatives, Kind, Parameter, Study, Target, Variation};
 use crate::simulate::{self, Start};
 
 /// Error allowed in each time step of a log, K: differences are taken of these.
@@ -59,7 +59,12 @@ pub fn states<'a>(study: &'a Study, conditions: &[Condition]) -> Result<Vec<Deri
 /// # Errors
 /// The machine cannot be solved at a condition, or a log cannot be run.
 pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
-    if data.is_transient() { logs(study, data, parameters, start) } else { steady(study, data, parameters) }
+    predict_some(study, data, parameters, true, start)
+}
+
+/// The same; without `conditions` the slopes with respect to the condition variables are left out (empty rows).
+pub(super) fn predict_some(study: &Study, data: &Data, parameters: &[Parameter], conditions: bool, start: Start) -> Result<Prediction> {
+    if data.is_transient() { logs(study, data, parameters, conditions, start) } else { steady(study, data, parameters, conditions) }
 }
 
 /// Predictions alone.
@@ -80,26 +85,38 @@ pub fn values(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
     Ok(places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect())
 }
 
-fn steady(study: &Study, data: &Data, parameters: &[Parameter]) -> Result<Prediction> {
+fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool) -> Result<Prediction> {
     let (distinct, index) = conditions(data);
-    let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
-    let all: Vec<Parameter> = parameters.iter().chain(&variables).cloned().collect();
+    let variables = if with_conditions { study.model.machine.variables.as_slice() } else { &[] };
+    let variables = variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
+    let all: Vec<&Parameter> = parameters.iter().chain(&variables).collect();
+    let variations: Vec<Variation> = all.par_iter().map(|p| study.variation(p)).collect::<Result<_>>()?;
     let targets: Vec<Target> = data.sensors.iter().map(|s| Target::Sensor(*s)).collect();
-    let states = states(study, &distinct)?;
-    let tables = states.par_iter().map(|at| at.jacobian(&targets, &all)).collect::<Result<Vec<_>>>()?;
+    let solver = study.model.solver(&distinct[0])?;
+    let sensors = &study.model.network.sensors;
+    let at = |c: &Condition| -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+        let state = study.model.solve(&solver, c)?;
+        if variations.is_empty() {
+            let read = data.sensors.iter().map(|s| sensors[*s].read(&state.solution.temperatures, &state.load));
+            return Ok((read.collect(), vec![Vec::new(); targets.len()]));
+        }
+        let point = Derivatives::new(study, c, &state)?;
+        let read = data.sensors.iter().map(|s| sensors[*s].read(&point.state.solution.temperatures, &point.state.load));
+        Ok((read.collect(), point.jacobian_of(&targets, &variations)?.slopes))
+    };
+    let found: Vec<(Vec<f64>, Vec<Vec<f64>>)> = distinct.par_iter().map(at).collect::<Result<_>>()?;
     let p = parameters.len();
-    let mut found = Prediction { values: Vec::new(), slopes: Vec::new(), conditions: Vec::new() };
+    let mut prediction = Prediction { values: Vec::new(), slopes: Vec::new(), conditions: Vec::new() };
     for (r, k) in places(data) {
-        let state = &states[index[r]].state;
-        found.values.push(study.model.network.sensors[data.sensors[k]].read(&state.solution.temperatures, &state.load));
-        let row = &tables[index[r]].slopes[k];
-        found.slopes.push(row[..p].to_vec());
-        found.conditions.push(row[p..].to_vec());
+        let (values, slopes) = &found[index[r]];
+        prediction.values.push(values[k]);
+        prediction.slopes.push(slopes[k][..p].to_vec());
+        prediction.conditions.push(slopes[k][p..].to_vec());
     }
-    Ok(found)
+    Ok(prediction)
 }
 
-fn logs(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
+fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start) -> Result<Prediction> {
     let values = run_logs(study, data, start, None)?;
     let step =
         |p: &Parameter| if p.dimension.is_absolute() || p.kind == Kind::Offset { RUN_KELVIN } else { RUN_STEP * p.value.abs().max(1e-12) };
@@ -119,7 +136,8 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> R
         let moved = run_logs(study, data, start, Some((v, step)))?;
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
-    let conditions: Vec<Vec<f64>> = (0..study.model.machine.variables.len()).into_par_iter().map(shifted).collect::<Result<_>>()?;
+    let variables = if with_conditions { study.model.machine.variables.len() } else { 0 };
+    let conditions: Vec<Vec<f64>> = (0..variables).into_par_iter().map(shifted).collect::<Result<_>>()?;
     let rows = |columns: &[Vec<f64>]| (0..values.len()).map(|i| columns.iter().map(|c| c[i]).collect()).collect();
     Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
 }

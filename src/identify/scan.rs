@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::estimate::{difference, square};
+use super::search::square;
 use super::{Problem, values};
 use crate::error::{Error, Result};
 use crate::measure::{Whitener, whiten};
@@ -46,6 +46,9 @@ pub fn scan(problem: &Problem, pair: [(&Parameter, Vec<f64>); 2], passed: &(dyn 
             .at_key("--scan")
             .help(format!("at least one and at most {MOST} points")));
     }
+    if first.name == second.name {
+        return Err(Error::input("both axes are the same parameter").at_key(&first.name).help("scan two different parameters"));
+    }
     let start = super::predict(&problem.study, &problem.data, &[], problem.start)?;
     let whitener = Whitener::of(&problem.data, &problem.uncertainty, &start.conditions);
     let readings = whiten::readings(&problem.data);
@@ -55,8 +58,9 @@ pub fn scan(problem: &Problem, pair: [(&Parameter, Vec<f64>); 2], passed: &(dyn 
         found.unwrap_or_else(|_| vec![f64::NAN; readings.len()])
     };
     let predictions: Vec<Vec<Vec<f64>>> = along.par_iter().map(|a| across.par_iter().map(|b| at(a, b)).collect()).collect();
+    let difference = |p: &[f64]| -> Vec<f64> { readings.iter().zip(p).map(|(r, p)| r - p).collect() };
     let table = |of: &dyn Fn(&Vec<f64>) -> f64| predictions.iter().map(|row| row.iter().map(of).collect()).collect();
-    let mean = table(&|p| difference(&readings, p).iter().map(|d| d.abs()).sum::<f64>() / readings.len() as f64);
-    let misfit = table(&|p| square(&whitener.apply(&difference(&readings, p))));
+    let mean = table(&|p| difference(p).iter().map(|d| d.abs()).sum::<f64>() / readings.len() as f64);
+    let misfit = table(&|p| square(&whitener.apply(&difference(p))));
     Ok(Scan { names: [first.name.clone(), second.name.clone()], axes: [along, across], mean, misfit, predictions })
 }

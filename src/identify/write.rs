@@ -15,7 +15,7 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
     let path = document.file();
     let text = std::fs::read_to_string(path).map_err(|e| Error::file("read", path, &e))?;
     let machine = &problem.study.model.machine;
-    let mut sets = Vec::new();
+    let (mut sets, beforehand) = changed_beforehand(document, &text, path)?;
     let mut lines = vec![
         format!("Identified by coldplate {} from {}", env!("CARGO_PKG_VERSION"), name_of(Path::new(&problem.data.source))),
         format!(
@@ -27,6 +27,7 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
         ),
         format!("of the machine file {}, SHA-256 {}", name_of(path), &document.hash()[..16]),
     ];
+    lines.extend(beforehand);
     for (k, free) in problem.free.iter().enumerate() {
         let p = &free.parameter;
         let shown = |v: f64| format!("{:.6} {}", p.shown(v), if p.unit == "1" { "" } else { &p.unit }).trim().to_string();
@@ -38,8 +39,9 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
             shown(estimate.intervals[k].0),
             shown(estimate.intervals[k].1)
         ));
-        if let Some(set) = p.to_set(estimate.values[k], machine)? {
-            sets.push(set);
+        if let Some((key, value)) = p.to_set(estimate.values[k], machine)? {
+            sets.retain(|(other, _)| *other != key);
+            sets.push((key, value));
         }
     }
     let comment: String = lines.iter().map(|line| format!("# {line}\n")).collect();
@@ -54,6 +56,22 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
         }
     }
     Ok(text)
+}
+
+/// What the document holds that the file's text does not, as keys with their values, and in words.
+fn changed_beforehand(document: &Document, text: &str, path: &Path) -> Result<(Vec<(String, String)>, Vec<String>)> {
+    let own = Document::parse(text, path)?;
+    let mut sets = Vec::new();
+    for key in document.keys() {
+        let now = document.leaf(&key)?;
+        if let Some(leaf) = &now
+            && own.leaf(&key)? != now
+        {
+            sets.push((key, leaf.to_toml()));
+        }
+    }
+    let words = sets.iter().map(|(key, value)| format!("changed beforehand: {key} = {value}")).collect();
+    Ok((sets, words))
 }
 
 fn name_of(path: &Path) -> String {

@@ -7,6 +7,7 @@
 mod uncertainty;
 pub mod whiten;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use crate::error::{Error, Result, did_you_mean};
@@ -102,6 +103,7 @@ impl Data {
         let times = if table.columns.iter().any(|c| c.name == TIME) { Some(table.column_si(TIME, Dimension::TIME)?) } else { None };
         let tests = table.text(TEST);
         let mut rows: Vec<Row> = Vec::with_capacity(table.rows());
+        let mut latest: HashMap<String, (f64, usize)> = HashMap::new();
         for r in 0..table.rows() {
             let test = match (tests.map(|t| t.values[r].trim()), &times) {
                 (Some(""), _) => return Err(place(Error::input("this row has no name of its test").at_key(TEST), r)),
@@ -113,7 +115,10 @@ impl Data {
             if time.is_some_and(f64::is_nan) {
                 return Err(place(Error::input("this row has no time").at_key(TIME).help("give every row its time, or remove it"), r));
             }
-            let mut given: Vec<(&str, String)> = Vec::with_capacity(variables.len());
+            let mut given: Vec<(&str, String)> = Vec::with_capacity(variables.len() + 1);
+            if let Some(time) = time.filter(|_| is_variable(TIME)) {
+                given.push((TIME, format!("{time:?} s")));
+            }
             for (_, column) in &variables {
                 if column.values[r].is_nan() {
                     let error = Error::input("a condition is missing").at_key(column.header());
@@ -137,11 +142,16 @@ impl Data {
                 }
             }
             if let Some(time) = time
-                && let Some(other) = rows.iter().position(|row| row.test == test && row.time == Some(time))
+                && let Some((before, other)) = latest.insert(test.clone(), (time, r))
+                && time <= before
             {
-                let error = Error::input(format!("two rows of '{test}' stand at {time} s")).at_key(TIME);
-                let where_ = line(other).map_or(String::new(), |l| format!("the other is line {l}; "));
-                return Err(place(error.help(format!("{where_}keep one of them")), r));
+                let there = line(other).map_or(String::new(), |l| format!(" in line {l}"));
+                let error = if time < before {
+                    Error::input("the times are not in order").read(format!("{time} s after {before} s{there}"))
+                } else {
+                    Error::input(format!("two rows of '{test}' stand at {time} s")).read(format!("{time} s, as{there}"))
+                };
+                return Err(place(error.at_key(TIME).help("sort the rows of each test by time and keep one row for each time"), r));
             }
             rows.push(Row { test, time, condition, readings, line: line(r) });
         }
@@ -194,17 +204,39 @@ impl Data {
     }
 
     fn checked(mut self) -> Result<Self> {
-        // Rows without any reading say nothing.
+        // Rows without any reading say nothing, except in a log what the conditions were.
         let before = self.rows.len();
-        self.rows.retain(|row| row.readings.iter().any(Option::is_some));
-        if self.rows.len() < before {
-            self.notes.push(format!("{} rows without a reading were left out", before - self.rows.len()));
+        if self.is_transient() {
+            self.logs_last()?;
+        } else {
+            self.rows.retain(|row| row.readings.iter().any(Option::is_some));
         }
-        if self.rows.is_empty() {
+        match before - self.rows.len() {
+            0 => {}
+            1 => self.notes.push("1 row without a reading was left out".into()),
+            n => self.notes.push(format!("{n} rows without a reading were left out")),
+        }
+        if self.count() == 0 {
             return Err(Error::input("there is not one reading of a sensor of this machine")
                 .help("name the columns after the machine's sensors: 'NAME [degC]'"));
         }
         Ok(self)
+    }
+
+    /// Every test of a log has a beginning and an end.
+    fn logs_last(&self) -> Result<()> {
+        let mut rows: HashMap<&str, usize> = HashMap::new();
+        for row in &self.rows {
+            *rows.entry(&row.test).or_insert(0) += 1;
+        }
+        let alone = self.rows.iter().find(|row| rows.get(row.test.as_str()).is_some_and(|count| *count == 1));
+        let Some(row) = alone else { return Ok(()) };
+        let error = Error::input(format!("the log '{}' has one row only", row.test)).at_key(TIME);
+        let error = error.help("a log needs at least two times; without a time column each row is a steady reading");
+        Err(match row.line {
+            Some(line) => error.at_line(line),
+            None => error,
+        })
     }
 
     /// Whether the rows are logs over time.

@@ -102,7 +102,11 @@ impl Uncertainty {
         let spread = |section: &Section<'_>, key: &str| -> Result<Option<f64>> {
             let Some(value) = section.opt(key) else { return Ok(None) };
             let kelvin = value.quantity(Dimension::DIFFERENCE)?;
-            if kelvin >= 0.0 { Ok(Some(kelvin)) } else { Err(value.error("an uncertainty is not negative")) }
+            if (0.0..f64::INFINITY).contains(&kelvin) {
+                Ok(Some(kelvin))
+            } else {
+                Err(value.error("an uncertainty is a finite number and not negative"))
+            }
         };
         if let Some(noise) = spread(&root, "noise")? {
             found.noise.fill(scale * noise);
@@ -129,8 +133,9 @@ impl Uncertainty {
                         VariableUncertainty { absolute: scale * absolute, relative: 0.0 }
                     }
                 };
-                if found.variables[v].absolute < 0.0 || found.variables[v].relative < 0.0 {
-                    return Err(value.error("an uncertainty is not negative"));
+                let VariableUncertainty { absolute, relative } = found.variables[v];
+                if ![absolute, relative].iter().all(|u| (0.0..f64::INFINITY).contains(u)) {
+                    return Err(value.error("an uncertainty is a finite number and not negative"));
                 }
             }
             section.finish()?;

@@ -8,7 +8,7 @@ use super::{Data, Uncertainty};
 ///
 /// With V = D^-½ U and the eigenvectors Q of V Vᵀ, (I + V Vᵀ)^-½ = I + Q (diag(1 + s²)^-½ - I) Qᵀ, so that nothing larger
 /// than a column per common error is ever formed.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Whitener {
     inverse_deviation: Vec<f64>,
     directions: DMatrix<f64>,

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::difference::Partial;
+use super::difference::{Partial, Variation};
 use super::parameter::{Kind, Parameter};
 use super::screen::Screen;
 use super::study::Study;
@@ -132,11 +132,20 @@ impl<'a> Derivatives<'a> {
     /// # Errors
     /// As [`Derivatives::partial`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
     pub fn jacobian(&self, targets: &[Target], parameters: &[Parameter]) -> Result<Jacobian> {
-        let is_adjoint = targets.len() <= parameters.len();
+        let variations: Vec<Variation> = parameters.par_iter().map(|p| self.study.variation(p)).collect::<Result<_>>()?;
+        self.jacobian_of(targets, &variations)
+    }
+
+    /// The same from variations built before (for this study), which serve any number of conditions.
+    ///
+    /// # Errors
+    /// As [`Derivatives::partial_of`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
+    pub fn jacobian_of(&self, targets: &[Target], variations: &[Variation]) -> Result<Jacobian> {
+        let is_adjoint = targets.len() <= variations.len();
         let adjoints: Vec<Adjoint> =
             if is_adjoint { targets.par_iter().map(|t| self.adjoint(*t)).collect::<Result<_>>()? } else { Vec::new() };
-        let column = |parameter: &Parameter| -> Result<(Vec<f64>, bool, f64)> {
-            let partial = self.partial(parameter)?;
+        let column = |variation: &Variation| -> Result<(Vec<f64>, bool, f64)> {
+            let partial = self.partial_of(variation)?;
             let slopes = if is_adjoint {
                 adjoints.iter().map(|adjoint| self.against(adjoint, &partial)).collect()
             } else {
@@ -145,7 +154,7 @@ impl<'a> Derivatives<'a> {
             };
             Ok((slopes, partial.is_idle(), partial.uneven))
         };
-        let columns: Vec<(Vec<f64>, bool, f64)> = parameters.par_iter().map(column).collect::<Result<_>>()?;
+        let columns: Vec<(Vec<f64>, bool, f64)> = variations.par_iter().map(column).collect::<Result<_>>()?;
         Ok(Jacobian {
             slopes: (0..targets.len()).map(|t| columns.iter().map(|c| c.0[t]).collect()).collect(),
             idle: columns.iter().map(|c| c.1).collect(),

@@ -1,0 +1,9 @@
+//! Parameters from measured data: coverage over many noisy twins, logs, what cannot be determined, bounds and priors, scans,
+//! the written machine, and data as they should not be.
+
+mod closed;
+mod command;
+mod common;
+mod data;
+mod logs;
+mod twins;
