@@ -30,7 +30,18 @@ fn main() {
     for i in 0..count {
         let seed = first + i;
         // Two fifths clean: false alarms are rare, so many must be tried.
-        let family = [Family::Clean, Family::One, Family::Two, Family::One, Family::Clean, Family::One, Family::Outside, Family::Clean, Family::One, Family::Two][(i % 10) as usize];
+        let family = [
+            Family::Clean,
+            Family::One,
+            Family::Two,
+            Family::One,
+            Family::Clean,
+            Family::One,
+            Family::Outside,
+            Family::Clean,
+            Family::One,
+            Family::Two,
+        ][(i % 10) as usize];
         let case = twin::case(seed, family, machine);
         let found = match diagnose(&case.problem, &mut |_| {}) {
             Ok(found) => found,
@@ -48,14 +59,33 @@ fn main() {
         };
         if wrong {
             let hidden: Vec<String> = case.hidden.iter().map(|h| format!("{} at {} ({:.3})", h.kind, h.place, h.amplitude)).collect();
-            let named: Vec<String> = found.explanations.iter().take(2).map(|e| {
-                let parts: Vec<String> = e.parts.iter().map(|p| format!("{} at {} {} ({:.3})", p.hypothesis.kind, p.hypothesis.place, p.hypothesis.law.words(), p.amplitude)).collect();
-                format!("{:.2} {}", e.probability, parts.join(" + "))
-            }).collect();
+            let named: Vec<String> = found
+                .explanations
+                .iter()
+                .take(2)
+                .map(|e| {
+                    let parts: Vec<String> = e
+                        .parts
+                        .iter()
+                        .map(|p| {
+                            format!("{} at {} {} ({:.3})", p.hypothesis.kind, p.hypothesis.place, p.hypothesis.law.words(), p.amplitude)
+                        })
+                        .collect();
+                    format!("{:.2} {}", e.probability, parts.join(" + "))
+                })
+                .collect();
             println!(
                 "seed {seed} {family:?} {} n {} d {:.1} chi2 {:.0}/{} p {:.1e} {:.1e}: {} | {} | {}",
-                case.machine, case.problem.data.rows.len(), score.d, found.misfit.chi2, found.misfit.freedom, found.misfit.probability, found.misfit.look_elsewhere,
-                hidden.join(" + "), found.verdict.code(), named.join(" / ")
+                case.machine,
+                case.problem.data.rows.len(),
+                score.d,
+                found.misfit.chi2,
+                found.misfit.freedom,
+                found.misfit.probability,
+                found.misfit.look_elsewhere,
+                hidden.join(" + "),
+                found.verdict.code(),
+                named.join(" / ")
             );
         }
         let after = found.gain.as_ref().map(|g| (g.before, g.after, g.noise_floor));
@@ -64,13 +94,25 @@ fn main() {
             eprintln!("{} cases, {:.2} s each", i + 1, clock.elapsed().as_secs_f64() / (i + 1) as f64);
         }
     }
-    let of = |family: Family, keep: &dyn Fn(&Outcome) -> bool| -> Vec<&Outcome> { outcomes.iter().filter(|o| o.family == family && keep(o)).collect() };
-    println!("\n{} cases, {:.2} s each\n\n| goal | aim | found | 95 % limits | cases |\n|---|---|---|---|---|", outcomes.len(), clock.elapsed().as_secs_f64() / outcomes.len().max(1) as f64);
+    let of = |family: Family, keep: &dyn Fn(&Outcome) -> bool| -> Vec<&Outcome> {
+        outcomes.iter().filter(|o| o.family == family && keep(o)).collect()
+    };
+    println!(
+        "\n{} cases, {:.2} s each\n\n| goal | aim | found | 95 % limits | cases |\n|---|---|---|---|---|",
+        outcomes.len(),
+        clock.elapsed().as_secs_f64() / outcomes.len().max(1) as f64
+    );
     let all = |_: &Outcome| true;
     let line = |name: &str, aim: &str, chosen: Vec<&Outcome>, good: &dyn Fn(&Outcome) -> bool| {
         let k = chosen.iter().filter(|o| good(o)).count();
         let (low, high) = wilson(k, chosen.len());
-        println!("| {name} | {aim} | {:.1} % | {:.1} to {:.1} % | {} |", 100.0 * k as f64 / chosen.len().max(1) as f64, 100.0 * low, 100.0 * high, chosen.len());
+        println!(
+            "| {name} | {aim} | {:.1} % | {:.1} to {:.1} % | {} |",
+            100.0 * k as f64 / chosen.len().max(1) as f64,
+            100.0 * low,
+            100.0 * high,
+            chosen.len()
+        );
     };
     line("false alarms on clean data", "<= 1 %", of(Family::Clean, &all), &|o| o.score.detected);
     line("one effect detected, d >= 5.5", ">= 95 %", of(Family::One, &|o| o.score.d >= 5.5), &|o| o.score.detected);
@@ -80,12 +122,18 @@ fn main() {
     line("named with confidence, d >= 12", "", of(Family::One, &|o| o.score.d >= 12.0), &|o| o.score.confident);
     line("confident and wrong, one effect", "<= 1 %", of(Family::One, &all), &|o| o.score.confident && !o.score.exact);
     line("both of two found, d >= 12", ">= 90 %", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.group);
-    line("outside: something else (or cannot tell), d >= 8", ">= 80 %", of(Family::Outside, &|o| o.score.d >= 8.0), &|o| matches!(o.verdict, Verdict::SomethingElse | Verdict::CannotTell));
+    line("outside: something else (or cannot tell), d >= 8", ">= 80 %", of(Family::Outside, &|o| o.score.d >= 8.0), &|o| {
+        matches!(o.verdict, Verdict::SomethingElse | Verdict::CannotTell)
+    });
     line("outside: something else, d >= 8", "", of(Family::Outside, &|o| o.score.d >= 8.0), &|o| o.verdict == Verdict::SomethingElse);
     line("outside: confident misnaming", "<= 5 %", of(Family::Outside, &all), &|o| o.score.confident);
     line("90 % intervals cover", "87-93 %", of(Family::One, &|o| o.score.covered.is_some()), &|o| o.score.covered == Some(true));
-    line("held-out error <= 1.15 noise floor, one effect", "", of(Family::One, &|o| o.after.is_some()), &|o| o.after.is_some_and(|(_, a, f)| a <= 1.15 * f));
-    line("held-out error never worse, clean", "100 %", of(Family::Clean, &|o| o.after.is_some()), &|o| o.after.is_some_and(|(b, a, _)| a <= b * 1.000_001));
+    line("held-out error <= 1.15 noise floor, one effect", "", of(Family::One, &|o| o.after.is_some()), &|o| {
+        o.after.is_some_and(|(_, a, f)| a <= 1.15 * f)
+    });
+    line("held-out error never worse, clean", "100 %", of(Family::Clean, &|o| o.after.is_some()), &|o| {
+        o.after.is_some_and(|(b, a, _)| a <= b * 1.000_001)
+    });
     println!("\nreliability of stated probabilities (one effect, detected): stated, right, cases");
     let mut error = (0.0, 0.0);
     for bin in 0..5 {

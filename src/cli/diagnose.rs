@@ -85,12 +85,16 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     let path = match &args.out {
         Some(path) if path.exists() => {
-            return Err(Error::input("this file is there already").in_file(path).at_key("--out").help("give another name: nothing is written over"));
+            return Err(Error::input("this file is there already")
+                .in_file(path)
+                .at_key("--out")
+                .help("give another name: nothing is written over"));
         }
         Some(path) => path.clone(),
         None => unused(&args.machine),
     };
-    let problem = Problem { study, data, uncertainty, uncertain, openness: Openness::default(), user, start, seed: 1, without: args.without.clone() };
+    let problem =
+        Problem { study, data, uncertainty, uncertain, openness: Openness::default(), user, start, seed: 1, without: args.without.clone() };
     let found = diagnose::diagnose(&problem, &mut |what| out.note(what))?;
     let written = match (&found.verdict, &found.sets) {
         (Verdict::Explained | Verdict::CannotTell, Some(sets)) if !sets.is_empty() => {
@@ -109,7 +113,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 
 /// `KEY=10%` or `KEY=+-0.1 UNIT`
 fn uncertain(text: &str, study: &Study) -> Result<(Parameter, f64)> {
-    let malformed = || Error::input("this is no uncertainty of a number").at_key("--uncertain").read(text).help("write KEY=10% or KEY=+-50 W/(m2 K)");
+    let malformed =
+        || Error::input("this is no uncertainty of a number").at_key("--uncertain").read(text).help("write KEY=10% or KEY=+-50 W/(m2 K)");
     let (key, spread) = text.split_once('=').ok_or_else(malformed)?;
     let parameter = study.parameter(key)?;
     if parameter.variable().is_some() {
@@ -145,7 +150,9 @@ fn user_kinds(path: &Path, study: &Study) -> Result<Vec<UserKind>> {
         }
         // The machine file's own reader says what is wrong with places and expression.
         let value = format!("{{ in = {:?}, power = {:?} }}", kind.places, kind.expression);
-        study.edited(&[(format!("source.\"{name}\""), value)]).map_err(|e| Error::input(e.what()).at_key(format!("kind.{name}")).in_file(path).help(e.remedy().unwrap_or("").to_string()))?;
+        study
+            .edited(&[(format!("source.\"{name}\""), value)])
+            .map_err(|e| Error::input(e.what()).at_key(format!("kind.{name}")).in_file(path).help(e.remedy().unwrap_or("").to_string()))?;
         found.push(kind);
     }
     root.finish()?;
@@ -155,7 +162,8 @@ fn user_kinds(path: &Path, study: &Study) -> Result<Vec<UserKind>> {
 /// A name beside the machine file that no file has.
 fn unused(machine: &Path) -> PathBuf {
     let stem = machine.file_stem().map_or_else(|| "machine".into(), |s| s.to_string_lossy().into_owned());
-    let named = |n: usize| machine.with_file_name(if n == 1 { format!("{stem}.extended.toml") } else { format!("{stem}.extended-{n}.toml") });
+    let named =
+        |n: usize| machine.with_file_name(if n == 1 { format!("{stem}.extended.toml") } else { format!("{stem}.extended-{n}.toml") });
     (1..).map(named).find(|p| !p.exists()).unwrap_or_else(|| named(1))
 }
 
@@ -169,12 +177,24 @@ fn extended(problem: &Problem, found: &Diagnosis, sets: &[(String, String)]) -> 
     let mut lines = vec![
         format!("Extended by coldplate {} from {}", env!("CARGO_PKG_VERSION"), name(Path::new(&problem.data.source))),
         format!("of the machine file {}, SHA-256 {}", name(path), &document.hash()[..16]),
-        format!("verdict {}, probability {:.3}, misfit {:.1} before, {:.1} after", found.verdict.code(), best.probability, found.misfit.chi2, best.misfit),
+        format!(
+            "verdict {}, probability {:.3}, misfit {:.1} before, {:.1} after",
+            found.verdict.code(),
+            best.probability,
+            found.misfit.chi2,
+            best.misfit
+        ),
     ];
     for part in &best.parts {
         lines.push(sentence(part));
         let (low, high) = part.interval();
-        lines.push(format!("  amplitude {} [{}], 90 % interval {} to {}", significant(part.amplitude, 5), part.hypothesis.unit, significant(low, 5), significant(high, 5)));
+        lines.push(format!(
+            "  amplitude {} [{}], 90 % interval {} to {}",
+            significant(part.amplitude, 5),
+            part.hypothesis.unit,
+            significant(low, 5),
+            significant(high, 5)
+        ));
         if part.hypothesis.is_sensor() {
             lines.push("  (a sensor's own error: nothing in this file changes for it)".into());
         }
@@ -230,12 +250,18 @@ fn explanation_rows(explanations: &[Explanation], most: usize) -> Vec<Vec<String
         let what: Vec<String> = e.parts.iter().map(sentence).collect();
         vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), what.join("; and ")]
     };
-    explanations.iter().filter(|e| e.probability > 5e-4).take(most).map(of).collect()
+    explanations.iter().enumerate().filter(|(i, e)| *i < 3 || e.probability > 5e-4).take(most).map(|(_, e)| of(e)).collect()
 }
 
 fn text(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> String {
     let data = &problem.data;
-    let mut text = format!("{}\n{} readings of {} sensors\n\n{}\n\n", problem.study.model.machine.name, data.count(), data.sensors.len(), headline(found));
+    let mut text = format!(
+        "{}\n{} readings of {} sensors\n\n{}\n\n",
+        problem.study.model.machine.name,
+        data.count(),
+        data.sensors.len(),
+        headline(found)
+    );
     text += &format!(
         "  misfit {:.1} over {} readings, p = {:.2e}; best of {} causes that could show ({} tried), p = {:.2e}\n",
         found.misfit.chi2, found.misfit.freedom, found.misfit.probability, found.tried.1, found.tried.0, found.misfit.look_elsewhere
@@ -248,13 +274,24 @@ fn text(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> String 
     if let Some(gain) = &found.gain {
         text += &format!(
             "on {} conditions, each kept out of all of the above: error {:.3} K before, {:.3} K after; gain {:.3} K ({:.3} to {:.3}), noise floor {:.3} K\n",
-            gain.conditions.len(), gain.before, gain.after, gain.before - gain.after, gain.interval.0, gain.interval.1, gain.noise_floor
+            gain.conditions.len(),
+            gain.before,
+            gain.after,
+            gain.before - gain.after,
+            gain.interval.0,
+            gain.interval.1,
+            gain.noise_floor
         );
     } else {
         text += "too few conditions to keep some out: the gain on unseen ones is not known\n";
     }
     for (i, next) in found.next.iter().enumerate() {
-        text += &format!("{} {}: sets them {:.1} standard deviations apart", if i == 0 { "\nwhat to measure next:\n  a steady test at" } else { "  or at" }, condition_text(problem, &next.condition), next.mean);
+        text += &format!(
+            "{} {}: sets them {:.1} standard deviations apart",
+            if i == 0 { "\nwhat to measure next:\n  a steady test at" } else { "  or at" },
+            condition_text(problem, &next.condition),
+            next.mean
+        );
         if let Some((sensor, d)) = &next.sensor {
             text += &format!("; a sensor at {sensor} alone {d:.1}");
         }
@@ -301,7 +338,13 @@ fn to_json(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Valu
         .collect();
     let condition = |c: &Condition| -> Map<String, Value> {
         let variables = &problem.study.model.machine.variables;
-        variables.iter().zip(c.si()).map(|(v, si)| (v.name.clone(), json!(format!("{} {}", significant(express(*si, &v.unit, v.dimension).unwrap_or(*si), 6), v.unit)))).collect()
+        variables
+            .iter()
+            .zip(c.si())
+            .map(|(v, si)| {
+                (v.name.clone(), json!(format!("{} {}", significant(express(*si, &v.unit, v.dimension).unwrap_or(*si), 6), v.unit)))
+            })
+            .collect()
     };
     json!({
         "misfit": {"chi2": found.misfit.chi2, "dof": found.misfit.freedom, "p": found.misfit.probability, "p_look_elsewhere": found.misfit.look_elsewhere},
@@ -337,7 +380,10 @@ fn report(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Resul
         KeyFigure::new(format!("{:.1e}", found.misfit.look_elsewhere.max(5e-4)), "probability that noise looks like some cause by chance"),
     ];
     if let Some(gain) = &found.gain {
-        figures.push(KeyFigure::new(format!("{:.2} → {:.2} K", gain.before, gain.after), format!("error on conditions kept out; noise floor {:.2} K", gain.noise_floor)));
+        figures.push(KeyFigure::new(
+            format!("{:.2} → {:.2} K", gain.before, gain.after),
+            format!("error on conditions kept out; noise floor {:.2} K", gain.noise_floor),
+        ));
     }
     section.key_figures(figures);
     if found.verdict != Verdict::Consistent {
@@ -346,13 +392,20 @@ fn report(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Resul
             table.row(row.into_iter().map(Cell::from));
         }
         section.table(table);
-        section.paragraph(format!("{} explanations cannot be refuted by these data. Nothing wrong: {:.3}; something else: {:.3}.", found.set, found.others.0, found.others.1));
+        section.paragraph(format!(
+            "{} explanations cannot be refuted by these data. Nothing wrong: {:.3}; something else: {:.3}.",
+            found.set, found.others.0, found.others.1
+        ));
     }
     if !found.next.is_empty() {
         let section = report.section("What to measure next");
         section.list(found.next.iter().map(|n| {
             let sensor = n.sensor.as_ref().map_or(String::new(), |(s, d)| format!("; a sensor at {s} alone {d:.1}"));
-            format!("a steady test at {}: {:.1} standard deviations between the explanations{sensor}", condition_text(problem, &n.condition), n.mean)
+            format!(
+                "a steady test at {}: {:.1} standard deviations between the explanations{sensor}",
+                condition_text(problem, &n.condition),
+                n.mean
+            )
         }));
     }
     let section = report.section("Residuals");
@@ -362,7 +415,11 @@ fn report(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Resul
     let mut table = Table::new(head.into_iter().enumerate().map(|(i, h)| (h, if i == 0 { Align::Left } else { Align::Right })));
     let places = whiten::places(data);
     let readings = whiten::readings(data);
-    let shown: Vec<usize> = if data.rows.len() > 60 { (0..data.rows.len()).step_by(data.rows.len() / 60 + 1).collect() } else { (0..data.rows.len()).collect() };
+    let shown: Vec<usize> = if data.rows.len() > 60 {
+        (0..data.rows.len()).step_by(data.rows.len() / 60 + 1).collect()
+    } else {
+        (0..data.rows.len()).collect()
+    };
     for r in shown {
         let mut cells = vec![data.rows[r].time.map_or(data.rows[r].test.clone(), |t| format!("{} at {t:.0} s", data.rows[r].test))];
         for k in 0..data.names.len() {
@@ -378,8 +435,15 @@ fn report(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Resul
     }
     section.table(table);
     if let Some(path) = written {
-        report.section("The extended machine").paragraph(format!("Written to {}; the amplitude with its interval stands at its head.", path.display()));
+        report
+            .section("The extended machine")
+            .paragraph(format!("Written to {}; the amplitude with its interval stands at its head.", path.display()));
     }
-    report.footer(format!("coldplate {}, data {}, machine file {}", env!("CARGO_PKG_VERSION"), data.source, problem.study.document().file().display()));
+    report.footer(format!(
+        "coldplate {}, data {}, machine file {}",
+        env!("CARGO_PKG_VERSION"),
+        data.source,
+        problem.study.document().file().display()
+    ));
     Ok(report)
 }

@@ -53,7 +53,8 @@ pub fn next(problem: &Problem, explanations: &[Explanation], scales: &Scales) ->
     });
     let names = machine.sensors.iter().map(|s| s.name.clone()).collect();
     let data = Data { source: String::new(), sensors: sensors.clone(), names, rows: rows.collect(), notes: Vec::new() };
-    let hypotheses: Vec<Hypothesis> = alive.iter().flat_map(|e| e.parts.iter().map(|p| p.hypothesis.clone())).map(|h| moved(h, problem, &data)).collect();
+    let hypotheses: Vec<Hypothesis> =
+        alive.iter().flat_map(|e| e.parts.iter().map(|p| p.hypothesis.clone())).map(|h| moved(h, problem, &data)).collect();
     let found = signatures(&problem.study, &data, problem.start, &[], &hypotheses, scales, &problem.user)?;
     let n = sensors.len();
     let deviation: Vec<f64> = sensors
@@ -124,7 +125,8 @@ fn moved(mut h: Hypothesis, problem: &Problem, data: &Data) -> Hypothesis {
 fn candidates(problem: &Problem) -> Vec<Condition> {
     let machine = &problem.study.model.machine;
     let base = problem.data.rows[problem.data.rows.len() / 2].condition.si().to_vec();
-    let ranged: Vec<(usize, (f64, f64))> = machine.variables.iter().enumerate().filter_map(|(v, variable)| variable.range.map(|r| (v, r))).collect();
+    let ranged: Vec<(usize, (f64, f64))> =
+        machine.variables.iter().enumerate().filter_map(|(v, variable)| variable.range.map(|r| (v, r))).collect();
     let mut found: Vec<Vec<f64>> = vec![base.clone()];
     for corner in 0..1usize << ranged.len().min(5) {
         let mut c = base.clone();

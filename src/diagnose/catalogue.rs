@@ -293,7 +293,8 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
 
 /// Parts and lumped nodes that are free to move: index and name.
 fn groups(network: &Network) -> Vec<(u32, String)> {
-    let is_free = |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));
+    let is_free =
+        |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));
     network.groups.iter().enumerate().filter(|(g, _)| is_free(*g)).map(|(g, name)| (g as u32, name.clone())).collect()
 }
 
@@ -312,7 +313,9 @@ fn shares_flow(network: &Network, s: usize) -> bool {
 
 fn circuit_parts(network: &Network, machine: &Machine, c: usize) -> Vec<String> {
     let streams = network.streams.iter().filter(|s| s.circuit == c);
-    let part = |s: &crate::network::stream::Stream| machine.channels.iter().find(|ch| ch.name == s.name).map(|ch| machine.parts[ch.part].name.clone());
+    let part = |s: &crate::network::stream::Stream| {
+        machine.channels.iter().find(|ch| ch.name == s.name).map(|ch| machine.parts[ch.part].name.clone())
+    };
     let mut found: Vec<String> = streams.filter_map(part).collect();
     found.sort();
     found.dedup();
@@ -444,15 +447,15 @@ impl Hypothesis {
             Act::Leak(g) => {
                 let node = format!("{ADDED} surroundings of {}", group(g));
                 let held = format!("{{ temperature = {} }}", text("ambient_temperature".into()));
-                Some(vec![
-                    (format!("node.{}", quoted(&node)), held),
-                    (added("contact"), self.conductor(&[group(g), node], amplitude)),
-                ])
+                Some(vec![(format!("node.{}", quoted(&node)), held), (added("contact"), self.conductor(&[group(g), node], amplitude))])
             }
             Act::Link(a, b) => Some(vec![(added("contact"), self.conductor(&[group(a), group(b)], amplitude))]),
             Act::Radiate(a, b) => {
                 let between = format!("[{}, {}]", text(group(a)), text(group(b)));
-                let value = format!("{{ between = {between}, view_factor = 1.0, emissivity = [1.0, 1.0], area = \"{:?} m2\" }}", amplitude.max(1e-9));
+                let value = format!(
+                    "{{ between = {between}, view_factor = 1.0, emissivity = [1.0, 1.0], area = \"{:?} m2\" }}",
+                    amplitude.max(1e-9)
+                );
                 Some(vec![(added("radiation_link"), value)])
             }
             Act::Capacity(g) => {
@@ -496,7 +499,13 @@ impl Hypothesis {
             }
             Act::Swap(a, b) => {
                 for (i, (r, k)) in places.iter().enumerate() {
-                    let other = if *k == a { b } else if *k == b { a } else { continue };
+                    let other = if *k == a {
+                        b
+                    } else if *k == b {
+                        a
+                    } else {
+                        continue;
+                    };
                     if let Some(j) = places.iter().position(|p| p == &(*r, other)) {
                         found[i] += amplitude * (predicted[j] - predicted[i]);
                     }
@@ -512,7 +521,9 @@ impl Hypothesis {
                     let row = &data.rows[*r];
                     let time = row.time.unwrap_or(0.0);
                     let shown = match last.get(row.test.as_str()) {
-                        Some((before, shown)) if amplitude > 0.0 => predicted[i] + (shown - predicted[i]) * (-(time - before) / amplitude).exp(),
+                        Some((before, shown)) if amplitude > 0.0 => {
+                            predicted[i] + (shown - predicted[i]) * (-(time - before) / amplitude).exp()
+                        }
                         _ => predicted[i],
                     };
                     last.insert(&row.test, (time, shown));

@@ -64,7 +64,8 @@ pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanatio
     };
     // Causes with fewer parts are held against the best of their own number: two always fit better than one.
     let least = explanations.iter().filter(|e| e.parts.len() == best.parts.len()).map(|e| e.misfit).fold(f64::INFINITY, f64::min);
-    let is_alive = |e: &Explanation| e.parts.len() == best.parts.len() && e.misfit - least < SET_95 && e.probability > 1e-3 * best.probability;
+    let is_alive =
+        |e: &Explanation| e.parts.len() == best.parts.len() && e.misfit - least < SET_95 && e.probability > 1e-3 * best.probability;
     let set = explanations.iter().take_while(|e| e.probability > 1e-4).filter(|e| is_alive(e)).count().max(1);
     let left = chi_square_tail(best.misfit, misfit.freedom.saturating_sub(best.parts.len()).max(1));
     if left < LEFT_OVER || posterior.something_else > 0.5 {

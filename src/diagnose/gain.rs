@@ -38,6 +38,7 @@ pub fn gain(
     errors: &Errors,
     fitted: &[(Vec<usize>, Fitted)],
     whole: &Screened,
+    is_wrong: bool,
 ) -> Option<Gain> {
     let data = &problem.data;
     let places = whiten::places(data);
@@ -61,7 +62,8 @@ pub fn gain(
         let columns: Vec<Vec<f64>> = found.columns.iter().map(|c| pick(c, &kept)).collect();
         let part = screened(&pick(&found.residual, &kept), &columns, &errors.whitener(&kept), catalogue);
         let mut shift = vec![0.0; out.len()];
-        if decide::is_wrong(&misfit(&part, problem.seed.wrapping_add(1 + fold as u64))) {
+        // Where all data together raise no alarm nothing is extended, so nothing is gained or lost.
+        if is_wrong && decide::is_wrong(&misfit(&part, problem.seed.wrapping_add(1 + fold as u64))) {
             let posterior = probability::posterior(&part, &probability::prior(&part, catalogue));
             if let Some(best) = posterior.candidates.first().filter(|b| b.probability > posterior.something_else.max(posterior.nothing)) {
                 for (j, amplitude) in best.members.iter().zip(&best.amplitudes) {

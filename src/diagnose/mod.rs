@@ -43,6 +43,8 @@ use screen::Screened;
 const SET_95: f64 = 5.991_465;
 /// Half width of a 90 % interval in standard deviations.
 const TWO_SIDED_90: f64 = 1.644_854;
+/// Cells of the finer mesh that predictions are corrected with, over those of the model.
+const FINER: f64 = 3.0;
 /// Causes and pairs that are fitted through the full solver.
 const FINALISTS: usize = 6;
 /// Least probability of a finalist, once there is one.
@@ -231,8 +233,12 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind));
     progress(&format!("{} readings, {} causes to hold against them", data.count(), catalogue.len()));
     let uncertain: Vec<Parameter> = problem.uncertain.iter().map(|(p, _)| p.clone()).collect();
-    let found = signatures(study, data, problem.start, &uncertain, &catalogue, &scales, &problem.user)?;
-    let errors = Errors::new(problem, &found.prediction, &catalogue, &found.columns);
+    let mut found = signatures(study, data, problem.start, &uncertain, &catalogue, &scales, &problem.user)?;
+    let mesh = mesh_correction(problem, &found.prediction.values)?;
+    found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
+    let mut errors = Errors::new(problem, &found.prediction, &catalogue, &found.columns);
+    // What a finer mesh changes is corrected for, and half of it stays an error.
+    errors.common.push(mesh.iter().map(|m| 0.5 * m).collect());
     let all: Vec<usize> = (0..found.residual.len()).collect();
     let whitener = errors.whitener(&all);
     let screened = screened(&found.residual, &found.columns, &whitener, &catalogue);
@@ -241,7 +247,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let mut posterior = probability::posterior(&screened, &prior);
     let is_wrong = decide::is_wrong(&misfit);
     let bench = Bench { study, data, start: problem.start, scales: &scales, user: &problem.user };
-    let readings = whiten::readings(data);
+    let readings: Vec<f64> = whiten::readings(data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
     let mut fitted: Vec<(Vec<usize>, Fitted)> = Vec::new();
     if is_wrong {
         progress("fitting the most probable causes through the full solver");
@@ -269,13 +275,18 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let (verdict, level, set) = decide::decide(&misfit, &posterior, &explanations);
     let best = explanations.first().filter(|_| matches!(verdict, Verdict::Explained | Verdict::CannotTell));
     let members = best.map(|e| e.parts.iter().map(|p| (&p.hypothesis, p.amplitude)).collect::<Vec<_>>());
-    let explained = best.and_then(|_| fitted.iter().find(|(m, _)| *m == posterior.candidates[0].members).map(|(_, f)| f.values.clone()));
+    let explained = best.and_then(|_| {
+        fitted
+            .iter()
+            .find(|(m, _)| *m == posterior.candidates[0].members)
+            .map(|(_, f)| f.values.iter().zip(&mesh).map(|(v, m)| v + m).collect())
+    });
     let sets = match &members {
         Some(members) => bench.sets(members)?,
         None => None,
     };
     progress("gain on conditions kept out");
-    let gain = gain::gain(problem, &catalogue, &found, &errors, &fitted, &screened);
+    let gain = gain::gain(problem, &catalogue, &found, &errors, &fitted, &screened, is_wrong);
     let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
         progress("what to measure next");
         advice::next(problem, &explanations[..set.min(explanations.len())], &scales)?
@@ -289,7 +300,11 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         others: (posterior.nothing, posterior.something_else),
         set,
         tried: (catalogue.len(), screened.visible.len()),
-        sheet: Sheet { predicted: found.prediction.values.clone(), whitened: screened.residual.clone(), residual: found.residual.clone() },
+        sheet: Sheet {
+            predicted: found.prediction.values.iter().zip(&mesh).map(|(v, m)| v + m).collect(),
+            whitened: screened.residual.clone(),
+            residual: found.residual.clone(),
+        },
         explained,
         gain,
         next,
@@ -298,6 +313,17 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         whitener,
         seconds: clock.elapsed().as_secs_f64(),
     })
+}
+
+/// What a mesh of more cells changes in every prediction, K; nothing for logs, whose runs take long.
+fn mesh_correction(problem: &Problem, coarse: &[f64]) -> Result<Vec<f64>> {
+    if problem.data.is_transient() {
+        return Ok(vec![0.0; coarse.len()]);
+    }
+    let cells = (FINER * problem.study.model.mesh.cells as f64) as usize;
+    let fine = Study::new(problem.study.document().clone(), Some(cells))?;
+    let values = crate::identify::values(&fine, &problem.data, problem.start)?;
+    Ok(values.iter().zip(coarse).map(|(f, c)| f - c).collect())
 }
 
 fn screened(residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
@@ -310,12 +336,7 @@ fn screened(residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalog
 
 fn misfit(screened: &Screened, seed: u64) -> Misfit {
     let (chi2, freedom) = (screened.misfit(), screened.residual.len());
-    Misfit {
-        chi2,
-        freedom,
-        probability: crate::identify::chi_square_tail(chi2, freedom),
-        look_elsewhere: screened.look_elsewhere(seed),
-    }
+    Misfit { chi2, freedom, probability: crate::identify::chi_square_tail(chi2, freedom), look_elsewhere: screened.look_elsewhere(seed) }
 }
 
 /// Fits the most probable candidates through the full solver and puts their evidence in place of the linear one.
@@ -328,7 +349,14 @@ fn refit(
     whitener: &Whitener,
 ) -> Vec<(Vec<usize>, Fitted)> {
     use rayon::prelude::*;
-    let chosen: Vec<Candidate> = posterior.candidates.iter().take(FINALISTS).enumerate().filter(|(i, c)| *i == 0 || c.probability > LEAST).map(|(_, c)| c.clone()).collect();
+    let chosen: Vec<Candidate> = posterior
+        .candidates
+        .iter()
+        .take(FINALISTS)
+        .enumerate()
+        .filter(|(i, c)| *i == 0 || c.probability > LEAST)
+        .map(|(_, c)| c.clone())
+        .collect();
     let attempt = |c: &Candidate| -> Option<(Vec<usize>, Fitted)> {
         let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[screened.visible[*j]]).collect();
         let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();

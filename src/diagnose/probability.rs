@@ -10,7 +10,10 @@ use super::catalogue::Hypothesis;
 use super::screen::Screened;
 
 /// Prior of nothing, one cause, two causes, something else.
-const PRIORS: [f64; 4] = [0.50, 0.35, 0.08, 0.07];
+///
+/// Two are rare, and most pairs of the true cause with any other fit as well as the true cause alone: with a larger prior
+/// they would take its probability.
+const PRIORS: [f64; 4] = [0.50, 0.42, 0.01, 0.07];
 /// Factors by which the whitened residual of something else is larger.
 const EXCESS: [f64; 8] = [1.3, 1.7, 2.2, 3.0, 4.5, 7.0, 11.0, 18.0];
 /// Pairs whose probability, relative to the best, is below this are not kept.
@@ -112,7 +115,8 @@ pub fn posterior(screened: &Screened, prior: &[f64]) -> Posterior {
         .collect();
     candidates.extend(pairs);
     let (count, misfit) = (screened.residual.len() as f64, screened.misfit());
-    let terms: Vec<f64> = EXCESS.iter().map(|s| 0.5 * misfit * (1.0 - 1.0 / (s * s)) - count * s.ln() - (EXCESS.len() as f64).ln()).collect();
+    let terms: Vec<f64> =
+        EXCESS.iter().map(|s| 0.5 * misfit * (1.0 - 1.0 / (s * s)) - count * s.ln() - (EXCESS.len() as f64).ln()).collect();
     let something_else_weight = log_sum(&terms) + PRIORS[3].ln();
     let mut found = Posterior { nothing: 0.0, something_else: 0.0, candidates, something_else_weight };
     found.normalise();

@@ -63,8 +63,11 @@ impl Bench<'_> {
         let Some(sets) = self.sets(members)? else {
             return Err(Error::input("the machine file has no words for this cause"));
         };
-        let mut values =
-            if sets.is_empty() { identify::values(self.study, data, self.start)? } else { identify::values(&self.study.edited(&sets)?, data, self.start)? };
+        let mut values = if sets.is_empty() {
+            identify::values(self.study, data, self.start)?
+        } else {
+            identify::values(&self.study.edited(&sets)?, data, self.start)?
+        };
         for (h, amplitude) in members.iter().filter(|(h, _)| h.is_sensor()) {
             values = h.read(data, &values, *amplitude);
         }

@@ -160,7 +160,15 @@ fn mean(shares: &[(u32, f64)], temperatures: &[f64]) -> f64 {
 }
 
 /// What an act does to the residual at a condition, per unit of its amplitude; a drift per 10 K away from 20 degC.
-fn effect(study: &Study, at: &Derivatives<'_>, screen: &Screen<'_>, (act, drifts): (Act, bool), user: &[UserKind], powers: &[Vec<f64>], c: usize) -> Option<Effect> {
+fn effect(
+    study: &Study,
+    at: &Derivatives<'_>,
+    screen: &Screen<'_>,
+    (act, drifts): (Act, bool),
+    user: &[UserKind],
+    powers: &[Vec<f64>],
+    c: usize,
+) -> Option<Effect> {
     let (network, machine) = (&study.model.network, &study.model.machine);
     let temperatures = &at.state.solution.temperatures;
     let load = &at.state.load;
@@ -201,10 +209,16 @@ fn effect(study: &Study, at: &Derivatives<'_>, screen: &Screen<'_>, (act, drifts
         Act::Chamber => {
             let parameter = study.parameter("chamber.temperature").ok()?;
             let partial = at.partial(&parameter).ok()?;
-            Effect { rows: partial.residual.iter().enumerate().filter(|(_, r)| **r != 0.0).map(|(n, r)| (n as u32, *r)).collect(), inlets: Vec::new() }
+            Effect {
+                rows: partial.residual.iter().enumerate().filter(|(_, r)| **r != 0.0).map(|(n, r)| (n as u32, *r)).collect(),
+                inlets: Vec::new(),
+            }
         }
         Act::Emissivity(g) => screen.emissivity(screen.surfaces_of(g)),
-        Act::Gas => screen.film((0..network.surfaces.len()).filter(|s| network.surfaces[*s].gas_area > 0.0 || network.surfaces[*s].emissive > 0.0), load.chamber),
+        Act::Gas => screen.film(
+            (0..network.surfaces.len()).filter(|s| network.surfaces[*s].gas_area > 0.0 || network.surfaces[*s].emissive > 0.0),
+            load.chamber,
+        ),
         Act::Leak(g) => {
             let rows = shares(network, g).into_iter().map(|(n, w)| (n, w * (temperatures[n as usize] - load.chamber)));
             Effect { rows: rows.collect(), inlets: Vec::new() }

@@ -8,7 +8,15 @@ pub fn sentence(part: &Part) -> String {
     let (low, high) = part.interval();
     let a = part.amplitude;
     let number = |v: f64| {
-        let digits = if v.abs() >= 100.0 { 0 } else if v.abs() >= 10.0 { 1 } else if v.abs() >= 0.1 { 2 } else { 4 };
+        let digits = if v.abs() >= 100.0 {
+            0
+        } else if v.abs() >= 10.0 {
+            1
+        } else if v.abs() >= 0.1 {
+            2
+        } else {
+            4
+        };
         format!("{v:.digits$}")
     };
     let range = |f: &dyn Fn(f64) -> f64, unit: &str| {
@@ -27,8 +35,12 @@ pub fn sentence(part: &Part) -> String {
         Act::Heat(_) => format!("less heat enters at {} than the model has: {}{law}", h.place, range(&same, " W")),
         Act::UserHeat(_) => format!("'{}' acts, with the amplitude {}", h.place, range(&same, "")),
         Act::Source(_) if h.law == Law::Constant => format!("the heat of {} is {} times what the model has", h.place, range(&grown, "")),
-        Act::Source(_) => format!("the heat of {} follows another law: at full speed {} times the model's{law}", h.place, range(&grown, "")),
-        Act::Contact(_) if h.law == Law::Constant => format!("the contact {} conducts {} times what the model has", h.place, range(&factor, "")),
+        Act::Source(_) => {
+            format!("the heat of {} follows another law: at full speed {} times the model's{law}", h.place, range(&grown, ""))
+        }
+        Act::Contact(_) if h.law == Law::Constant => {
+            format!("the contact {} conducts {} times what the model has", h.place, range(&factor, ""))
+        }
         Act::Contact(_) => format!("the contact {} changes with its temperature: {} times per 10 K", h.place, range(&factor, "")),
         Act::Film(_) => format!("the film of channel {} is {} times the model's (below 1: fouling)", h.place, range(&factor, "")),
         Act::Flow(_) => format!("the flow through {} is {} times what is stated", h.place, range(&factor, "")),
@@ -40,7 +52,9 @@ pub fn sentence(part: &Part) -> String {
         Act::Gas => format!("residual gas carries heat from the surfaces: {}", range(&same, " W/(m2 K)")),
         Act::Leak(_) => format!("a cable, hose or foot conducts heat from {} to the surroundings: {}", h.place, range(&same, " W/K")),
         Act::Link(..) => format!("something conducts heat between {}: {}", h.place.replace(" - ", " and "), range(&same, " W/K")),
-        Act::Radiate(..) => format!("{} see each other, which the model lacks: {}", h.place.replace(" - ", " and "), range(&same, " m2 of exchange area")),
+        Act::Radiate(..) => {
+            format!("{} see each other, which the model lacks: {}", h.place.replace(" - ", " and "), range(&same, " m2 of exchange area"))
+        }
         Act::Capacity(_) => format!("the heat capacity of {} is {} times the model's", h.place, range(&factor, "")),
         Act::Bias(_) => format!("the sensor {} reads too high by {}", h.place, range(&same, " K")),
         Act::Gain(_) => format!("the sensor {} has a gain of {}", h.place, range(&grown, "")),

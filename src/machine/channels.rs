@@ -68,7 +68,9 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
         };
         let film_factor = section.opt_number("film_factor")?.unwrap_or(1.0);
         if !(1e-3..=1e3).contains(&film_factor) {
-            return Err(section.error_at("film_factor", "the factor on a film lies between 0.001 and 1000").help("1 is a clean channel; 0.7 a fouled one"));
+            return Err(section
+                .error_at("film_factor", "the factor on a film lies between 0.001 and 1000")
+                .help("1 is a clean channel; 0.7 a fouled one"));
         }
         let minor_loss = section.opt_number("minor_loss")?.unwrap_or(0.0);
         if minor_loss < 0.0 {

@@ -24,6 +24,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("simulate", &["error", "files", "units", "machine", "table", "model", "network", "solve", "schedule"]),
     ("measure", &["error", "units", "reader", "machine", "table"]),
     ("identify", &["error", "units", "reader", "machine", "measure", "schedule", "simulate", "sensitivity"]),
+    ("diagnose", &["error", "units", "reader", "machine", "measure", "identify", "sensitivity", "simulate", "network", "physics"]),
     ("sweep", &["error", "units", "reader", "machine", "table", "model", "network", "solve"]),
     ("fit", &["error", "files", "units", "table"]),
     ("accept", &["error", "units", "fit"]),

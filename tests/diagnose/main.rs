@@ -33,7 +33,13 @@ fn one_hidden_effect() {
         let case = case(seed, Family::One, Some(0));
         let found = diagnose(&case.problem, &mut |_| {}).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         let score = score(&case, &found);
-        println!("seed {seed} d {:.1}: {:?} -> {:?} {:?}", score.d, case.hidden.iter().map(|h| (&h.kind, &h.place)).collect::<Vec<_>>(), found.verdict, found.level);
+        println!(
+            "seed {seed} d {:.1}: {:?} -> {:?} {:?}",
+            score.d,
+            case.hidden.iter().map(|h| (&h.kind, &h.place)).collect::<Vec<_>>(),
+            found.verdict,
+            found.level
+        );
         if score.d >= 5.5 && !score.detected {
             missed.push(seed);
         }

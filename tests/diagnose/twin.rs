@@ -162,7 +162,8 @@ outlet = "second"
 "#;
 
 /// Machines of the benchmark: name, cells of the model and least and most cells of the truth.
-const MACHINES: [(&str, usize, f64, f64); 3] = [("small", 600, 900.0, 1600.0), ("rig", 1500, 2200.0, 3500.0), ("five_axis", 6000, 7500.0, 10000.0)];
+const MACHINES: [(&str, usize, f64, f64); 3] =
+    [("small", 600, 900.0, 1600.0), ("rig", 1500, 2200.0, 3500.0), ("five_axis", 6000, 7500.0, 10000.0)];
 
 fn document(machine: &str) -> Document {
     match machine {
@@ -243,7 +244,13 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
     let affected = truth.edited(&lines).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));
     let names: Vec<String> = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
     let rows = |conditions: &[Condition]| -> Vec<Row> {
-        let row = |(i, c): (usize, &Condition)| Row { test: format!("test {}", i + 1), time: None, condition: c.clone(), readings: vec![Some(300.0); sensors.len()], line: None };
+        let row = |(i, c): (usize, &Condition)| Row {
+            test: format!("test {}", i + 1),
+            time: None,
+            condition: c.clone(),
+            readings: vec![Some(300.0); sensors.len()],
+            line: None,
+        };
         conditions.iter().enumerate().map(row).collect()
     };
     let real: Vec<Condition> = stated
@@ -259,7 +266,9 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
     for h in &hidden {
         let Some((k, amplitude, other)) = h.sensor else { continue };
         let now = values.clone();
-        for (i, value) in values.iter_mut().enumerate().filter(|(i, _)| i % sensors.len() == k || (other != k && i % sensors.len() == other)) {
+        for (i, value) in
+            values.iter_mut().enumerate().filter(|(i, _)| i % sensors.len() == k || (other != k && i % sensors.len() == other))
+        {
             let row = i / sensors.len() * sensors.len();
             *value = match h.kind.as_str() {
                 "sensor offset" => *value + amplitude,
@@ -337,64 +346,116 @@ fn effect(study: &Study, sensors: &[usize], random: &mut Normal) -> Hidden {
                 let law = choose(random, &["1", "motor_speed_rpm / 2500", "(motor_speed_rpm / 2500)^2"]);
                 let power = if *law == "1" { format!("{watts:?} W") } else { format!("({watts:?}) * ({law})") };
                 let value = format!("{{ in = \"{part}\", power = \"{power}\" }}");
-                Some(Hidden { kind: "heat source".into(), place: part, amplitude: watts, lines: vec![("source.hidden".into(), value)], sensor: None })
+                Some(Hidden {
+                    kind: "heat source".into(),
+                    place: part,
+                    amplitude: watts,
+                    lines: vec![("source.hidden".into(), value)],
+                    sensor: None,
+                })
             }
             1 | 2 => {
                 let source = choose(random, &machine.sources).name.clone();
                 let f = if random.uniform() < 0.5 { factor(random, 0.4, 0.85) } else { factor(random, 1.15, 3.0) };
-                scaled(format!("source.{source}.power"), f).map(|lines| Hidden { kind: "source factor".into(), place: source, amplitude: f - 1.0, lines, sensor: None })
+                scaled(format!("source.{source}.power"), f).map(|lines| Hidden {
+                    kind: "source factor".into(),
+                    place: source,
+                    amplitude: f - 1.0,
+                    lines,
+                    sensor: None,
+                })
             }
             3 | 4 => {
                 let contact = choose(random, &machine.contacts).name.clone();
                 let f = if random.uniform() < 0.6 { factor(random, 0.2, 0.8) } else { factor(random, 1.25, 5.0) };
-                let key = ["conductance", "total_conductance"].iter().map(|l| format!("contact.{contact}.{l}")).find(|k| study.parameter(k).is_ok());
-                key.and_then(|k| scaled(k, f)).map(|lines| Hidden { kind: "contact conductance".into(), place: contact, amplitude: f.ln(), lines, sensor: None })
+                let key = ["conductance", "total_conductance"]
+                    .iter()
+                    .map(|l| format!("contact.{contact}.{l}"))
+                    .find(|k| study.parameter(k).is_ok());
+                key.and_then(|k| scaled(k, f)).map(|lines| Hidden {
+                    kind: "contact conductance".into(),
+                    place: contact,
+                    amplitude: f.ln(),
+                    lines,
+                    sensor: None,
+                })
             }
             5 => {
                 let channel = choose(random, &machine.channels).name.clone();
                 let f = factor(random, 0.3, 0.8);
-                scaled(format!("channel.{channel}.film_factor"), f).map(|lines| Hidden { kind: "film coefficient".into(), place: channel, amplitude: f.ln(), lines, sensor: None })
+                scaled(format!("channel.{channel}.film_factor"), f).map(|lines| Hidden {
+                    kind: "film coefficient".into(),
+                    place: channel,
+                    amplitude: f.ln(),
+                    lines,
+                    sensor: None,
+                })
             }
             6 => {
                 let circuit = choose(random, &machine.circuits).name.clone();
                 let f = factor(random, 0.5, 0.9);
-                scaled(format!("circuit.{circuit}.flow"), f).map(|lines| Hidden { kind: "coolant flow".into(), place: circuit, amplitude: f.ln(), lines, sensor: None })
+                scaled(format!("circuit.{circuit}.flow"), f).map(|lines| Hidden {
+                    kind: "coolant flow".into(),
+                    place: circuit,
+                    amplitude: f.ln(),
+                    lines,
+                    sensor: None,
+                })
             }
             7 => {
                 let circuit = choose(random, &machine.circuits).name.clone();
                 let kelvin = between(random, 0.15, 0.6) * if random.uniform() < 0.5 { -1.0 } else { 1.0 };
                 let p = study.parameter(&format!("circuit.{circuit}.inlet_temperature")).ok();
-                p.and_then(|p| p.to_set(p.value + kelvin, machine).ok().flatten())
-                    .map(|set| Hidden { kind: "coolant inlet offset".into(), place: circuit, amplitude: kelvin, lines: vec![set], sensor: None })
+                p.and_then(|p| p.to_set(p.value + kelvin, machine).ok().flatten()).map(|set| Hidden {
+                    kind: "coolant inlet offset".into(),
+                    place: circuit,
+                    amplitude: kelvin,
+                    lines: vec![set],
+                    sensor: None,
+                })
             }
             8 => {
                 let part = choose(random, &machine.parts).name.clone();
                 let f = if random.uniform() < 0.5 { factor(random, 0.3, 0.7) } else { factor(random, 1.3, 1.8) };
-                scaled(format!("part.{part}.surface.effective_emissivity"), f).map(|lines| Hidden { kind: "emissivity".into(), place: part, amplitude: f.ln(), lines, sensor: None })
+                scaled(format!("part.{part}.surface.effective_emissivity"), f).map(|lines| Hidden {
+                    kind: "emissivity".into(),
+                    place: part,
+                    amplitude: f.ln(),
+                    lines,
+                    sensor: None,
+                })
             }
             9 => {
                 let part = choose(random, &machine.parts).name.clone();
                 let g = factor(random, 0.02, 0.4);
                 let lines = vec![
                     ("node.hidden".into(), "{ temperature = \"ambient_temperature\" }".into()),
-                    ("contact.hidden".into(), format!("{{ between = [\"{part}\", \"hidden\"], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * g)),
+                    (
+                        "contact.hidden".into(),
+                        format!("{{ between = [\"{part}\", \"hidden\"], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * g),
+                    ),
                 ];
                 Some(Hidden { kind: "leak to the surroundings".into(), place: part, amplitude: g, lines, sensor: None })
             }
             10 => {
                 let (a, b) = (choose(random, &machine.parts).name.clone(), choose(random, &machine.parts).name.clone());
                 let group = |n: &str| network.groups.iter().position(|g| g == n).unwrap() as u32;
-                let touch = |x: u32, y: u32| network.joints.iter().any(|j| {
-                    let (p, q) = (network.group[j.a as usize], network.group[j.b as usize]);
-                    (p, q) == (x, y) || (q, p) == (x, y)
-                });
+                let touch = |x: u32, y: u32| {
+                    network.joints.iter().any(|j| {
+                        let (p, q) = (network.group[j.a as usize], network.group[j.b as usize]);
+                        (p, q) == (x, y) || (q, p) == (x, y)
+                    })
+                };
                 let g = factor(random, 0.05, 1.0);
                 let order = machine.parts.iter().filter(|p| p.name == a || p.name == b).map(|p| p.name.clone()).collect::<Vec<_>>();
                 (order.len() == 2 && !touch(group(&a), group(&b))).then(|| Hidden {
                     kind: "conductive link".into(),
                     place: format!("{} - {}", order[0], order[1]),
                     amplitude: g,
-                    lines: vec![("contact.hidden_link".into(), format!("{{ between = [\"{a}\", \"{b}\"], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * g))],
+                    lines: vec![(
+                        "contact.hidden_link".into(),
+                        format!("{{ between = [\"{a}\", \"{b}\"], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * g),
+                    )],
                     sensor: None,
                 })
             }
@@ -402,7 +463,13 @@ fn effect(study: &Study, sensors: &[usize], random: &mut Normal) -> Hidden {
                 let kelvin = between(random, 0.4, 2.0) * if random.uniform() < 0.5 { -1.0 } else { 1.0 };
                 let p = study.parameter("chamber.temperature").unwrap();
                 let set = p.to_set(p.value + kelvin, machine).unwrap();
-                set.map(|set| Hidden { kind: "chamber temperature".into(), place: "chamber".into(), amplitude: kelvin, lines: vec![set], sensor: None })
+                set.map(|set| Hidden {
+                    kind: "chamber temperature".into(),
+                    place: "chamber".into(),
+                    amplitude: kelvin,
+                    lines: vec![set],
+                    sensor: None,
+                })
             }
             12 => {
                 let k = (random.uniform() * sensors.len() as f64) as usize;
@@ -418,7 +485,13 @@ fn effect(study: &Study, sensors: &[usize], random: &mut Normal) -> Hidden {
                 let (i, j) = ((random.uniform() * sensors.len() as f64) as usize, (random.uniform() * sensors.len() as f64) as usize);
                 let (i, j) = (i.min(j), i.max(j));
                 let name = |k: usize| machine.sensors[sensors[k]].name.clone();
-                (i != j).then(|| Hidden { kind: "swapped sensors".into(), place: format!("{} - {}", name(i), name(j)), amplitude: 1.0, lines: Vec::new(), sensor: Some((i, 1.0, j)) })
+                (i != j).then(|| Hidden {
+                    kind: "swapped sensors".into(),
+                    place: format!("{} - {}", name(i), name(j)),
+                    amplitude: 1.0,
+                    lines: Vec::new(),
+                    sensor: Some((i, 1.0, j)),
+                })
             }
         };
         if let Some(made) = made {
