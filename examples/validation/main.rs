@@ -4,6 +4,7 @@
 //!     cargo run --release --example validation rig fits   # prints these sections only, writes figures, not the page
 
 mod common;
+mod machine;
 mod rig;
 mod settling;
 
@@ -16,9 +17,10 @@ use common::{Outcome, Section, project, table};
 type Make = fn() -> Result<Section>;
 
 /// Name on the command line, heading, what makes it.
-const SECTIONS: [(&str, &str, Make); 2] = [
+const SECTIONS: [(&str, &str, Make); 3] = [
     ("rig", "The rig: contact conductances", || rig::section(None)),
     ("settling", "The rig: settling times", || settling::section(None)),
+    ("machine", "The whole machine", || machine::section(Some(machine::CELLS))),
 ];
 
 const HEAD: &str = "# Validation
