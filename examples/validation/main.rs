@@ -4,7 +4,9 @@
 //!     cargo run --release --example validation rig fits   # prints these sections only, writes figures, not the page
 
 mod common;
+mod fits;
 mod machine;
+mod reasons;
 mod rig;
 mod settling;
 
@@ -17,10 +19,11 @@ use common::{Outcome, Section, project, table};
 type Make = fn() -> Result<Section>;
 
 /// Name on the command line, heading, what makes it.
-const SECTIONS: [(&str, &str, Make); 3] = [
+const SECTIONS: [(&str, &str, Make); 4] = [
     ("rig", "The rig: contact conductances", || rig::section(None)),
     ("settling", "The rig: settling times", || settling::section(None)),
     ("machine", "The whole machine", || machine::section(Some(machine::CELLS))),
+    ("fits", "The published fits", || fits::section(Some(machine::CELLS))),
 ];
 
 const HEAD: &str = "# Validation
