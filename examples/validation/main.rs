@@ -9,6 +9,7 @@ mod machine;
 mod reasons;
 mod rig;
 mod settling;
+mod standstill;
 
 use std::time::Instant;
 
@@ -19,11 +20,12 @@ use common::{Outcome, Section, project, table};
 type Make = fn() -> Result<Section>;
 
 /// Name on the command line, heading, what makes it.
-const SECTIONS: [(&str, &str, Make); 4] = [
+const SECTIONS: [(&str, &str, Make); 5] = [
     ("rig", "The rig: contact conductances", || rig::section(None)),
     ("settling", "The rig: settling times", || settling::section(None)),
     ("machine", "The whole machine", || machine::section(Some(machine::CELLS))),
     ("fits", "The published fits", || fits::section(Some(machine::CELLS))),
+    ("standstill", "The emissivity from 17 hours at rest", standstill::section),
 ];
 
 const HEAD: &str = "# Validation
