@@ -5,7 +5,9 @@
 
 mod common;
 mod fits;
+mod flow;
 mod machine;
+mod placement;
 mod reasons;
 mod rig;
 mod settling;
@@ -20,12 +22,14 @@ use common::{Outcome, Section, project, table};
 type Make = fn() -> Result<Section>;
 
 /// Name on the command line, heading, what makes it.
-const SECTIONS: [(&str, &str, Make); 5] = [
+const SECTIONS: [(&str, &str, Make); 7] = [
     ("rig", "The rig: contact conductances", || rig::section(None)),
     ("settling", "The rig: settling times", || settling::section(None)),
     ("machine", "The whole machine", || machine::section(Some(machine::CELLS))),
     ("fits", "The published fits", || fits::section(Some(machine::CELLS))),
     ("standstill", "The emissivity from 17 hours at rest", standstill::section),
+    ("placement", "Where sensors tell most", placement::section),
+    ("flow", "How much water", flow::section),
 ];
 
 const HEAD: &str = "# Validation

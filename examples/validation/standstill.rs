@@ -73,7 +73,10 @@ pub fn synthetic(cells: usize, water: bool, seed: u64) -> Result<Data> {
     let mut data = log(&study, water)?;
     let values = identify::values(&study, &data, Start::Steady)?;
     let mut scatter = Scatter(seed);
-    (0..10).for_each(|_| drop(scatter.next()));
+    // The first numbers after a small seed are small themselves.
+    (0..10).for_each(|_| {
+        scatter.next();
+    });
     let bias: Vec<f64> = data.sensors.iter().map(|_| 0.1 * scatter.next()).collect();
     let places = whiten::places(&data);
     for ((r, k), value) in places.into_iter().zip(values) {
@@ -103,7 +106,7 @@ fn problem(data: Data, cells: usize, keys: &[&str]) -> Result<Problem> {
 
 /// Recovers the planted emissivity; the search begins at the published 0.55.
 pub fn recovered(cells: (usize, usize), seed: u64) -> Result<(Problem, Estimate)> {
-    let problem = problem(synthetic(cells.0, false, seed)?, cells.1, &[KEY])?;
+    let problem = problem(synthetic(cells.0, true, seed)?, cells.1, &[KEY])?;
     let estimate = identify::identify(&problem, &Options { starts: 1, seed: 1 }, &mut |_| {})?;
     Ok((problem, estimate))
 }
@@ -139,7 +142,7 @@ pub fn section() -> Result<Section> {
     let mut rows = Vec::new();
     let mut paper = [0.0; 2];
     let mut best = [0.0; 2];
-    for water in [false, true] {
+    for water in [true, false] {
         let keys: Vec<&str> = std::iter::once(KEY).chain(OTHERS.iter().map(|o| o.0)).collect();
         let blank = study("five_axis.toml", &machine_sets(), Some(CELLS.1))?;
         let problem = problem(log(&blank, water)?, CELLS.1, &keys)?;
@@ -160,17 +163,17 @@ pub fn section() -> Result<Section> {
             let open = deviation(&problem, &prediction, &values, keep, true)?;
             let percent = |d: f64| if d < 2.0 { format!("{:.0} %", 100.0 * d) } else { "nothing".into() };
             rows.push(vec![name.into(), if water { "on" } else { "off" }.into(), percent(known), percent(open)]);
-            if !water && i == 0 {
+            if water && i == 0 {
                 paper = [known, open];
             }
-            if !water && i == 2 {
+            if water && i == 2 {
                 best = [known, open];
             }
         }
     }
     section.text = format!(
         "The study finds 0.55 from one standstill of 17 h. Here an emissivity of {PLANTED:.2} is planted in the five-axis machine (about {} cells), which works at 10 mm/s \
-         until steady and then rests for 17 h with motors and water off. The 16 sensors of the display are read every hour, with errors drawn within the limits of \
+         until steady and then rests for 17 h, the water still running. The 16 sensors of the display are read every hour, with errors drawn within the limits of \
          scanner and sensor. Identified on another mesh (about {} cells) from {} readings, beginning at 0.55:\n\n\
          **{found:.3}, 95 % interval {low:.3} to {high:.3}**, planted {PLANTED:.3}; misfit {:.0} with {} degrees of freedom. The seat of Y goes from {:.1} to {:.1} °C.\n\n\
          That is if nothing else is open. Standard deviation of the emissivity, with the wall known to ±0.3 K, by what is read and by what else is uncertain \
