@@ -80,7 +80,8 @@ pub fn value(c: &[f64; 4], x: f64) -> f64 {
 /// The published sweeps.
 pub fn sweeps() -> Result<Vec<Sweep>> {
     let records = Records::read("sweeps.csv")?;
-    let number = |row: &[String], column: &str| records.number(row, column)?.ok_or_else(|| Error::input("a number is missing").at_key(column));
+    let number =
+        |row: &[String], column: &str| records.number(row, column)?.ok_or_else(|| Error::input("a number is missing").at_key(column));
     let one = |row: &Vec<String>| -> Result<Sweep> {
         let (low, high) = (number(row, "low")?, number(row, "high")?);
         let mut held = Vec::new();
@@ -275,7 +276,8 @@ pub fn section(cells: Option<usize>) -> Result<Section> {
             corrected += usize::from(p.corrected.is_some());
             count += 1;
             shape = shape.max(row.differences[0].shape);
-            let fine = |f: &dyn Fn(f64) -> f64| (0..=40).map(|i| low + (high - low) * f64::from(i) / 40.0).map(|x| (x, f(x))).collect::<Vec<_>>();
+            let fine =
+                |f: &dyn Fn(f64) -> f64| (0..=40).map(|i| low + (high - low) * f64::from(i) / 40.0).map(|x| (x, f(x))).collect::<Vec<_>>();
             let coarse = |k: usize| sweep.x.iter().copied().zip(row.fitted[k].iter().copied()).collect::<Vec<_>>();
             // A curve a thousand kelvin off would hide all others.
             let drawable = (value(&p.printed, low) - row.fitted[0][0]).abs() < 100.0;
@@ -291,7 +293,15 @@ pub fn section(cells: Option<usize>) -> Result<Section> {
         }
         let held: Vec<String> = sweep.held.iter().map(|(k, v)| format!("{} {v}", k.replace('_', " "))).collect();
         section.text += &format!("### Table {}: {}\n\n{}.\n\n", sweep.table, sweep.variable.replace('_', " "), held.join(", "));
-        let heading = ["point", "printed, degC", "corrected", "as shipped", "offset / rise / shape, K", "as fed: offset / rise / shape, K", "outcome"];
+        let heading = [
+            "point",
+            "printed, degC",
+            "corrected",
+            "as shipped",
+            "offset / rise / shape, K",
+            "as fed: offset / rise / shape, K",
+            "outcome",
+        ];
         section.text += &table(&heading, &lines);
         let panels = PanelsFigure {
             title: format!("Table {}: temperatures over the {}", sweep.table, sweep.variable.replace('_', " ")),

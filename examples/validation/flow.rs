@@ -75,14 +75,23 @@ pub fn section() -> Result<Section> {
     );
     section.text += &table(&["rise", "equation 6, m3/s", "solved, m3/s", "heat into the water, W"], &rows);
     section.text += &format!(
-        "* The flow of the test, 3.33e-5 m3/s, is below both and was found enough all the same; its rise is {:.2} K by the equation.\n\
+        "* What is printed is {:.2} W over the volumetric heat of real water: {:.3}e-5 m3/s. It contradicts the constants printed beside it, not physics.\n\
+         * The flow of the test, 3.33e-5 m3/s, is below both and was found enough all the same; its rise is {:.2} K by the equation.\n\
          * `coldplate check MACHINE.toml --rise \"1 K\"` prints the flow for any machine's sources at its default condition.\n\n",
+        HEAT,
+        HEAT / real * 1e5,
         HEAT / (PAPER_WATER * 3.33e-5)
     );
     section.verdicts.push(verdict(
         Outcome::Contradicted,
-        "flow for a rise of 1 K, 3.957e-5 m3/s (equation 6)",
-        format!("164.85 / 4.2e6 = {:.3}e-5 m3/s; solved {:.3}e-5", by_equation(HEAT, 1.0) * 1e5, one * 1e5),
+        "flow for a rise of 1 K, 3.957e-5 m3/s, by the constants of equation 6",
+        format!(
+            "164.85 / 4.2e6 = {:.3}e-5 m3/s; {:.3}e-5 with real water's {:.4e} J/(m3 K); solved, with what is radiated, {:.3}e-5",
+            by_equation(HEAT, 1.0) * 1e5,
+            HEAT / real * 1e5,
+            real,
+            one * 1e5
+        ),
     ));
     Ok(section)
 }

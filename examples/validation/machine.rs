@@ -46,7 +46,10 @@ pub fn given() -> Vec<(&'static str, Vec<(String, String)>)> {
     let mut consistent = line_gain("0.4");
     consistent.extend(owned(&[(HEAT, "4.94 W")]));
     vec![
-        ("published loads (Table 2)", owned(&[("variables.bearing_preload.default", "150.5 N"), ("variables.nut_preload.default", "160.88 N")])),
+        (
+            "published loads (Table 2)",
+            owned(&[("variables.bearing_preload.default", "150.5 N"), ("variables.nut_preload.default", "160.88 N")]),
+        ),
         ("Table 4", owned(&[("variables.table_4.default", "1")])),
         ("consistent set", consistent),
     ]
@@ -140,8 +143,17 @@ fn heat_table(sets: &[Set]) -> Result<String> {
             format!("{:.0e}", balance.relative),
         ]);
     }
-    let heading =
-        ["heat, W", "motor", "reducer", "bearing, motor side", "nut and screw", "all sources", "from the chamber", "from the water", "open"];
+    let heading = [
+        "heat, W",
+        "motor",
+        "reducer",
+        "bearing, motor side",
+        "nut and screw",
+        "all sources",
+        "from the chamber",
+        "from the water",
+        "open",
+    ];
     Ok(table(&heading, &rows))
 }
 
@@ -207,7 +219,9 @@ fn shown(problem: &Problem, estimate: &Estimate) -> Result<String> {
             sensors: rows,
             other_name: "simulated by the study".into(),
             fixed: vec![],
-            notes: vec!["Y at 10 mm/s, the others at rest; 20.5 °C water, 23.5 °C chamber; 2 parameters identified from these 16 readings".into()],
+            notes: vec![
+                "Y at 10 mm/s, the others at rest; 20.5 °C water, 23.5 °C chamber; 2 parameters identified from these 16 readings".into(),
+            ],
         },
     )
 }
@@ -220,7 +234,11 @@ fn verdicts(section: &mut Section, data: &Data, sets: &[Set], estimate: &Estimat
         "all 16 sensors of the whole machine within 0.5 K, identified (2 parameters)",
         format!("largest difference {all:.2} K; the study compares 3 sensors, 0.4 K"),
     ));
-    section.verdicts.push(verdict(met(seat <= 0.2), "Y bearing seat within 0.2 K, identified", format!("{seat:.2} K (the study 0.1 K, with another heat)")));
+    section.verdicts.push(verdict(
+        met(seat <= 0.2),
+        "Y bearing seat within 0.2 K, identified",
+        format!("{seat:.2} K (the study 0.1 K, with another heat)"),
+    ));
     for set in sets.iter().filter(|s| s.name != "identified") {
         let (all, seat) = worst(data, &set.values);
         let (outcome, what) = match set.name {

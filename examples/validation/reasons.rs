@@ -101,7 +101,10 @@ pub fn reason(all: &[Published], table: usize, part: &str) -> String {
             at(10, part, 23.5)
         ),
         (10, "motor base") => {
-            format!("printed without the exponent of its square; follows the chamber by {:.2} K per kelvin, ours by more: the point is not published", (at(10, part, 24.0) - at(10, part, 18.0)) / 6.0)
+            format!(
+                "printed without the exponent of its square; follows the chamber by {:.2} K per kelvin, ours by more: the point is not published",
+                (at(10, part, 24.0) - at(10, part, 18.0)) / 6.0
+            )
         }
         (10, "nut" | "slider" | "bearing set of the non-motor side" | "bearing set of the motor side") => format!(
             "{:.2} in a chamber of 23.5 °C, printed for 250 r/min; Table 9 has {:.2} at 250 and {:.2} at 2500 r/min",

@@ -49,8 +49,10 @@ pub struct Found {
 
 /// A joint between the two blocks.
 fn coupling(watts_per_kelvin: f64) -> (String, String) {
-    let law =
-        format!("{{ between = [\"motor.+x\", \"reducer.-x\"], conductance = \"{} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * watts_per_kelvin);
+    let law = format!(
+        "{{ between = [\"motor.+x\", \"reducer.-x\"], conductance = \"{} W/(m2 K)\", area = \"0.01 m2\" }}",
+        100.0 * watts_per_kelvin
+    );
     ("contact.coupling".into(), law)
 }
 
@@ -106,8 +108,7 @@ pub fn found(case: &Case, cells: Option<usize>) -> Result<Found> {
         let at = places.iter().position(|(r, k)| all.rows[*r].test == test && all.names[*k] == sensor);
         at.map(|i| predicted[i] - measured[i]).ok_or_else(|| Error::input(format!("no reading of '{sensor}' in {test}")))
     };
-    let shells =
-        [of(ONE, "motor shell")?, of(ONE, "reducer shell")?, of(TWO, "motor shell")?, of(TWO, "reducer shell")?];
+    let shells = [of(ONE, "motor shell")?, of(ONE, "reducer shell")?, of(TWO, "motor shell")?, of(TWO, "reducer shell")?];
     Ok(Found { study, estimate, products, intervals, shells })
 }
 

@@ -53,7 +53,8 @@ pub fn run(study: &Study, test: &str) -> Result<Run> {
     let schedule = Schedule::from_rows(vec![at(0.0, &stands), at(0.0, &works), at(2.0 * 3600.0, &works)])?;
     let options = Options { start: Start::Steady, every: Some(STEP), ..Options::default() };
     let history = simulate::run(&study.model, &schedule, &options, &mut |_| {})?;
-    let sensor = |name: &str| machine.sensors.iter().position(|s| s.name == name).ok_or_else(|| Error::input(format!("no sensor '{name}'")));
+    let sensor =
+        |name: &str| machine.sensors.iter().position(|s| s.name == name).ok_or_else(|| Error::input(format!("no sensor '{name}'")));
     let sensors = [sensor(SHELLS[0])?, sensor(SHELLS[1])?];
     // The step at the start gives two readings at no time.
     let kept: Vec<usize> = (0..history.times.len()).filter(|k| *k == 0 || history.times[*k] > history.times[*k - 1]).collect();

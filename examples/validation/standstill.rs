@@ -153,11 +153,8 @@ pub fn section() -> Result<Section> {
         let one = |r: usize, k: usize| k == seat && (r == 0 || r == last);
         let seat_log = |_: usize, k: usize| k == seat;
         let all = |_: usize, _: usize| true;
-        let cases: [(&str, &dyn Fn(usize, usize) -> bool); 3] = [
-            ("Y seat before and after, as published", &one),
-            ("Y seat, every hour", &seat_log),
-            ("all 16 sensors, every hour", &all),
-        ];
+        let cases: [(&str, &dyn Fn(usize, usize) -> bool); 3] =
+            [("Y seat before and after, as published", &one), ("Y seat, every hour", &seat_log), ("all 16 sensors, every hour", &all)];
         for (i, (name, keep)) in cases.into_iter().enumerate() {
             let known = deviation(&problem, &prediction, &values, keep, false)?;
             let open = deviation(&problem, &prediction, &values, keep, true)?;
@@ -194,7 +191,11 @@ pub fn section() -> Result<Section> {
     section.verdicts.push(verdict(
         if covers { Outcome::Improved } else { Outcome::Missed },
         "a planted emissivity is recovered from 17 h of 16 sensors, on another mesh",
-        format!("{found:.3} ({low:.3} to {high:.3}) for {PLANTED:.3}; standard deviation {:.0} %, {:.0} % with the rest uncertain", 100.0 * best[0], 100.0 * best[1]),
+        format!(
+            "{found:.3} ({low:.3} to {high:.3}) for {PLANTED:.3}; standard deviation {:.0} %, {:.0} % with the rest uncertain",
+            100.0 * best[0],
+            100.0 * best[1]
+        ),
     ));
     section.verdicts.push(verdict(
         Outcome::Contradicted,
