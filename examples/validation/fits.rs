@@ -309,7 +309,7 @@ pub fn section(cells: Option<usize>) -> Result<Section> {
             y: Quantity::new("temperature", "degC"),
             names: ["as shipped", "as fed", "printed", "printed, corrected"].map(String::from).to_vec(),
             panels,
-            notes: vec![held.join(" · ")],
+            notes: vec![held.join(" · "), "a printed curve more than 100 K away is left out".into()],
         };
         section.text += &figure(&format!("table_{}", sweep.table), &panels)?;
     }
