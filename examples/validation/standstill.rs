@@ -197,6 +197,7 @@ pub fn section() -> Result<Section> {
     );
     section.text += &table(&["read", "water", "all else known", "all else uncertain"], &rows);
     section.text += "* A hand estimate for one sensor pair (0.14 K, 3 K of excess, exponential decay) gives 13 to 23 % at best and more with conduction to the cooled plates.\n\
+                     * With all else known the steady state before the stop tells most: it holds the bearing's heat against what radiates. What is uncertain takes just that away.\n\
                      * Area and emissivity enter as a product: an error of the radiating areas is one of the emissivity, and is not in this table.\n\
                      * Whether the water ran during the 17 h is not published; the table has both.\n\n";
     let covers = low <= PLANTED && PLANTED <= high;
@@ -211,7 +212,7 @@ pub fn section() -> Result<Section> {
     ));
     section.verdicts.push(verdict(
         Outcome::Contradicted,
-        "readings of a seat before and after 17 h fix the emissivity at 0.55",
+        "readings of a seat before and after 17 h give the emissivity to two digits, 0.55",
         format!("standard deviation {:.0} %, {:.0} % with the rest uncertain", 100.0 * paper[0], 100.0 * paper[1]),
     ));
     Ok(section)
