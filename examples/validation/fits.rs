@@ -316,12 +316,14 @@ pub fn section(cells: Option<usize>) -> Result<Section> {
     section.verdicts.push(verdict(
         Outcome::Reproduced,
         format!("curves of Tables 7 to 10 within {AGREE} K in offset and rise"),
-        format!("{fed} of {count} with the study's inputs, {shipped} of {count} with the machine as shipped at the printed conditions"),
+        format!(
+            "{fed} of {count} as fed (joints of seats and nut taken from these tables), {shipped} of {count} as shipped; the others differ"
+        ),
     ));
     section.verdicts.push(verdict(
         Outcome::Contradicted,
         "polynomials of Tables 7 to 10 as printed",
-        format!("{corrected} of {count} cannot be as printed; each other disagreement is named with the number it contradicts"),
+        format!("{corrected} of {count} cannot be as printed; beside each other disagreement stands the number it contradicts, or what is not published"),
     ));
     section.verdicts.push(verdict(
         Outcome::Reproduced,
