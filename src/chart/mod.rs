@@ -33,6 +33,7 @@ pub mod one_factor;
 pub mod operator_sheet;
 pub mod output;
 pub mod page;
+pub mod panels;
 pub mod parity;
 pub mod raster;
 pub mod regions;

@@ -7,10 +7,12 @@ use serde_json::{Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{significant, table};
-use crate::error::Result;
-use crate::machine::Machine;
+use crate::error::{Error, Result};
+use crate::machine::{Condition, Machine};
 use crate::model::{Inventory, Model, inventory};
-use crate::network::EnclosureViews;
+use crate::network::{EnclosureViews, Load};
+use crate::physics::water::water;
+use crate::units::{self, Dimension};
 
 /// Inventory of a machine file
 #[derive(Debug, clap::Args)]
@@ -25,6 +27,9 @@ pub struct Args {
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
+    /// Also say which coolant flow takes up the heat of all sources with this rise, such as "1 K"
+    #[arg(long, value_name = "KELVIN")]
+    rise: Option<String>,
 }
 
 /// Runs the command.
@@ -46,8 +51,50 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     let model = Model::new(machine, args.cells)?;
     let found = inventory(&model, condition.as_ref())?;
-    out.report(&text(&model, &found), &to_json(&model, &found));
+    let sizing = match (&args.rise, condition.as_ref()) {
+        (Some(rise), Some(condition)) => Some(sizing(rise, &model, condition)?),
+        (Some(rise), None) => {
+            return Err(Error::input("the heat of the sources is not known without a condition")
+                .at_key("--rise")
+                .read(rise)
+                .help("give --coolant-temperature, --motor-speed and what else the machine file leaves open"));
+        }
+        (None, _) => None,
+    };
+    let (mut text, mut json) = (text(&model, &found), to_json(&model, &found));
+    if let Some(s) = sizing {
+        text += &format!(
+            "\n{:.2} W of all sources warm the water by {} K at {} L/min ({:.4e} m3/s), by more in a chamber warmer than the machine\n",
+            s.heat,
+            significant(s.rise, 3),
+            significant(s.flow * 6e4, 4),
+            s.flow
+        );
+        json["flow_for_rise"] = json!({ "rise_K": s.rise, "heat_W": s.heat, "flow_m3_s": s.flow });
+    }
+    out.report(&text, &json);
     Ok(0)
+}
+
+/// The flow that takes up a heat.
+struct Sizing {
+    rise: f64,
+    heat: f64,
+    flow: f64,
+}
+
+/// q = P / (rho c dT) with the heat of all sources and water half the rise above its inlet temperature.
+fn sizing(text: &str, model: &Model, condition: &Condition) -> Result<Sizing> {
+    let rise = units::parse(text, Dimension::DIFFERENCE).map_err(|e| e.at_key("--rise"))?;
+    if !(rise > 0.0 && rise < 80.0) {
+        return Err(Error::input("this is no rise of cooling water").at_key("--rise").read(text).help("write for example --rise \"1 K\""));
+    }
+    let load = Load::at(&model.machine, condition)?;
+    let heat: f64 = load.powers.iter().sum();
+    let at = model.machine.variables.iter().position(|v| v.name == "coolant_temperature");
+    let inlet = at.and_then(|i| condition.si().get(i).copied()).ok_or_else(|| Error::input("the machine has no coolant temperature"))?;
+    let flow = heat / (water(inlet + rise / 2.0)?.volumetric_heat() * rise);
+    Ok(Sizing { rise, heat, flow })
 }
 
 fn to_json(model: &Model, found: &Inventory) -> Value {

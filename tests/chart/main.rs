@@ -28,6 +28,7 @@ macro_rules! every_figure {
         $check("errors", &samples::errors());
         $check("heat", &samples::heat());
         $check("measured", &samples::measured());
+        $check("panels", &samples::panels());
         $check("sheet", &samples::sheet());
     };
 }

@@ -6,6 +6,7 @@ use coldplate::chart::heat::HeatFigure;
 use coldplate::chart::measured::{MeasuredFigure, SensorRow};
 use coldplate::chart::one_factor::{Curve, OneFactorFigure};
 use coldplate::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
+use coldplate::chart::panels::{Panel, PanelsFigure};
 use coldplate::chart::parity::{ParityFigure, Sample};
 use coldplate::chart::residuals::ResidualFigure;
 use coldplate::chart::style::Quantity;
@@ -293,3 +294,18 @@ pub fn sheet() -> OperatorSheet {
 
 /// Values that break naive code.
 pub const NASTY: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, 1e308, -1e308, 5e-324];
+
+pub fn panels() -> PanelsFigure {
+    let curve = |c: &[f64; 4], shift: f64| {
+        (0..=30).map(|i| 3.925 + 0.9158 * f64::from(i)).map(|x| (x, ((c[0] * x + c[1]) * x + c[2]) * x + c[3] + shift)).collect::<Vec<_>>()
+    };
+    let panel = |(c, name): (&[f64; 4], &str)| Panel { title: name.into(), curves: vec![curve(c, 0.0), curve(c, 0.3), Vec::new()] };
+    PanelsFigure {
+        title: "Temperatures over the coolant flow".into(),
+        x: flow(),
+        y: temperature(),
+        names: ["ours", "published", "published, corrected"].map(String::from).to_vec(),
+        panels: TABLE_7.iter().zip(POINTS).map(panel).collect(),
+        notes: vec!["2500 rpm, 20 °C".into()],
+    }
+}

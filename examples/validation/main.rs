@@ -1,0 +1,83 @@
+//! Writes docs/validation.md and its figures from real runs: what of the published study is reproduced, improved, contradicted.
+//!
+//!     cargo run --release --example validation            # all of it
+//!     cargo run --release --example validation rig fits   # prints these sections only, writes figures, not the page
+
+mod common;
+mod fits;
+mod flow;
+mod machine;
+mod placement;
+mod reasons;
+mod rig;
+mod settling;
+mod standstill;
+
+use std::time::Instant;
+
+use coldplate::error::Result;
+use coldplate::files;
+use common::{Outcome, Section, project, table};
+
+type Make = fn() -> Result<Section>;
+
+/// Name on the command line, heading, what makes it.
+const SECTIONS: [(&str, &str, Make); 7] = [
+    ("rig", "The rig: contact conductances", || rig::section(None)),
+    ("settling", "The rig: settling times", || settling::section(None)),
+    ("machine", "The whole machine", || machine::section(Some(machine::CELLS))),
+    ("fits", "The published fits", || fits::section(Some(machine::CELLS))),
+    ("standstill", "The emissivity from 17 hours at rest", standstill::section),
+    ("placement", "Where sensors tell most", placement::section),
+    ("flow", "How much water", flow::section),
+];
+
+const HEAD: &str = "# Validation
+
+What of the published study of this machine is reproduced, what is improved, what is contradicted and by which arithmetic. Every number
+and figure below comes from runs of one command:
+
+    cargo run --release --example validation
+
+Published numbers are in `data/paper/`, readings in `data/rig.csv` and `data/five_axis.csv`. Differences are predicted less measured.
+
+";
+
+fn main() {
+    if let Err(error) = run() {
+        eprintln!("{error}");
+        std::process::exit(1);
+    }
+}
+
+fn run() -> Result<()> {
+    let chosen: Vec<String> = std::env::args().skip(1).collect();
+    let mut body = String::new();
+    let mut verdicts = Vec::new();
+    for (name, heading, make) in SECTIONS {
+        if !chosen.is_empty() && !chosen.iter().any(|c| c == name) {
+            continue;
+        }
+        let clock = Instant::now();
+        let section = make()?;
+        eprintln!("{name}: {:.1} s", clock.elapsed().as_secs_f64());
+        body += &format!("## {heading}\n\n{}", section.text);
+        verdicts.extend(section.verdicts);
+    }
+    let mut overview = String::from("## At a glance\n\n");
+    for (outcome, title) in [
+        (Outcome::Reproduced, "Reproduced"),
+        (Outcome::Improved, "Improved"),
+        (Outcome::Contradicted, "Contradicted"),
+        (Outcome::Missed, "Targets missed"),
+    ] {
+        let rows: Vec<Vec<String>> =
+            verdicts.iter().filter(|v| v.outcome == outcome).map(|v| vec![v.what.clone(), v.figure.clone()]).collect();
+        if rows.is_empty() {
+            continue;
+        }
+        overview += &table(&[title, "figure"], &rows);
+    }
+    let text = format!("{HEAD}{overview}{}\n", body.trim_end());
+    if chosen.is_empty() { files::write(&project("docs/validation.md"), text.as_bytes()) } else { Ok(print!("{text}")) }
+}
