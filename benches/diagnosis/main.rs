@@ -53,7 +53,7 @@ fn main() {
         let score = twin::score(&case, &found);
         let wrong = match family {
             Family::Clean => score.detected,
-            Family::One => (score.d > 12.0 && !score.exact) || (score.confident && !score.exact),
+            Family::One => !score.exact && (score.d > 12.0 || score.confident),
             Family::Two => score.d > 20.0 && !score.exact,
             Family::Outside => score.confident,
         };

@@ -73,7 +73,7 @@ impl Screened {
         let n = self.residual.len();
         let exceeds = |s: usize| -> bool {
             let mut normal = Normal::new(seed.wrapping_add(s as u64));
-            let noise: Vec<f64> = (0..n).map(|_| normal.next()).collect();
+            let noise: Vec<f64> = (0..n).map(|_| normal.draw()).collect();
             (0..self.visible.len()).any(|j| {
                 let along: f64 = self.columns.column(j).iter().zip(&noise).map(|(c, z)| c * z).sum::<f64>() / unit[j];
                 (along > 0.0 || self.signed[j]) && along * along >= best

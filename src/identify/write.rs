@@ -6,6 +6,9 @@ use super::{Estimate, Problem};
 use crate::error::{Error, Result};
 use crate::reader::{Document, edited};
 
+/// Keys of a machine file with their values, TOML.
+type Sets = Vec<(String, String)>;
+
 /// Text of the machine file with the values found; comments stay, and a block above says where the values come from.
 ///
 /// # Errors
@@ -59,7 +62,7 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
 }
 
 /// What the document holds that the file's text does not, as keys with their values, and in words.
-fn changed_beforehand(document: &Document, text: &str, path: &Path) -> Result<(Vec<(String, String)>, Vec<String>)> {
+fn changed_beforehand(document: &Document, text: &str, path: &Path) -> Result<(Sets, Vec<String>)> {
     let own = Document::parse(text, path)?;
     let mut sets = Vec::new();
     for key in document.keys() {

@@ -257,7 +257,7 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         .iter()
         .map(|c| {
             let deviations = uncertainty.at(c);
-            Condition::from_si(c.si().iter().zip(deviations).map(|(v, d)| v + d * random.next()).collect())
+            Condition::from_si(c.si().iter().zip(deviations).map(|(v, d)| v + d * random.draw()).collect())
         })
         .collect();
     let mut data = Data { source: "a twin".into(), sensors: sensors.clone(), names, rows: rows(&real), notes: Vec::new() };
@@ -279,11 +279,11 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         }
     }
     let shift = values.iter().zip(&clean).map(|(a, b)| a - b).collect();
-    let errors: Vec<f64> = sensors.iter().map(|_| bias * random.next()).collect();
+    let errors: Vec<f64> = sensors.iter().map(|_| bias * random.draw()).collect();
     for (r, row) in data.rows.iter_mut().enumerate() {
         row.condition = stated[r].clone();
         for k in 0..sensors.len() {
-            row.readings[k] = Some(values[r * sensors.len() + k] + errors[k] + noise * random.next());
+            row.readings[k] = Some(values[r * sensors.len() + k] + errors[k] + noise * random.draw());
         }
     }
     let problem = Problem {
@@ -304,19 +304,19 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
 fn perturbed(study: &Study, random: &mut Normal) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     let machine = &study.model.machine;
-    let films = 1.0 + 0.05 * random.next();
+    let films = 1.0 + 0.05 * random.draw();
     for channel in &machine.channels {
         if let Ok(p) = study.parameter(&format!("channel.{}.film_factor", channel.name)) {
             lines.extend(p.to_set(p.value * films, machine).unwrap());
         }
     }
-    let heats = 1.0 + 0.01 * random.next();
+    let heats = 1.0 + 0.01 * random.draw();
     for source in &machine.sources {
         if let Ok(p) = study.parameter(&format!("source.{}.power", source.name)) {
             lines.extend(p.to_set(p.value * heats, machine).unwrap());
         }
     }
-    let emissivities = (1.0 + 0.07 * random.next()).clamp(0.8, 1.2);
+    let emissivities = (1.0 + 0.07 * random.draw()).clamp(0.8, 1.2);
     for part in &machine.parts {
         for key in ["effective_emissivity", "emissivity"] {
             if let Ok(p) = study.parameter(&format!("part.{}.surface.{key}", part.name)) {
