@@ -450,14 +450,8 @@ impl Hypothesis {
                 Some(vec![(format!("node.{}", quoted(&node)), held), (added("contact"), self.conductor(&[group(g), node], amplitude))])
             }
             Act::Link(a, b) => Some(vec![(added("contact"), self.conductor(&[group(a), group(b)], amplitude))]),
-            Act::Radiate(a, b) => {
-                let between = format!("[{}, {}]", text(group(a)), text(group(b)));
-                let value = format!(
-                    "{{ between = {between}, view_factor = 1.0, emissivity = [1.0, 1.0], area = \"{:?} m2\" }}",
-                    amplitude.max(1e-9)
-                );
-                Some(vec![(added("radiation_link"), value)])
-            }
+            // A link of the file takes the faces it joins away from the chamber: it is not what this adds.
+            Act::Radiate(..) => None,
             Act::Capacity(g) => {
                 let name = group(g);
                 if let Some(part) = machine.parts.iter().find(|p| p.name == name) {

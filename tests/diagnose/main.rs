@@ -70,7 +70,7 @@ fn signatures_are_slopes_of_the_edits() {
     let all = hypotheses(study, data, &[]);
     let found = signatures(study, data, Start::Steady, &[], &all, &scales, &[]).unwrap();
     let base = identify::values(study, data, Start::Steady).unwrap();
-    let mut checked = 0;
+    let (mut checked, mut wrong) = (0, Vec::new());
     for (h, column) in all.iter().zip(&found.columns) {
         let step = 0.02 * h.scale;
         let Some(sets) = h.sets(study, &scales, &[], step).unwrap() else { continue };
@@ -81,16 +81,26 @@ fn signatures_are_slopes_of_the_edits() {
         let slope: Vec<f64> = moved.iter().zip(&base).map(|(a, b)| (a - b) / step).collect();
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (own, other, both) = (dot(column, column).sqrt(), dot(&slope, &slope).sqrt(), dot(column, &slope));
-        if other * h.scale < 1e-3 {
+        // What is spread over a part in the screen enters over its surface in the file: between places of nearly one
+        // temperature that decides the sign, so only what shows is held to it. Gas grows not quite with pressure.
+        let loose = matches!(h.act, Act::Leak(_) | Act::Link(..) | Act::Radiate(..) | Act::Gas);
+        if other * h.scale < if loose { 0.3 } else { 1e-3 } {
             continue; // shows nowhere
         }
         let (cosine, ratio) = (both / (own * other), own / other);
-        // What is spread over a part in the screen enters over its surface in the file; gas grows not quite with pressure.
-        let loose = matches!(h.act, Act::Leak(_) | Act::Link(..) | Act::Radiate(..) | Act::Gas);
         let (alike, size) = if loose { (0.98, 0.35) } else { (0.999, 0.03) };
-        assert!(cosine > alike && (ratio - 1.0).abs() < size, "{} at {} {:?}: cosine {cosine}, ratio {ratio}", h.kind, h.place, h.law);
+        if !(cosine > alike && (ratio - 1.0).abs() < size) {
+            wrong.push(format!(
+                "{} at {} {:?}: cosine {cosine:.4}, ratio {ratio:.3}, size {:.2} K",
+                h.kind,
+                h.place,
+                h.law,
+                other * h.scale
+            ));
+        }
         checked += 1;
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
     println!("{checked} of {} causes checked", all.len());
     assert!(checked > 40, "{checked}");
 }
