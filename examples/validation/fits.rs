@@ -233,8 +233,7 @@ pub fn rows(cells: Option<usize>) -> Result<Vec<(Sweep, Vec<Row>)>> {
 
 /// The section.
 pub fn section(cells: Option<usize>) -> Result<Section> {
-    let mut section = Section::default();
-    section.text = format!(
+    let text = format!(
         "Every row of Tables 7 to 10: {POINTS} conditions over the published range are solved, a polynomial of the published degree is fitted to each \
          point, and compared over the range with the printed one, or with the corrected one where a coefficient cannot be as printed \
          (`data/paper/corrections.csv`). *Offset* is the mean of ours less theirs, *rise* our rise over the range less theirs, *shape* what is left \
@@ -246,6 +245,7 @@ pub fn section(cells: Option<usize>) -> Result<Section> {
          not a machine one would build. About {} cells.\n\n",
         cells.unwrap_or(CELLS)
     );
+    let mut section = Section { text, ..Section::default() };
     let (mut shipped, mut fed, mut count, mut corrected, mut shape) = (0, 0, 0, 0, 0.0f64);
     let all = published()?;
     for (sweep, rows) in rows(cells)? {

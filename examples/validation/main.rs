@@ -79,5 +79,9 @@ fn run() -> Result<()> {
         overview += &table(&[title, "figure"], &rows);
     }
     let text = format!("{HEAD}{overview}{}\n", body.trim_end());
-    if chosen.is_empty() { files::write(&project("docs/validation.md"), text.as_bytes()) } else { Ok(print!("{text}")) }
+    if chosen.is_empty() {
+        return files::write(&project("docs/validation.md"), text.as_bytes());
+    }
+    print!("{text}");
+    Ok(())
 }

@@ -11,6 +11,9 @@ use nalgebra::DMatrix;
 use crate::common::{Outcome, Section, celsius, owned, study, table, verdict};
 use crate::machine::{self, SEAT};
 
+/// Which readings, by row and sensor.
+type Chosen<'a> = &'a dyn Fn(usize, usize) -> bool;
+
 /// What is planted: machined stainless steel is 0.15 to 0.35.
 pub const PLANTED: f64 = 0.30;
 /// Cells of the truth and of the model that is fitted to it.
@@ -165,7 +168,7 @@ pub fn section() -> Result<Section> {
         let one = |r: usize, k: usize| k == seat && (r == 0 || r == last);
         let seat_log = |_: usize, k: usize| k == seat;
         let all = |_: usize, _: usize| true;
-        let cases: [(&str, &dyn Fn(usize, usize) -> bool); 3] =
+        let cases: [(&str, Chosen<'_>); 3] =
             [("Y seat before and after, as published", &one), ("Y seat, eight times", &seat_log), ("all 16 sensors, eight times", &all)];
         for (i, (name, keep)) in cases.into_iter().enumerate() {
             let known = deviation(&problem, &prediction, &values, keep, false)?;

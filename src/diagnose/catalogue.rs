@@ -55,7 +55,7 @@ pub enum Act {
     Capacity(u32),
     /// Offset of a sensor of the data, K.
     Bias(usize),
-    /// Gain of a sensor of the data, relative to [`REFERENCE`].
+    /// Gain of a sensor of the data, relative, counted from 20 degC.
     Gain(usize),
     /// Time constant of a sensor of the data, s; logs only.
     Lag(usize),
