@@ -27,6 +27,7 @@ pub mod mesh;
 pub mod model;
 pub mod network;
 pub mod physics;
+pub mod random;
 pub mod reader;
 pub mod report;
 pub mod schedule;

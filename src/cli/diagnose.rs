@@ -235,7 +235,7 @@ fn headline(found: &Diagnosis) -> String {
                 "region" => format!("it touches {}", found.level.what),
                 _ => "not even its place is certain".into(),
             };
-            format!("Something is wrong; {certain}, and {} explanations fit alike: the data cannot tell them apart.", found.set)
+            format!("Something is wrong; {certain}, and {} explanations fit alike: the data cannot tell them apart.", found.set.len())
         }
     }
 }
@@ -319,7 +319,7 @@ fn to_json(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Valu
                     "kind": p.hypothesis.kind, "place": p.hypothesis.place, "law": p.hypothesis.law.words(),
                     "parameters": {"amplitude": {"value": number(p.amplitude), "low": number(low), "high": number(high), "unit": p.hypothesis.unit}},
                     "probability": e.probability, "text": sentence(p),
-                    "ambiguous_with": found.explanations.iter().take(found.set).filter(|o| *o != e).map(|o| o.parts.iter().map(|p| format!("{} at {}", p.hypothesis.kind, p.hypothesis.place)).collect::<Vec<_>>().join("; ")).collect::<Vec<_>>(),
+                    "ambiguous_with": found.set.iter().map(|i| &found.explanations[*i]).filter(|o| *o != e).map(|o| o.parts.iter().map(|p| format!("{} at {}", p.hypothesis.kind, p.hypothesis.place)).collect::<Vec<_>>().join("; ")).collect::<Vec<_>>(),
                 })
             })
             .collect()
@@ -353,7 +353,7 @@ fn to_json(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Valu
         "level": {"name": found.level.name, "what": found.level.what, "probability": found.level.probability},
         "probabilities": {"nothing": found.others.0, "something_else": found.others.1},
         "causes": if matches!(found.verdict, Verdict::Consistent | Verdict::SomethingElse) { Vec::new() } else { found.explanations.first().map(&cause).unwrap_or_default() },
-        "set": found.explanations.iter().take(found.set).map(&cause).collect::<Vec<_>>(),
+        "set": found.set.iter().map(|i| cause(&found.explanations[*i])).collect::<Vec<_>>(),
         "next_measurement": found.next.iter().map(|n| json!({"condition": condition(&n.condition), "separation_sigma": n.mean, "least_sigma": number(n.separation), "sensor": n.sensor.as_ref().map(|s| &s.0)})).collect::<Vec<_>>(),
         "gain": found.gain.as_ref().map(|g| json!({"rmse_before_K": g.before, "rmse_after_K": g.after, "low": g.interval.0, "high": g.interval.1, "noise_floor_K": g.noise_floor, "held_out": g.conditions})),
         "extended_machine": written.map(|p| p.display().to_string()),
@@ -394,7 +394,7 @@ fn report(problem: &Problem, found: &Diagnosis, written: Option<&Path>) -> Resul
         section.table(table);
         section.paragraph(format!(
             "{} explanations cannot be refuted by these data. Nothing wrong: {:.3}; something else: {:.3}.",
-            found.set, found.others.0, found.others.1
+            found.set.len(), found.others.0, found.others.1
         ));
     }
     if !found.next.is_empty() {

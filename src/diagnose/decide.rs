@@ -53,20 +53,21 @@ pub fn is_wrong(misfit: &Misfit) -> bool {
     misfit.probability < ALARM_MISFIT || misfit.look_elsewhere < ALARM_CAUSE
 }
 
-/// Verdict, level of certainty, and how many explanations the data cannot refute.
-pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation]) -> (Verdict, Level, usize) {
+/// Verdict, level of certainty, and which explanations the data cannot refute, the first one always among them.
+pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation]) -> (Verdict, Level, Vec<usize>) {
     let none = |probability: f64| Level { name: "nothing", what: String::new(), probability };
     if !is_wrong(misfit) {
-        return (Verdict::Consistent, none(posterior.nothing), 0);
+        return (Verdict::Consistent, none(posterior.nothing), Vec::new());
     }
     let Some(best) = explanations.first() else {
-        return (Verdict::SomethingElse, none(posterior.something_else), 0);
+        return (Verdict::SomethingElse, none(posterior.something_else), Vec::new());
     };
     // Causes with fewer parts are held against the best of their own number: two always fit better than one.
     let least = explanations.iter().filter(|e| e.parts.len() == best.parts.len()).map(|e| e.misfit).fold(f64::INFINITY, f64::min);
-    let is_alive =
-        |e: &Explanation| e.parts.len() == best.parts.len() && e.misfit - least < SET_95 && e.probability > 1e-3 * best.probability;
-    let set = explanations.iter().take_while(|e| e.probability > 1e-4).filter(|e| is_alive(e)).count().max(1);
+    let is_alive = |e: &Explanation| {
+        e.parts.len() == best.parts.len() && e.misfit - least < SET_95 && e.probability > (1e-3 * best.probability).max(1e-4)
+    };
+    let set = (0..explanations.len()).filter(|i| *i == 0 || is_alive(&explanations[*i])).collect();
     let left = chi_square_tail(best.misfit, misfit.freedom.saturating_sub(best.parts.len()).max(1));
     if left < LEFT_OVER || posterior.something_else > 0.5 {
         return (Verdict::SomethingElse, region(explanations, 0.0), set);

@@ -2,12 +2,12 @@
 
 use super::catalogue::Hypothesis;
 use super::probability;
-use super::random::Normal;
 use super::refine::Fitted;
 use super::screen::Screened;
 use super::signature::Signatures;
 use super::{Errors, Problem, decide, misfit, screened};
 use crate::measure::whiten;
+use crate::random::Random;
 
 /// Most parts the conditions are cut into.
 const FOLDS: usize = 8;
@@ -96,10 +96,10 @@ pub fn gain(
     };
     let all: Vec<usize> = (0..conditions.len()).collect();
     let (before, after) = rms(&all);
-    let mut normal = Normal::new(problem.seed);
+    let mut random = Random::new(problem.seed);
     let mut gains: Vec<f64> = (0..RESAMPLED)
         .map(|_| {
-            let chosen: Vec<usize> = all.iter().map(|_| (normal.uniform() * all.len() as f64) as usize).collect();
+            let chosen: Vec<usize> = all.iter().map(|_| (random.unit() * all.len() as f64) as usize).collect();
             let (before, after) = rms(&chosen);
             before - after
         })

@@ -12,9 +12,9 @@
 mod advice;
 mod catalogue;
 mod decide;
+mod finalists;
 mod gain;
 mod probability;
-pub mod random;
 mod refine;
 mod screen;
 mod signature;
@@ -36,7 +36,8 @@ pub use refine::{Bench, Fitted, fit};
 pub use signature::{Signatures, signatures};
 pub use words::sentence;
 
-use probability::{Candidate, Posterior};
+use finalists::Finals;
+use probability::Candidate;
 use screen::Screened;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
@@ -45,10 +46,6 @@ const SET_95: f64 = 5.991_465;
 const TWO_SIDED_90: f64 = 1.644_854;
 /// Cells of the finer mesh that predictions are corrected with, over those of the model.
 const FINER: f64 = 3.0;
-/// Causes and pairs that are fitted through the full solver.
-const FINALISTS: usize = 6;
-/// Least probability of a finalist, once there is one.
-const LEAST: f64 = 3e-3;
 
 /// What any model of such a machine leaves open, as standard deviations of common factors, and its own noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -150,8 +147,8 @@ pub struct Diagnosis {
     pub others: (f64, f64),
     /// Explanations, most probable first.
     pub explanations: Vec<Explanation>,
-    /// How many of them the data cannot refute.
-    pub set: usize,
+    /// Which of them the data cannot refute, as indices.
+    pub set: Vec<usize>,
     /// Hypotheses tried, and those that could show in these data.
     pub tried: (usize, usize),
     /// Predictions of the machine as it is, residuals (K) and whitened residuals.
@@ -246,18 +243,19 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let prior = probability::prior(&screened, &catalogue);
     let mut posterior = probability::posterior(&screened, &prior);
     let is_wrong = decide::is_wrong(&misfit);
-    let bench = Bench { study, data, start: problem.start, scales: &scales, user: &problem.user };
+    let bench = Bench { study, data, predicted: &found.prediction.values, start: problem.start, scales: &scales, user: &problem.user };
     let readings: Vec<f64> = whiten::readings(data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
     let mut fitted: Vec<(Vec<usize>, Fitted)> = Vec::new();
     if is_wrong {
-        progress("fitting the most probable causes through the full solver");
-        fitted = refit(&bench, &catalogue, &screened, &mut posterior, &readings, &whitener);
+        let finals = Finals { problem, bench: &bench, catalogue: &catalogue, screened: &screened, readings: &readings, whitener: &whitener };
+        fitted = finals.fit(&mut posterior, &prior, progress)?;
     }
     let explanation = |c: &Candidate| -> Explanation {
         let known = fitted.iter().find(|(members, _)| *members == c.members);
+        let linear = screened.deviations(&c.members);
         let parts = c.members.iter().enumerate().map(|(i, j)| {
             let hypothesis = catalogue[screened.visible[*j]].clone();
-            let linear = 1.0 / (1.0 + screened.gram[(*j, *j)]).sqrt() * hypothesis.scale;
+            let linear = linear[i] * hypothesis.scale;
             let (amplitude, deviation) = match known {
                 Some((_, f)) => (f.amplitudes[i], f.deviations[i]),
                 None => (c.amplitudes[i] * hypothesis.scale, linear),
@@ -282,14 +280,14 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
             .map(|(_, f)| f.values.iter().zip(&mesh).map(|(v, m)| v + m).collect())
     });
     let sets = match &members {
-        Some(members) => bench.sets(members)?,
+        Some(members) => bench.extended(members)?.map(|(_, sets)| sets),
         None => None,
     };
     progress("gain on conditions kept out");
     let gain = gain::gain(problem, &catalogue, &found, &errors, &fitted, &screened, is_wrong);
     let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
         progress("what to measure next");
-        advice::next(problem, &explanations[..set.min(explanations.len())], &scales)?
+        advice::next(problem, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>(), &scales)?
     } else {
         Vec::new()
     };
@@ -337,41 +335,4 @@ fn screened(residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalog
 fn misfit(screened: &Screened, seed: u64) -> Misfit {
     let (chi2, freedom) = (screened.misfit(), screened.residual.len());
     Misfit { chi2, freedom, probability: crate::identify::chi_square_tail(chi2, freedom), look_elsewhere: screened.look_elsewhere(seed) }
-}
-
-/// Fits the most probable candidates through the full solver and puts their evidence in place of the linear one.
-fn refit(
-    bench: &Bench<'_>,
-    catalogue: &[Hypothesis],
-    screened: &Screened,
-    posterior: &mut Posterior,
-    readings: &[f64],
-    whitener: &Whitener,
-) -> Vec<(Vec<usize>, Fitted)> {
-    use rayon::prelude::*;
-    let chosen: Vec<Candidate> = posterior
-        .candidates
-        .iter()
-        .take(FINALISTS)
-        .enumerate()
-        .filter(|(i, c)| *i == 0 || c.probability > LEAST)
-        .map(|(_, c)| c.clone())
-        .collect();
-    let attempt = |c: &Candidate| -> Option<(Vec<usize>, Fitted)> {
-        let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[screened.visible[*j]]).collect();
-        let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
-        fit(bench, &members, &guess, readings, whitener).ok().map(|f| (c.members.clone(), f))
-    };
-    let fitted: Vec<(Vec<usize>, Fitted)> = chosen.par_iter().filter_map(attempt).collect();
-    let whole = 0.5 * screened.misfit();
-    for (members, f) in &fitted {
-        let Some(candidate) = posterior.candidates.iter_mut().find(|c| c.members == *members) else { continue };
-        // The prior of the hypothesis stays; its evidence over nothing is the fit's.
-        let sides: f64 = members.iter().filter(|j| !screened.signed[**j]).count() as f64 * 2f64.ln();
-        let linear = probability::evidence(screened, members);
-        candidate.weight += f.evidence + whole + sides - linear;
-        candidate.gain = screened.misfit() - f.misfit;
-    }
-    posterior.normalise();
-    fitted
 }

@@ -64,6 +64,15 @@ pub fn prior(screened: &Screened, hypotheses: &[Hypothesis]) -> Vec<f64> {
         .collect()
 }
 
+/// Logarithm of the prior of one cause or two.
+pub fn prior_of(members: &[usize], prior: &[f64]) -> f64 {
+    match *members {
+        [j] => (PRIORS[1] * prior[j]).ln(),
+        [i, j] => (PRIORS[2] * 2.0 * prior[i] * prior[j]).ln(),
+        _ => f64::NEG_INFINITY,
+    }
+}
+
 /// Logarithm of the evidence of one cause or two over that of nothing, in the linear model.
 pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
     match *members {
@@ -89,7 +98,7 @@ pub fn posterior(screened: &Screened, prior: &[f64]) -> Posterior {
     let mut candidates: Vec<Candidate> = (0..n)
         .map(|j| {
             let (amplitude, gain) = screened.single(j);
-            let weight = evidence(screened, &[j]) + (PRIORS[1] * prior[j]).ln();
+            let weight = evidence(screened, &[j]) + prior_of(&[j], prior);
             Candidate { members: vec![j], amplitudes: vec![amplitude], gain, weight, probability: 0.0 }
         })
         .collect();
@@ -102,7 +111,7 @@ pub fn posterior(screened: &Screened, prior: &[f64]) -> Posterior {
                 if gain <= 0.0 {
                     return None;
                 }
-                let weight = evidence(screened, &[i, j]) + (PRIORS[2] * 2.0 * prior[i] * prior[j]).ln();
+                let weight = evidence(screened, &[i, j]) + prior_of(&[i, j], prior);
                 (weight > best_single + NEGLIGIBLE.ln()).then(|| Candidate {
                     members: vec![i, j],
                     amplitudes: amplitudes.to_vec(),

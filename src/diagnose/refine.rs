@@ -9,7 +9,11 @@ use crate::measure::{Data, Whitener};
 use crate::sensitivity::Study;
 use crate::simulate::Start;
 
-const MOST_STEPS: usize = 4;
+/// Steps with the same slopes, and how often slopes are renewed.
+const MOST_STEPS: usize = 3;
+const MOST_RENEWALS: usize = 4;
+/// Slopes are renewed until they moved the fit by less than this share of its standard deviation.
+const RENEWED: f64 = 0.3;
 /// Difference step, as a share of the prior's scale.
 const STEP: f64 = 0.02;
 
@@ -20,6 +24,8 @@ pub struct Bench<'a> {
     pub study: &'a Study,
     /// The data.
     pub data: &'a Data,
+    /// What the machine as it is predicts for them, K.
+    pub predicted: &'a [f64],
     /// State logs begin with.
     pub start: Start,
     /// Where laws are one.
@@ -29,11 +35,12 @@ pub struct Bench<'a> {
 }
 
 impl Bench<'_> {
-    /// Lines of the machine file for several hypotheses at once; `None` where it has no words for one.
+    /// The machine with several hypotheses in force at once, and the lines of its file that make it so; `None` where the
+    /// file has no words for one.
     ///
     /// # Errors
-    /// As [`Hypothesis::sets`].
-    pub fn sets(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<Vec<(String, String)>>> {
+    /// As [`Hypothesis::sets`]; the machine with these lines is not valid.
+    pub fn extended(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<(Study, Vec<(String, String)>)>> {
         let mut all = Vec::new();
         let mut study = self.study.clone();
         for (h, amplitude) in members {
@@ -44,7 +51,7 @@ impl Bench<'_> {
             }
             all.extend(sets);
         }
-        Ok(Some(all))
+        Ok(Some((study, all)))
     }
 
     /// Predictions with hypotheses in force.
@@ -52,24 +59,16 @@ impl Bench<'_> {
     /// # Errors
     /// The machine file has no words for one of them, or the machine with them cannot be solved.
     pub fn predict(&self, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
-        self.predict_for(self.data, members)
-    }
-
-    /// The same of other data.
-    ///
-    /// # Errors
-    /// As [`Bench::predict`].
-    pub fn predict_for(&self, data: &Data, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
-        let Some(sets) = self.sets(members)? else {
-            return Err(Error::input("the machine file has no words for this cause"));
-        };
-        let mut values = if sets.is_empty() {
-            identify::values(self.study, data, self.start)?
+        let mut values = if members.iter().all(|(h, _)| h.is_sensor()) {
+            self.predicted.to_vec()
         } else {
-            identify::values(&self.study.edited(&sets)?, data, self.start)?
+            let Some((study, _)) = self.extended(members)? else {
+                return Err(Error::input("the machine file has no words for this cause"));
+            };
+            identify::values(&study, self.data, self.start)?
         };
         for (h, amplitude) in members.iter().filter(|(h, _)| h.is_sensor()) {
-            values = h.read(data, &values, *amplitude);
+            values = h.read(self.data, &values, *amplitude);
         }
         Ok(values)
     }
@@ -116,44 +115,44 @@ pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], readings: 
     let mut values = values?;
     let mut residual = whiten(&values);
     let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    // Slopes where the guess lies serve all steps: what is left to go is short.
-    let mut jacobian = DMatrix::zeros(readings.len(), k);
-    for j in 0..k {
-        let step = STEP * members[j].scale;
-        let mut moved = here.clone();
-        moved[j] += step;
-        let column: Vec<f64> = at(&moved)?.iter().zip(&values).map(|(a, b)| (a - b) / step).collect();
-        jacobian.set_column(j, &DVector::from_vec(whitener.apply(&column)));
-    }
-    let mut matrix = jacobian.transpose() * &jacobian;
-    members.iter().enumerate().for_each(|(j, h)| matrix[(j, j)] += 1.0 / (h.scale * h.scale));
-    let covariance = matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k));
-    for _ in 0..MOST_STEPS {
-        let mut right = jacobian.transpose() * DVector::from_vec(residual.clone());
-        members.iter().enumerate().for_each(|(j, h)| right[j] -= here[j] / (h.scale * h.scale));
-        let step = &covariance * right;
-        if (0..k).all(|j| step[j].abs() < 0.05 * covariance[(j, j)].sqrt()) {
-            break;
-        }
-        let before = square(&residual) + prior(&here);
-        let mut share = 1.0;
-        let mut moved = false;
-        for _ in 0..3 {
-            let to: Vec<f64> = (0..k).map(|j| bounded(here[j] + share * step[j], members[j])).collect();
-            if to == here {
+    let mut covariance = DMatrix::identity(k, k);
+    for _ in 0..MOST_RENEWALS {
+        let jacobian = slopes(&at, members, &here, &values, whitener)?;
+        let mut matrix = jacobian.transpose() * &jacobian;
+        members.iter().enumerate().for_each(|(j, h)| matrix[(j, j)] += 1.0 / (h.scale * h.scale));
+        covariance = matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k));
+        let begun = here.clone();
+        for _ in 0..MOST_STEPS {
+            let mut right = jacobian.transpose() * DVector::from_vec(residual.clone());
+            members.iter().enumerate().for_each(|(j, h)| right[j] -= here[j] / (h.scale * h.scale));
+            let step = &covariance * right;
+            if (0..k).all(|j| step[j].abs() < 0.05 * covariance[(j, j)].sqrt()) {
                 break;
             }
-            if let Ok(found) = at(&to) {
-                let left = whiten(&found);
-                if square(&left) + prior(&to) <= before {
-                    (here, values, residual) = (to, found, left);
-                    moved = true;
+            let before = square(&residual) + prior(&here);
+            let mut share = 1.0;
+            let mut moved = false;
+            for _ in 0..3 {
+                let to: Vec<f64> = (0..k).map(|j| bounded(here[j] + share * step[j], members[j])).collect();
+                if to == here {
                     break;
                 }
+                if let Ok(found) = at(&to) {
+                    let left = whiten(&found);
+                    if square(&left) + prior(&to) <= before {
+                        (here, values, residual) = (to, found, left);
+                        moved = true;
+                        break;
+                    }
+                }
+                share *= 0.4;
             }
-            share *= 0.4;
+            if !moved {
+                break;
+            }
         }
-        if !moved {
+        // Slopes, and with them the interval, are those of where the fit ended.
+        if (0..k).all(|j| (here[j] - begun[j]).abs() < RENEWED * covariance[(j, j)].sqrt()) {
             break;
         }
     }
@@ -161,4 +160,23 @@ pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], readings: 
     let scale: f64 = members.iter().map(|h| h.scale.ln()).sum();
     let evidence = -0.5 * misfit - 0.5 * prior(&here) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
     Ok(Fitted { deviations: (0..k).map(|j| covariance[(j, j)].max(0.0).sqrt()).collect(), amplitudes: here, misfit, values, evidence })
+}
+
+/// Whitened slopes of the predictions with respect to every amplitude, one column each.
+fn slopes(
+    at: &dyn Fn(&[f64]) -> Result<Vec<f64>>,
+    members: &[&Hypothesis],
+    here: &[f64],
+    values: &[f64],
+    whitener: &Whitener,
+) -> Result<DMatrix<f64>> {
+    let mut jacobian = DMatrix::zeros(values.len(), members.len());
+    for (j, h) in members.iter().enumerate() {
+        let step = STEP * h.scale;
+        let mut moved = here.to_vec();
+        moved[j] += step;
+        let column: Vec<f64> = at(&moved)?.iter().zip(values).map(|(a, b)| (a - b) / step).collect();
+        jacobian.set_column(j, &DVector::from_vec(whitener.apply(&column)));
+    }
+    Ok(jacobian)
 }

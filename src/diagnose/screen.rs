@@ -3,7 +3,8 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::random::Normal;
+use crate::random::Random;
+
 
 /// Simulated data sets of pure noise.
 const SIMULATIONS: usize = 2000;
@@ -66,14 +67,22 @@ impl Screened {
         ([x, y], x * self.along[i] + y * self.along[j])
     }
 
+    /// Standard deviations of the amplitudes of one or two together, in their priors' scale, priors included.
+    pub fn deviations(&self, members: &[usize]) -> Vec<f64> {
+        let at = |i: usize, j: usize| self.gram[(members[i], members[j])] + f64::from(u8::from(i == j));
+        DMatrix::from_fn(members.len(), members.len(), at)
+            .try_inverse()
+            .map_or(vec![1.0; members.len()], |inverse| inverse.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect())
+    }
+
     /// Probability that pure noise lets some hypothesis take away as much misfit as the best one does.
     pub fn look_elsewhere(&self, seed: u64) -> f64 {
         let best = (0..self.visible.len()).map(|j| self.single(j).1).fold(0.0, f64::max);
         let unit: Vec<f64> = (0..self.visible.len()).map(|j| self.gram[(j, j)].sqrt()).collect();
         let n = self.residual.len();
         let exceeds = |s: usize| -> bool {
-            let mut normal = Normal::new(seed.wrapping_add(s as u64));
-            let noise: Vec<f64> = (0..n).map(|_| normal.draw()).collect();
+            let mut random = Random::new(seed.wrapping_add(s as u64));
+            let noise: Vec<f64> = (0..n).map(|_| random.normal()).collect();
             (0..self.visible.len()).any(|j| {
                 let along: f64 = self.columns.column(j).iter().zip(&noise).map(|(c, z)| c * z).sum::<f64>() / unit[j];
                 (along > 0.0 || self.signed[j]) && along * along >= best

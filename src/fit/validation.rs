@@ -2,20 +2,7 @@
 
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-/// A small generator with a documented sequence (SplitMix64, Steele, Lea, Flood 2014), so that folds never change between
-/// platforms or versions of a library.
-#[derive(Debug, Clone)]
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-}
+use crate::random::Random;
 
 /// Splits rows into `k` folds: `result[row]` is the fold of that row. Rows at the same condition stay together, otherwise a
 /// repeated measurement would be predicted from its own twin. The split depends only on the rows, `k` and `seed`.
@@ -33,9 +20,9 @@ pub fn folds(rows: &[&[f64]], k: usize, seed: u64) -> Vec<usize> {
             _ => groups.push(vec![row]),
         }
     }
-    let mut random = SplitMix64(seed);
+    let mut random = Random::new(seed);
     for i in (1..groups.len()).rev() {
-        let j = (random.next() % (i as u64 + 1)) as usize;
+        let j = (random.bits() % (i as u64 + 1)) as usize;
         groups.swap(i, j);
     }
     let mut fold = vec![0; rows.len()];

@@ -6,6 +6,7 @@ use super::search::{Point, Search, prior, square};
 use super::{Free, Problem};
 use crate::error::{Error, Result};
 use crate::measure::Whitener;
+use crate::random::Random;
 use crate::sensitivity::Kind;
 
 /// The covariance is renewed until the estimate rests within this share of its standard deviation.
@@ -90,7 +91,7 @@ pub fn identify(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&
     let mut search = Search::new(problem);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
     let (nominal, mut whitener) = search.whole(start.clone())?;
-    let mut noise = Uniform(options.seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1);
+    let mut noise = Random::new(options.seed);
     let mut ends: Vec<Point> = Vec::new();
     for s in 0..options.starts.max(1) {
         progress(&format!("start {} of {}", s + 1, options.starts.max(1)));
@@ -132,11 +133,11 @@ fn check(problem: &Problem) -> Result<()> {
 
 /// Another point to start from: within a factor of three, or within the bounds if these are closer. Where the machine cannot be
 /// solved, half-way back.
-fn around(search: &mut Search<'_>, start: &[f64], whitener: &Whitener, noise: &mut Uniform) -> Option<Point> {
+fn around(search: &mut Search<'_>, start: &[f64], whitener: &Whitener, noise: &mut Random) -> Option<Point> {
     let one = |(f, c): (&Free, &f64)| {
         let (low, high) = f.coordinate_bounds();
         let reach = if f.is_logarithmic { 3f64.ln() } else { 0.1 * (high - low) };
-        (c + reach * (2.0 * noise.next() - 1.0)).clamp(low, high)
+        (c + reach * (2.0 * noise.unit() - 1.0)).clamp(low, high)
     };
     let mut to: Vec<f64> = search.problem.free.iter().zip(start).map(one).collect();
     for _ in 0..4 {
@@ -263,16 +264,4 @@ pub fn chi_square_tail(value: f64, freedom: usize) -> f64 {
         return 1.0;
     }
     ChiSquared::new(freedom as f64).map_or(f64::NAN, |d| d.sf(value.max(0.0)))
-}
-
-/// Evenly spread numbers in 0..1, the same on every machine (xorshift64*, Vigna 2016).
-struct Uniform(u64);
-
-impl Uniform {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 11) as f64 / (1u64 << 53) as f64
-    }
 }

@@ -100,16 +100,13 @@ impl Study {
     /// # Errors
     /// The machine with these values is not valid, or has other unknowns.
     pub fn with(&self, values: &[(&Parameter, f64)]) -> Result<Self> {
-        let document = self.document_with(values)?;
-        let mut machine = Machine::from_document(&document)?;
-        let mesh = match self.moved(&mut machine)? {
-            Some(mesh) => mesh,
-            None => self.model.mesh.clone(),
-        };
-        let network = Network::build(&machine, &mesh)?;
-        let model = Model { machine, mesh, network };
-        self.check(&model.network)?;
-        Ok(Self { document, model })
+        let mut sets = Vec::new();
+        for (parameter, value) in values {
+            sets.extend(parameter.to_set(*value, &self.model.machine)?);
+        }
+        let found = self.edited(&sets)?;
+        self.check(&found.model.network)?;
+        Ok(found)
     }
 
     /// The study with `--set` (key, value) pairs applied, on the same cells; unknowns may be added, as a new lumped node adds one.
@@ -122,37 +119,28 @@ impl Study {
             document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
         }
         let mut machine = Machine::from_document(&document)?;
-        let mesh = match self.moved(&mut machine)? {
-            Some(mesh) => mesh,
-            None => self.model.mesh.clone(),
+        let keys: Vec<&str> = sets.iter().map(|(key, _)| key.as_str()).collect();
+        // What the file did not have before may change the network's shape.
+        let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))));
+        let kept = if is_known { self.kept(&machine, &keys) } else { None };
+        let (mesh, network) = match kept {
+            Some(network) => (self.model.mesh.clone(), network),
+            None => {
+                let mesh = self.moved(&mut machine)?.unwrap_or_else(|| self.model.mesh.clone());
+                let network = Network::build(&machine, &mesh)?;
+                (mesh, network)
+            }
         };
-        let network = Network::build(&machine, &mesh)?;
         Ok(Self { document, model: Model { machine, mesh, network } })
     }
 
     /// The machine with one value changed, and its network where that is another one.
     pub(super) fn changed(&self, parameter: &Parameter, value: f64) -> Result<(Machine, Option<Network>)> {
         let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
-        let names = Document::names_in(&parameter.name).unwrap_or_default();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let network = match names.as_slice() {
-            // These act through the load alone.
-            ["source", _, "power"]
-            | ["chamber", "temperature" | "pressure" | "accommodation" | "gap"]
-            | ["circuit", _, "flow" | "inlet_temperature"]
-            | ["node", _, "temperature"]
-            | ["boundary", ..]
-            | ["drive" | "limit" | "measurement", ..] => None,
-            ["contact", name, law, ..] if !matches!(*law, "area" | "between") => {
-                let mut network = self.model.network.clone();
-                let far = format!("{name} (far side)");
-                if let Some(contact) = machine.contacts.iter().find(|c| c.name == *name) {
-                    let groups = network.contacts.iter_mut().filter(|g| g.name == *name || g.name == far);
-                    groups.for_each(|group| group.law = contact.law.clone());
-                }
-                Some(network)
-            }
-            _ => {
+        let network = match Reach::of(&parameter.name, &self.model.machine) {
+            Reach::Load => None,
+            Reach::Contact(_) => self.kept(&machine, &[&parameter.name]),
+            Reach::Network => {
                 let moved = self.moved(&mut machine)?;
                 let network = Network::build(&machine, moved.as_ref().unwrap_or(&self.model.mesh))?;
                 self.check(&network)?;
@@ -160,6 +148,23 @@ impl Study {
             }
         };
         Ok((machine, network))
+    }
+
+    /// The network of a machine that differs by these keys alone, without building it; `None` where it must be built.
+    fn kept(&self, machine: &Machine, keys: &[&str]) -> Option<Network> {
+        let reaches: Vec<Reach> = keys.iter().map(|key| Reach::of(key, &self.model.machine)).collect();
+        if reaches.contains(&Reach::Network) {
+            return None;
+        }
+        let mut network = self.model.network.clone();
+        for reach in reaches {
+            let Reach::Contact(c) = reach else { continue };
+            let contact = machine.contacts.get(c)?;
+            let far = format!("{} (far side)", contact.name);
+            let groups = network.contacts.iter_mut().filter(|g| g.name == contact.name || g.name == far);
+            groups.for_each(|group| group.law = contact.law.clone());
+        }
+        Some(network)
     }
 
     /// The mesh of a machine whose blocks or imported parts moved; `None` where they did not. What its surfaces see of each other is
@@ -191,5 +196,35 @@ impl Study {
     pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
         let state = self.model.solve(&self.model.solver(condition)?, condition)?;
         Derivatives::new(self, condition, &state)
+    }
+}
+
+/// How far a number of the machine file reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    /// The load alone: heats, flows, temperatures.
+    Load,
+    /// The law of a contact.
+    Contact(usize),
+    /// Anything of the network.
+    Network,
+}
+
+impl Reach {
+    fn of(key: &str, machine: &Machine) -> Self {
+        let names = Document::names_in(key).unwrap_or_default();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        match names.as_slice() {
+            ["source", name, "power"] if machine.sources.iter().any(|s| s.name == *name) => Self::Load,
+            ["chamber", "temperature" | "pressure" | "accommodation" | "gap"]
+            | ["circuit", _, "flow" | "inlet_temperature"]
+            | ["node", _, "temperature"]
+            | ["boundary", ..]
+            | ["drive" | "limit" | "measurement", ..] => Self::Load,
+            ["contact", name, law, ..] if !matches!(*law, "area" | "between") => {
+                machine.contacts.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Contact)
+            }
+            _ => Self::Network,
+        }
     }
 }

@@ -3,7 +3,7 @@
 pub use super::lhs::maximin as latin_hypercube;
 pub use super::sobol::points as sobol;
 
-use super::rng::Rng;
+use crate::random::Random;
 
 /// How the points of a design lie along a variable's range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -56,7 +56,7 @@ pub fn full_factorial(levels: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 /// Independent uniform points in [0, 1)^`dimensions`, for checking a fit where it was not made.
 pub fn uniform(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
-    let mut rng = Rng::new(seed);
+    let mut rng = Random::new(seed);
     (0..count).map(|_| (0..dimensions).map(|_| rng.unit()).collect()).collect()
 }
 

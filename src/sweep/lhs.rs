@@ -1,6 +1,6 @@
 //! Latin hypercubes whose points keep their distance (maximin).
 
-use super::rng::Rng;
+use crate::random::Random;
 
 /// Pairs of points looked at while improving one design, which bounds the time: about a second.
 const PAIRS: usize = 300_000_000;
@@ -18,7 +18,7 @@ const FEW: usize = 20;
 /// computational experiments, J. Statist. Plann. Inference 43 (1995) 381-402). A step swaps the levels of two points
 /// in one variable. The same seed gives the same design on every machine: only +, -, *, / and sqrt are used.
 pub fn maximin(count: usize, dimensions: usize, seed: u64) -> Vec<Vec<f64>> {
-    let mut rng = Rng::new(seed);
+    let mut rng = Random::new(seed);
     // For many points one long annealing is worth more than several short ones; a single point, a pair or a single
     // variable leaves nothing to choose.
     let nothing_to_choose = count <= 2 || dimensions <= 1;
@@ -86,7 +86,7 @@ fn sum(scale: f64, squared: &[f64]) -> f64 {
 }
 
 impl Design {
-    fn random(count: usize, dimensions: usize, rng: &mut Rng) -> Self {
+    fn random(count: usize, dimensions: usize, rng: &mut Random) -> Self {
         let column = |order: Vec<usize>| order.into_iter().map(|level| level as f64).collect();
         // Points of a good design lie about n^((d-1)/d) levels apart: between sqrt(n) and n.
         let n = count as f64;
@@ -127,7 +127,7 @@ impl Design {
     /// times a random number, which needs no exponential. The temperature begins where a few points can leave any
     /// design again, and for many points where a swap, which moves 2/n of them, can; it falls by e^-12 on a geometric
     /// scale. The best design met is kept.
-    fn anneal(&mut self, rng: &mut Rng, starts: usize) -> f64 {
+    fn anneal(&mut self, rng: &mut Random, starts: usize) -> f64 {
         let swaps = (SWAPS.min(PAIRS / (4 * self.count)) / starts).max(100);
         let mut distances = Distances { from: [vec![0.0; self.count], vec![0.0; self.count]] };
         let cooling = 1.0 - 12.0 / swaps as f64;

@@ -15,8 +15,7 @@ pub mod design;
 pub mod journal;
 mod lhs;
 mod plan;
-pub mod rng;
-mod runner;
+pub mod runner;
 mod sobol;
 
 pub use definition::Definition;

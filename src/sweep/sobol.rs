@@ -4,7 +4,7 @@
 //! better two-dimensional projections, SIAM J. Sci. Comput. 30 (2008) 2635-2654, file new-joe-kuo-6.21201.
 //! Points come in the Gray-code order of Antonov and Saleev (1979), the order most programs use.
 
-use super::rng::Rng;
+use crate::random::Random;
 use crate::error::{Error, Result};
 
 /// Largest number of dimensions.
@@ -65,7 +65,7 @@ pub fn points(count: usize, dimensions: usize, seed: Option<u64>) -> Result<Vec<
         return Err(Error::input("a Sobol' design has fewer than 2^32 points"));
     }
     let directions: Vec<[u32; BITS]> = (0..dimensions).map(directions).collect();
-    let mut rng = seed.map(Rng::new);
+    let mut rng = seed.map(Random::new);
     let shift: Vec<u32> = (0..dimensions).map(|_| rng.as_mut().map_or(0, |rng| (rng.bits() >> 32) as u32)).collect();
     let mut state = vec![0u32; dimensions];
     let mut points = Vec::with_capacity(count);

@@ -66,6 +66,22 @@ fn every_machine_is_checked_and_solved() {
     }
 }
 
+/// Equation 6 of the study: the flow that takes up a heat with a given rise. 4.176e6 J/(m3 K) is water of 20.5 degC (IAPWS).
+#[test]
+fn flow_for_a_rise() {
+    let found = coldplate(&[&["check", "machines/rig.toml", "--rise", "1 K", "--json"], &CONDITION[..]].concat());
+    assert_eq!(status(&found), 0, "{}", message(&found));
+    let found = &json(&found)["flow_for_rise"];
+    let (heat, flow) = (found["heat_W"].as_f64().unwrap(), found["flow_m3_s"].as_f64().unwrap());
+    assert!(heat > 100.0, "{heat} W");
+    let water = heat / (flow * 1.0);
+    assert!((water / 4.176e6 - 1.0).abs() < 2e-3, "{water} J/(m3 K)");
+    for wrong in ["0 K", "-1 K", "1 L/min", "nan K"] {
+        let refused = coldplate(&[&["check", "machines/rig.toml", "--rise", wrong], &CONDITION[..]].concat());
+        assert!(status(&refused) == 2 && message(&refused).contains("--rise"), "{wrong}: {}", message(&refused));
+    }
+}
+
 /// One sweep after the other through the whole job, coarse; the results of the main one are then used
 /// by every command that takes them.
 #[test]

@@ -1,0 +1,364 @@
+//! Twins: data with a hidden effect, made by other means than the model that is to find it.
+//!
+//! The truth has another mesh, perturbed films, heats and emissivities, and an effect written as lines of a machine file;
+//! readings get noise of every kind in the covariance, and some sensors are lost. What was hidden stays here.
+
+mod effects;
+mod score;
+
+use coldplate::diagnose::{Law, Openness, Problem, Scales};
+use coldplate::identify;
+use coldplate::machine::Condition;
+use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate::random::Random;
+use coldplate::reader::Document;
+use coldplate::sensitivity::Study;
+use coldplate::simulate::Start;
+
+pub use score::{Score, score};
+
+/// What was hidden.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hidden {
+    /// Kind, in the words of the catalogue, or `outside`.
+    pub kind: String,
+    /// Place.
+    pub place: String,
+    /// How it depends on the condition.
+    pub law: Law,
+    /// Amplitude in the catalogue's unit, where there is one; with a law, at 2500 rpm.
+    pub amplitude: f64,
+    lines: Vec<(String, String)>,
+    sensor: Option<(usize, f64, usize)>,
+}
+
+impl Hidden {
+    /// The amplitude as the catalogue counts it, whose laws are one at the largest speed of the data.
+    pub fn amplitude_in(&self, scales: &Scales) -> f64 {
+        let share = scales.speed * 60.0 / std::f64::consts::TAU / 2500.0;
+        match self.law {
+            Law::Speed => self.amplitude * share,
+            Law::SpeedSquared => self.amplitude * share * share,
+            _ => self.amplitude,
+        }
+    }
+
+    /// What a sensor's own error does to readings, row by row of `width` sensors.
+    fn read(&self, values: &mut [f64], width: usize) {
+        let Some((k, amplitude, other)) = self.sensor else { return };
+        for row in values.chunks_mut(width) {
+            match self.kind.as_str() {
+                "sensor offset" => row[k] += amplitude,
+                "sensor gain" => row[k] += amplitude * (row[k] - 293.15),
+                _ => row.swap(k, other),
+            }
+        }
+    }
+}
+
+/// Families of cases.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Family {
+    /// Nothing is hidden.
+    Clean,
+    /// One effect.
+    One,
+    /// Two effects at different places.
+    Two,
+    /// One effect of a kind that the catalogue does not have.
+    Outside,
+    /// One of two causes that these data cannot tell apart: a source's own heat or other heat at its place, at one speed.
+    Inseparable,
+}
+
+/// A case: what the program sees, and what was hidden.
+pub struct Case {
+    /// What the program sees.
+    pub problem: Problem,
+    /// What was hidden.
+    pub hidden: Vec<Hidden>,
+    /// Each effect alone, K, reading by reading.
+    pub shifts: Vec<Vec<f64>>,
+    /// Name of the machine.
+    pub machine: &'static str,
+}
+
+/// A motor and a gear on two cold plates in series, a bracket with a bearing that only radiates and conducts.
+pub const SMALL: &str = r#"
+name = "Small machine"
+[variables.coolant_flow]
+unit = "L/min"
+default = "4 L/min"
+range = ["2 L/min", "8 L/min"]
+[variables.coolant_temperature]
+unit = "degC"
+default = "20 degC"
+range = ["18 degC", "26 degC"]
+[variables.motor_speed]
+unit = "rpm"
+default = "2500 rpm"
+range = ["250 rpm", "2500 rpm"]
+[variables.ambient_temperature]
+unit = "degC"
+default = "23 degC"
+range = ["20 degC", "28 degC"]
+[chamber]
+temperature = "ambient_temperature"
+[material.aluminium]
+conductivity = "167 W/(m K)"
+density = "2700 kg/m3"
+specific_heat = "896 J/(kg K)"
+[material.steel]
+conductivity = "45 W/(m K)"
+density = "7800 kg/m3"
+specific_heat = "470 J/(kg K)"
+[surfaces]
+effective_emissivity = 0.5
+[part.plate]
+material = "aluminium"
+box = ["200 mm", "160 mm", "20 mm"]
+surface = { effective_emissivity = 0.2 }
+[part.motor]
+material = "steel"
+box = ["120 mm", "120 mm", "140 mm"]
+at = ["40 mm", "20 mm", "20 mm"]
+surface = { effective_emissivity = 0.55 }
+[part.second_plate]
+material = "aluminium"
+box = ["160 mm", "160 mm", "20 mm"]
+at = ["260 mm", "0 mm", "0 mm"]
+surface = { effective_emissivity = 0.2 }
+[part.gear]
+material = "steel"
+box = ["100 mm", "100 mm", "110 mm"]
+at = ["290 mm", "30 mm", "20 mm"]
+surface = { effective_emissivity = 0.5 }
+[part.bracket]
+material = "steel"
+box = ["40 mm", "60 mm", "200 mm"]
+at = ["420 mm", "40 mm", "0 mm"]
+surface = { effective_emissivity = 0.3 }
+[part.bearing]
+material = "steel"
+box = ["80 mm", "80 mm", "60 mm"]
+at = ["420 mm", "40 mm", "200 mm"]
+surface = { effective_emissivity = 0.4 }
+[contact.motor]
+between = ["motor", "plate"]
+conductance = "500 W/(m2 K)"
+[contact.gear]
+between = ["gear", "second_plate"]
+conductance = "600 W/(m2 K)"
+[contact.foot]
+between = ["bracket", "second_plate"]
+conductance = "300 W/(m2 K)"
+[contact.seat]
+between = ["bearing", "bracket"]
+conductance = "800 W/(m2 K)"
+[source.motor]
+in = ["motor"]
+power = "0.036 * motor_speed_rpm"
+[source.gear]
+in = ["gear"]
+power = "0.016 * motor_speed_rpm"
+[source.bearing]
+in = ["bearing"]
+power = "0.0016 * motor_speed_rpm"
+[channel.first]
+in = "plate"
+diameter = "8 mm"
+serpentine = { passes = 5, along = "+y", across = "+x", pitch = "35 mm" }
+bend_factor = 1.0
+[channel.second]
+in = "second_plate"
+diameter = "8 mm"
+serpentine = { passes = 5, along = "+y", across = "+x", pitch = "30 mm" }
+bend_factor = 1.0
+[circuit.water]
+layout = ["first", "second"]
+[sensor.motor]
+part = "motor"
+[sensor.gear]
+part = "gear"
+[sensor.plate]
+point = ["20 mm", "80 mm", "10 mm"]
+in = "plate"
+[sensor."second plate"]
+point = ["10 mm", "80 mm", "10 mm"]
+in = "second_plate"
+[sensor.bearing]
+part = "bearing"
+[sensor.bracket]
+part = "bracket"
+[sensor.outlet]
+outlet = "second"
+"#;
+
+/// Machines of the benchmark: name, cells of the model and least and most cells of the truth.
+const MACHINES: [(&str, usize, f64, f64); 3] =
+    [("small", 600, 900.0, 1600.0), ("rig", 1500, 2200.0, 3500.0), ("five_axis", 6000, 7500.0, 10000.0)];
+
+fn document(machine: &str) -> Document {
+    match machine {
+        "small" => Document::parse(SMALL, "small.toml").unwrap(),
+        name => Document::read(format!("{}/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"))).unwrap(),
+    }
+}
+
+fn between(random: &mut Random, low: f64, high: f64) -> f64 {
+    low + (high - low) * random.unit()
+}
+
+fn choose<'a, T>(random: &mut Random, list: &'a [T]) -> &'a T {
+    &list[((random.unit() * list.len() as f64) as usize).min(list.len() - 1)]
+}
+
+/// Makes a case; the same seed makes the same case.
+pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
+    let mut random = Random::new(seed.wrapping_mul(7919).wrapping_add(13));
+    let which = machine.unwrap_or_else(|| [0, 0, 0, 1, 1, 2][(random.unit() * 6.0) as usize]);
+    let (name, cells, low, high) = MACHINES[which];
+    let study = Study::new(document(name), Some(cells)).unwrap();
+    // Conditions: 4 to 40, anywhere in the ranges.
+    let count = (4.0 * 10f64.powf(random.unit())).round() as usize;
+    let count = if name == "five_axis" { count.min(16) } else { count };
+    let variables = &study.model.machine.variables;
+    let mut stated: Vec<Vec<f64>> = (0..count)
+        .map(|_| {
+            let values = variables.iter().map(|v| match v.range {
+                Some((low, high)) => between(&mut random, low, high),
+                None => v.default.unwrap_or(0.0),
+            });
+            values.collect()
+        })
+        .collect();
+    if let Some(speed) = variables.iter().position(|v| v.name == "motor_speed").filter(|_| family == Family::Inseparable) {
+        let one = between(&mut random, 1500.0, 2500.0) * std::f64::consts::TAU / 60.0;
+        stated.iter_mut().for_each(|c| c[speed] = one);
+    }
+    let stated: Vec<Condition> = stated.into_iter().map(Condition::from_si).collect();
+    // Sensors: some are lost.
+    let all = study.model.machine.sensors.len();
+    let mut sensors: Vec<usize> = (0..all).filter(|_| random.unit() > 0.12).collect();
+    if sensors.len() < 3 {
+        sensors = (0..all).collect();
+    }
+    let noise = between(&mut random, 0.03, 0.1);
+    let bias = between(&mut random, 0.03, 0.1);
+    let spread = |v: &coldplate::machine::Variable| match v.name.as_str() {
+        "coolant_temperature" => VariableUncertainty { absolute: 0.06, relative: 0.0 },
+        "coolant_flow" => VariableUncertainty { absolute: 0.0, relative: 0.015 },
+        "ambient_temperature" => VariableUncertainty { absolute: 0.15, relative: 0.0 },
+        "motor_speed" => VariableUncertainty { absolute: 0.0, relative: 0.001 },
+        _ => VariableUncertainty::default(),
+    };
+    let uncertainty = Uncertainty {
+        noise: vec![noise; sensors.len()],
+        bias: vec![bias; sensors.len()],
+        variables: variables.iter().map(spread).collect(),
+        model: 0.0,
+        file: None,
+    };
+    // The truth: another mesh, other films, heats, emissivities.
+    let perturbed = perturbed(&study, &mut random);
+    let mut truth = document(name);
+    for (key, value) in &perturbed {
+        truth.apply_set(key, value).unwrap();
+    }
+    let truth = Study::new(truth, Some(between(&mut random, low, high) as usize)).unwrap();
+    let mut hidden: Vec<Hidden> = Vec::new();
+    let wanted = match family {
+        Family::Clean => 0,
+        Family::Two => 2,
+        Family::One | Family::Outside | Family::Inseparable => 1,
+    };
+    while hidden.len() < wanted {
+        let one = match family {
+            Family::Outside => effects::outside(&truth, &mut random),
+            Family::Inseparable => effects::inseparable(&truth, &mut random),
+            _ => effects::effect(&truth, &sensors, &mut random),
+        };
+        if hidden.iter().all(|h| h.place != one.place && h.kind != one.kind) {
+            hidden.push(one);
+        }
+    }
+    let names: Vec<String> = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
+    let rows = |conditions: &[Condition]| -> Vec<Row> {
+        let row = |(i, c): (usize, &Condition)| Row {
+            test: format!("test {}", i + 1),
+            time: None,
+            condition: c.clone(),
+            readings: vec![Some(300.0); sensors.len()],
+            line: None,
+        };
+        conditions.iter().enumerate().map(row).collect()
+    };
+    let real: Vec<Condition> = stated
+        .iter()
+        .map(|c| {
+            let deviations = uncertainty.at(c);
+            Condition::from_si(c.si().iter().zip(deviations).map(|(v, d)| v + d * random.normal()).collect())
+        })
+        .collect();
+    let data = Data { source: "a twin".into(), sensors: sensors.clone(), names, rows: rows(&real), notes: Vec::new() };
+    let with = |hidden: &[Hidden]| -> Vec<f64> {
+        let lines: Vec<(String, String)> = hidden.iter().flat_map(|h| h.lines.clone()).collect();
+        let affected = truth.edited(&lines).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));
+        let mut values = identify::values(&affected, &data, Start::Steady).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));
+        hidden.iter().for_each(|h| h.read(&mut values, sensors.len()));
+        values
+    };
+    let clean = with(&[]);
+    let alone = |h: &Hidden| with(std::slice::from_ref(h)).iter().zip(&clean).map(|(a, b)| a - b).collect();
+    let shifts: Vec<Vec<f64>> = hidden.iter().map(alone).collect();
+    let values = with(&hidden);
+    let errors: Vec<f64> = sensors.iter().map(|_| bias * random.normal()).collect();
+    let mut data = data;
+    for (r, row) in data.rows.iter_mut().enumerate() {
+        row.condition = stated[r].clone();
+        for k in 0..sensors.len() {
+            row.readings[k] = Some(values[r * sensors.len() + k] + errors[k] + noise * random.normal());
+        }
+    }
+    let problem = Problem {
+        study,
+        data,
+        uncertainty,
+        uncertain: Vec::new(),
+        openness: Openness::default(),
+        user: Vec::new(),
+        start: Start::Steady,
+        seed,
+        without: Vec::new(),
+    };
+    Case { problem, hidden, shifts, machine: name }
+}
+
+/// Films, heats and emissivities a little off, each by a common factor.
+fn perturbed(study: &Study, random: &mut Random) -> Vec<(String, String)> {
+    let mut lines = Vec::new();
+    let machine = &study.model.machine;
+    let films = 1.0 + 0.05 * random.normal();
+    for channel in &machine.channels {
+        if let Ok(p) = study.parameter(&format!("channel.{}.film_factor", channel.name)) {
+            lines.extend(p.to_set(p.value * films, machine).unwrap());
+        }
+    }
+    let heats = 1.0 + 0.01 * random.normal();
+    for source in &machine.sources {
+        if let Ok(p) = study.parameter(&format!("source.{}.power", source.name)) {
+            lines.extend(p.to_set(p.value * heats, machine).unwrap());
+        }
+    }
+    let emissivities = (1.0 + 0.07 * random.normal()).clamp(0.8, 1.2);
+    for part in &machine.parts {
+        for key in ["effective_emissivity", "emissivity"] {
+            if let Ok(p) = study.parameter(&format!("part.{}.surface.{key}", part.name)) {
+                lines.extend(p.to_set((p.value * emissivities).min(1.0), machine).unwrap());
+                break;
+            }
+        }
+    }
+    lines
+}
+

@@ -1,0 +1,100 @@
+//! How an answer stands beside what was hidden.
+
+use coldplate::diagnose::{Diagnosis, Explanation, Scales, Verdict};
+
+use super::{Case, Hidden};
+
+/// How an answer stands beside what was hidden.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Score {
+    /// Whether anything was found wrong.
+    pub detected: bool,
+    /// Whether the first explanation touches the right place.
+    pub group: bool,
+    /// Whether kind and place of the first explanation are right.
+    pub exact: bool,
+    /// Whether the set that is not refuted holds the truth.
+    pub in_set: bool,
+    /// Whether a cause was named with probability 0.9 or more.
+    pub confident: bool,
+    /// Stated probability of the first explanation's kind and place.
+    pub stated: f64,
+    /// Whether the 90 % interval holds the true amplitude, where the cause is right.
+    pub covered: Option<bool>,
+    /// Detectability of the effect; of two, of the one that shows less beside the other.
+    pub d: f64,
+    /// The true amplitude beside the interval, in standard deviations of it, where the cause is right.
+    pub off: Option<f64>,
+}
+
+/// Holds an answer beside the truth.
+pub fn score(case: &Case, found: &Diagnosis) -> Score {
+    let whitened: Vec<Vec<f64>> = case.shifts.iter().map(|s| found.whitener.apply(s)).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let d = match whitened.as_slice() {
+        [] => 0.0,
+        [one] => dot(one, one).sqrt(),
+        [a, b, ..] => {
+            let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
+            (aa.min(bb) * (1.0 - ab * ab / (aa * bb).max(1e-300)).max(0.0)).sqrt()
+        }
+    };
+    let detected = found.verdict != Verdict::Consistent;
+    let truth = |e: &Explanation| {
+        e.parts.len() == case.hidden.len()
+            && case.hidden.iter().all(|h| e.parts.iter().any(|p| p.hypothesis.kind == h.kind && p.hypothesis.place == h.place))
+    };
+    let machine = &case.problem.study.model.machine;
+    let parts_of = |h: &Hidden| -> Vec<String> {
+        let of_contact = machine.contacts.iter().find(|c| h.kind.contains("contact") && c.name == h.place);
+        let mut parts: Vec<String> = h.place.split(" - ").map(String::from).collect();
+        if let Some(contact) = of_contact {
+            for place in &contact.between {
+                parts.push(match place {
+                    coldplate::machine::Place::Part(p) => machine.parts[*p].name.clone(),
+                    coldplate::machine::Place::Face(f) => machine.parts[f.part].name.clone(),
+                    coldplate::machine::Place::Node(n) => machine.nodes[*n].name.clone(),
+                });
+            }
+        }
+        parts
+    };
+    let touches = |e: &Explanation| {
+        case.hidden.iter().all(|h| {
+            let own = parts_of(h);
+            e.parts.iter().any(|p| p.hypothesis.place == h.place || p.hypothesis.parts.iter().any(|q| own.contains(q)))
+        })
+    };
+    let first = found.explanations.first().filter(|_| detected);
+    let stated = first.map_or(0.0, |f| {
+        let name = |e: &Explanation| {
+            let mut names: Vec<String> = e.parts.iter().map(|p| format!("{}@{}", p.hypothesis.kind, p.hypothesis.place)).collect();
+            names.sort();
+            names
+        };
+        found.explanations.iter().filter(|e| name(e) == name(f)).map(|e| e.probability).sum()
+    });
+    let exact = first.is_some_and(truth);
+    let scales = Scales::of(&case.problem.data, machine);
+    // Another law has another amplitude.
+    let off = first.filter(|f| exact && f.parts.len() == 1).and_then(|f| {
+        let (part, hidden) = (&f.parts[0], &case.hidden[0]);
+        (part.hypothesis.law == hidden.law && hidden.kind != "swapped sensors")
+            .then(|| (hidden.amplitude_in(&scales) - part.amplitude) / part.deviation)
+    });
+    let covered = first.filter(|_| off.is_some()).map(|f| {
+        let (low, high) = f.parts[0].interval();
+        (low..=high).contains(&case.hidden[0].amplitude_in(&scales))
+    });
+    Score {
+        detected,
+        group: first.is_some_and(touches),
+        exact,
+        in_set: detected && found.set.iter().any(|i| truth(&found.explanations[*i])),
+        confident: found.verdict == Verdict::Explained,
+        stated,
+        covered,
+        d,
+        off,
+    }
+}
