@@ -57,8 +57,8 @@ fn main() {
         let score = twin::score(&case, &found);
         let wrong = match family {
             Family::Clean => score.detected,
-            Family::One => !score.exact && (score.d > 12.0 || score.confident),
-            Family::Two => score.d > 12.0 && !score.exact,
+            Family::One => !score.exact && (score.d > 12.0 || score.misnamed),
+            Family::Two => !score.exact,
             Family::Outside | Family::Inseparable => score.confident,
         };
         if wrong {
@@ -138,11 +138,11 @@ fn main() {
     line("kind and place first, d >= 12", "", of(Family::One, &|o| o.score.d >= 12.0), &|o| o.score.exact);
     line("set holds the truth (detected)", ">= 95 %", of(Family::One, &|o| o.score.detected), &|o| o.score.in_set);
     line("named with confidence, d >= 12", "", of(Family::One, &|o| o.score.d >= 12.0), &|o| o.score.confident);
-    line("confident and wrong, one effect", "<= 1 %", of(Family::One, &all), &|o| o.score.confident && !o.score.exact);
+    line("confident and wrong, one effect", "<= 1 %", of(Family::One, &all), &|o| o.score.misnamed);
     line("both of two found, each d >= 12", ">= 90 %", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.exact);
     line("both places of two touched, each d >= 12", "", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.group);
     line("two: set holds both, each d >= 12", "", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.in_set);
-    line("two: confident and wrong", "<= 1 %", of(Family::Two, &all), &|o| o.score.confident && !o.score.exact);
+    line("two: confident and wrong", "<= 1 %", of(Family::Two, &all), &|o| o.score.misnamed);
     line("inseparable: not named with confidence", ">= 95 %", of(Family::Inseparable, &all), &|o| !o.score.confident);
     line("inseparable: set holds the truth (detected)", ">= 95 %", of(Family::Inseparable, &|o| o.score.detected), &|o| o.score.in_set);
     line("outside: something else (or cannot tell), d >= 8", ">= 80 %", of(Family::Outside, &|o| o.score.d >= 8.0), &|o| {

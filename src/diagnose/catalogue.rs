@@ -213,7 +213,7 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
     for (s, source) in machine.sources.iter().enumerate() {
         let parts = part_names(machine, &source.places);
         for law in &laws {
-            add("source factor", source.name.clone(), parts.clone(), *law, Act::Source(s), 0.4, true, "relative");
+            add("source factor", source.name.clone(), parts.clone(), *law, Act::Source(s), 0.6, true, "relative");
         }
     }
     for (c, contact) in machine.contacts.iter().enumerate() {

@@ -4,25 +4,27 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::Problem;
 use super::catalogue::{Hypothesis, hypotheses};
 use super::probability::{self, Candidate, Posterior};
 use super::refine::{Bench, Fitted, fit};
 use super::screen::Screened;
 use super::signature::signatures;
-use super::{Problem, screened};
+use super::view::{View, rescreened, screened};
 use crate::error::Result;
 use crate::identify::chi_square_tail;
-use crate::measure::Whitener;
 
-/// Causes and pairs of the first screen that are fitted.
+/// Causes and pairs of a screen that are fitted.
 const FINALISTS: usize = 6;
 /// Least probability of a finalist, once there is one.
 const LEAST: f64 = 3e-3;
 /// A misfit left that is less probable than this is looked into for a second cause.
 const LEFT: f64 = 0.05;
 /// Causes beside which a second one is looked for, and how many of each are fitted.
-const FIRSTS: usize = 3;
+const FIRSTS: usize = 2;
 const SECONDS: usize = 3;
+/// How often covariance and mesh are taken anew about the best explanation.
+const ROUNDS: usize = 2;
 
 /// What fitting needs.
 pub struct Finals<'a> {
@@ -32,90 +34,148 @@ pub struct Finals<'a> {
     pub bench: &'a Bench<'a>,
     /// All causes.
     pub catalogue: &'a [Hypothesis],
+    /// The machine as it is.
+    pub base: &'a View,
     /// The first screen.
     pub screened: &'a Screened,
-    /// Readings that predictions are held against, K.
-    pub readings: &'a [f64],
-    /// Covariance.
-    pub whitener: &'a Whitener,
+    /// Prior of every cause in it.
+    pub prior: &'a [f64],
 }
 
 /// Members of an explanation, as positions in the screen, with their fit.
 pub type Entry = (Vec<usize>, Fitted);
 
+/// What the fits come to.
+pub struct Outcome {
+    /// Everything with its probability.
+    pub posterior: Posterior,
+    /// The fits.
+    pub fitted: Vec<Entry>,
+    /// The screen under the covariance about the best explanation.
+    pub screened: Screened,
+    /// What a finer mesh changes there, K.
+    pub mesh: Vec<f64>,
+}
+
 impl Finals<'_> {
     /// Fits the most probable causes and pairs, looks for a second cause where one alone leaves too much, and puts the
-    /// evidence of the fits in place of the linear one.
+    /// evidence of the fits in place of the linear one. Covariance and mesh are taken anew about the best explanation: what
+    /// is common to all films or heats acts on what the cause adds too.
     ///
     /// # Errors
     /// As [`signatures`].
-    pub fn fit(&self, posterior: &mut Posterior, prior: &[f64], progress: &mut dyn FnMut(&str)) -> Result<Vec<Entry>> {
+    pub fn fit(&self, posterior: Posterior, progress: &mut dyn FnMut(&str)) -> Result<Outcome> {
         progress("fitting the most probable causes through the full solver");
-        let mut fitted = self.solve(&self.first(posterior));
-        self.weigh(posterior, prior, &fitted);
-        let freedom = self.readings.len().saturating_sub(1).max(1);
-        let least = fitted.iter().map(|(_, f)| f.misfit).fold(f64::INFINITY, f64::min);
-        if chi_square_tail(least, freedom) < LEFT {
-            progress("looking for a second cause beside the best ones");
-            let mut singles: Vec<&Entry> = fitted.iter().filter(|(members, _)| members.len() == 1).collect();
-            singles.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
-            let mut pairs: Vec<Candidate> = Vec::new();
-            for (members, f) in singles.into_iter().take(FIRSTS) {
-                for pair in self.beside(members[0], f, prior)? {
-                    if !pairs.iter().any(|p| p.members == pair.members) && !fitted.iter().any(|(m, _)| *m == pair.members) {
-                        pairs.push(pair);
-                    }
-                }
+        let mut now = Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), mesh: self.base.mesh.clone() };
+        let mut about: Vec<usize> = Vec::new();
+        let mut view = self.base.clone();
+        now.fitted = self.solve(&self.first(&now), &now.fitted, &view);
+        self.weigh(&mut now);
+        for round in 0..ROUNDS {
+            let Some(best) = self.best(&now).filter(|best| best.0 != about) else { break };
+            about.clone_from(&best.0);
+            if !best.0.iter().all(|j| self.of(*j).is_sensor()) {
+                let members: Vec<(&Hypothesis, f64)> = best.0.iter().map(|j| self.of(*j)).zip(best.1.amplitudes.iter().copied()).collect();
+                let Some((study, _)) = self.bench.extended(&members)? else { break };
+                view = View::about(self.problem, &study, self.catalogue, self.bench.scales)?;
+                let base = &self.base.found;
+                now.screened = rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue);
+                now.mesh.clone_from(&view.mesh);
+                now.posterior = probability::posterior(&now.screened, self.prior);
+                let mut chosen = self.first(&now);
+                chosen.extend(self.again(&now, &chosen));
+                now.fitted = self.solve(&chosen, &now.fitted, &view);
+                self.weigh(&mut now);
             }
-            let more = self.solve(&pairs);
-            let is_new = |c: &Candidate| {
-                more.iter().any(|(m, _)| *m == c.members) && !posterior.candidates.iter().any(|p| p.members == c.members)
-            };
-            let new: Vec<Candidate> = pairs.into_iter().filter(is_new).collect();
-            posterior.candidates.extend(new);
-            self.weigh(posterior, prior, &more);
-            fitted.extend(more);
+            if round == 0 && self.leaves_much(&now) {
+                progress("looking for a second cause beside the best ones");
+                let pairs = self.seconds(&now, &view)?;
+                let more = self.solve(&pairs, &[], &view);
+                now.posterior.candidates.retain(|c| !more.iter().any(|(m, _)| *m == c.members));
+                now.posterior.candidates.extend(pairs.into_iter().filter(|c| more.iter().any(|(m, _)| *m == c.members)));
+                now.fitted.extend(more);
+                self.weigh(&mut now);
+            }
         }
-        Ok(fitted)
-    }
-
-    /// Candidates worth a fit. Slopes serve only near the machine as it is: where even the best leaves more than noise,
-    /// differences of evidence count for as much less.
-    fn first(&self, posterior: &Posterior) -> Vec<Candidate> {
-        let Some(best) = posterior.candidates.first() else { return Vec::new() };
-        let left = (self.screened.misfit() - best.gain) / self.readings.len() as f64;
-        let share = 1.0 / left.max(1.0);
-        let probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
-        posterior.candidates.iter().filter(probable).take(FINALISTS).cloned().collect()
-    }
-
-    fn solve(&self, candidates: &[Candidate]) -> Vec<Entry> {
-        let attempt = |c: &Candidate| -> Option<Entry> {
-            let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
-            let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
-            fit(self.bench, &members, &guess, self.readings, self.whitener).ok().map(|f| (c.members.clone(), f))
-        };
-        candidates.par_iter().filter_map(attempt).collect()
+        Ok(now)
     }
 
     fn of(&self, j: usize) -> &Hypothesis {
         &self.catalogue[self.screened.visible[j]]
     }
 
+    /// The most probable explanation that is fitted.
+    fn best(&self, now: &Outcome) -> Option<Entry> {
+        let of = |c: &Candidate| now.fitted.iter().find(|(members, _)| *members == c.members).cloned();
+        now.posterior.candidates.iter().find_map(of)
+    }
+
+    fn leaves_much(&self, now: &Outcome) -> bool {
+        let least = now.fitted.iter().map(|(_, f)| f.misfit).fold(f64::INFINITY, f64::min);
+        chi_square_tail(least, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
+    }
+
+    /// Candidates worth a fit. Slopes serve only near the machine as it is: where even the best leaves more than noise,
+    /// differences of evidence count for as much less.
+    fn first(&self, now: &Outcome) -> Vec<Candidate> {
+        let candidates = &now.posterior.candidates;
+        let Some(best) = candidates.first() else { return Vec::new() };
+        let left = (now.screened.misfit() - best.gain) / self.base.readings.len() as f64;
+        let share = 1.0 / left.max(1.0);
+        let is_probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
+        candidates.iter().filter(is_probable).take(FINALISTS).cloned().collect()
+    }
+
+    /// Those fitted before that are not chosen yet and still in the posterior, the better half of them.
+    fn again(&self, now: &Outcome, chosen: &[Candidate]) -> Vec<Candidate> {
+        let mut before: Vec<&Entry> = now.fitted.iter().filter(|(m, _)| !chosen.iter().any(|c| c.members == *m)).collect();
+        before.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        let of = |(members, _): &&Entry| now.posterior.candidates.iter().find(|c| c.members == *members).cloned();
+        before.iter().filter_map(of).take(FINALISTS / 2).collect()
+    }
+
+    /// Fits, from amplitudes found before where there are any.
+    fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &View) -> Vec<Entry> {
+        let attempt = |c: &Candidate| -> Option<Entry> {
+            let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
+            let guess: Vec<f64> = match before.iter().find(|(m, _)| *m == c.members) {
+                Some((_, f)) => f.amplitudes.clone(),
+                None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
+            };
+            fit(self.bench, &members, &guess, &view.readings, &view.whitener).ok().map(|f| (c.members.clone(), f))
+        };
+        candidates.par_iter().filter_map(attempt).collect()
+    }
+
     /// The evidence of fits in place of the linear one.
-    fn weigh(&self, posterior: &mut Posterior, prior: &[f64], fitted: &[Entry]) {
-        let whole = self.screened.misfit();
-        for (members, f) in fitted {
-            let Some(candidate) = posterior.candidates.iter_mut().find(|c| c.members == *members) else { continue };
+    fn weigh(&self, now: &mut Outcome) {
+        let whole = now.screened.misfit();
+        for (members, f) in &now.fitted {
+            let Some(candidate) = now.posterior.candidates.iter_mut().find(|c| c.members == *members) else { continue };
             let sides = members.iter().filter(|j| !self.screened.signed[**j]).count() as f64 * 2f64.ln();
-            candidate.weight = f.evidence + 0.5 * whole + sides + probability::prior_of(members, prior);
+            candidate.weight = f.evidence + 0.5 * whole + sides + probability::prior_of(members, self.prior);
             candidate.gain = whole - f.misfit;
         }
-        posterior.normalise();
+        now.posterior.normalise();
+    }
+
+    /// Pairs of the best single causes with whatever could act beside them.
+    fn seconds(&self, now: &Outcome, view: &View) -> Result<Vec<Candidate>> {
+        let mut singles: Vec<&Entry> = now.fitted.iter().filter(|(members, _)| members.len() == 1).collect();
+        singles.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        let mut pairs: Vec<Candidate> = Vec::new();
+        for (members, f) in singles.into_iter().take(FIRSTS) {
+            for pair in self.beside(members[0], f, now, view)? {
+                if !pairs.iter().any(|p| p.members == pair.members) && !now.fitted.iter().any(|(m, _)| *m == pair.members) {
+                    pairs.push(pair);
+                }
+            }
+        }
+        Ok(pairs)
     }
 
     /// What could act beside a cause: all causes screened again about the machine with it in force, its own amplitude free.
-    fn beside(&self, first: usize, fitted: &Fitted, prior: &[f64]) -> Result<Vec<Candidate>> {
+    fn beside(&self, first: usize, fitted: &Fitted, now: &Outcome, view: &View) -> Result<Vec<Candidate>> {
         let (h, problem) = (self.of(first), self.problem);
         let Some((study, _)) = self.bench.extended(&[(h, fitted.amplitudes[0])])? else { return Ok(Vec::new()) };
         let mut again = hypotheses(&study, &problem.data, &problem.user);
@@ -123,30 +183,28 @@ impl Finals<'_> {
         let known: HashMap<_, usize> = (0..self.screened.visible.len()).map(|j| (name(self.of(j)), j)).collect();
         again.retain(|h| known.contains_key(&name(h)));
         let found = signatures(&study, &problem.data, problem.start, &[], &again, self.bench.scales, &problem.user)?;
-        let residual: Vec<f64> = self.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
-        let second = screened(&residual, &found.columns, self.whitener, &again);
+        let residual: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
+        let second = screened(&residual, &found.columns, &view.whitener, &again);
         let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
         let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
-        let mut pairs: Vec<Candidate> = (0..position.len())
-            .filter(|i| *i != own)
-            .filter_map(|i| {
-                let ([moved, other], gain) = second.pair(own, i);
-                // With the first one's amplitude free.
-                let share = second.gram[(own, i)] / second.gram[(own, own)];
-                let g = second.gram[(i, i)] - share * second.gram[(own, i)];
-                let b = second.along[i] - share * second.along[own];
-                let weight = 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() + prior[position[i]].ln();
-                let mut both = [(first, fitted.amplitudes[0] / h.scale + moved), (position[i], other)];
-                both.sort_by_key(|(j, _)| *j);
-                (gain > 0.0).then(|| Candidate {
-                    members: both.iter().map(|b| b.0).collect(),
-                    amplitudes: both.iter().map(|b| b.1).collect(),
-                    gain: self.screened.misfit() - fitted.misfit + gain,
-                    weight,
-                    probability: 0.0,
-                })
+        let pair = |i: usize| -> Option<Candidate> {
+            let ([moved, other], gain) = second.pair(own, i);
+            // With the first one's amplitude free.
+            let share = second.gram[(own, i)] / second.gram[(own, own)];
+            let g = second.gram[(i, i)] - share * second.gram[(own, i)];
+            let b = second.along[i] - share * second.along[own];
+            let weight = 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() + self.prior[position[i]].ln();
+            let mut both = [(first, fitted.amplitudes[0] / h.scale + moved), (position[i], other)];
+            both.sort_by_key(|(j, _)| *j);
+            (gain > 0.0).then(|| Candidate {
+                members: both.iter().map(|b| b.0).collect(),
+                amplitudes: both.iter().map(|b| b.1).collect(),
+                gain: now.screened.misfit() - fitted.misfit + gain,
+                weight,
+                probability: 0.0,
             })
-            .collect();
+        };
+        let mut pairs: Vec<Candidate> = (0..position.len()).filter(|i| *i != own).filter_map(pair).collect();
         pairs.sort_by(|a, b| b.weight.total_cmp(&a.weight));
         pairs.truncate(SECONDS);
         Ok(pairs)

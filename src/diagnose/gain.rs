@@ -5,7 +5,8 @@ use super::probability;
 use super::refine::Fitted;
 use super::screen::Screened;
 use super::signature::Signatures;
-use super::{Errors, Problem, decide, misfit, screened};
+use super::view::{View, screened};
+use super::{Problem, decide, misfit};
 use crate::measure::whiten;
 use crate::random::Random;
 
@@ -34,13 +35,12 @@ pub struct Gain {
 pub fn gain(
     problem: &Problem,
     catalogue: &[Hypothesis],
-    found: &Signatures,
-    errors: &Errors,
+    base: &View,
     fitted: &[(Vec<usize>, Fitted)],
     whole: &Screened,
     is_wrong: bool,
 ) -> Option<Gain> {
-    let data = &problem.data;
+    let (data, found, errors) = (&problem.data, &base.found, &base.errors);
     let places = whiten::places(data);
     let key = |r: usize| if data.is_transient() { data.rows[r].test.clone() } else { format!("{}#{r}", data.rows[r].test) };
     let mut conditions: Vec<String> = Vec::new();

@@ -18,13 +18,13 @@ mod probability;
 mod refine;
 mod screen;
 mod signature;
+mod view;
 mod words;
 
 use std::time::Instant;
 
 use crate::error::Result;
-use crate::identify::Prediction;
-use crate::measure::{Data, Uncertainty, Whitener, whiten};
+use crate::measure::{Data, Uncertainty, Whitener};
 use crate::sensitivity::{Parameter, Study};
 use crate::simulate::Start;
 
@@ -36,16 +36,15 @@ pub use refine::{Bench, Fitted, fit};
 pub use signature::{Signatures, signatures};
 pub use words::sentence;
 
-use finalists::Finals;
+use finalists::{Finals, Outcome};
 use probability::Candidate;
 use screen::Screened;
+use view::View;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
 /// Half width of a 90 % interval in standard deviations.
 const TWO_SIDED_90: f64 = 1.644_854;
-/// Cells of the finer mesh that predictions are corrected with, over those of the model.
-const FINER: f64 = 3.0;
 
 /// What any model of such a machine leaves open, as standard deviations of common factors, and its own noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -178,46 +177,6 @@ pub struct Sheet {
     pub whitened: Vec<f64>,
 }
 
-/// Covariance in parts, so that it can be cut to some readings.
-#[derive(Debug, Clone)]
-pub(crate) struct Errors {
-    deviation: Vec<f64>,
-    common: Vec<Vec<f64>>,
-}
-
-impl Errors {
-    fn new(problem: &Problem, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> Self {
-        let deviation = whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect();
-        let mut common = whiten::common_errors(&problem.data, &problem.uncertainty, &prediction.conditions);
-        for (k, (_, spread)) in problem.uncertain.iter().enumerate() {
-            common.push(prediction.slopes.iter().map(|row| row[k] * spread).collect());
-        }
-        let sum = |chosen: &dyn Fn(&Hypothesis) -> bool, spread: f64| {
-            let mut sum = vec![0.0; prediction.values.len()];
-            for (h, column) in catalogue.iter().zip(columns).filter(|(h, _)| h.law == Law::Constant && chosen(h)) {
-                debug_assert!(!h.is_sensor());
-                sum.iter_mut().zip(column).for_each(|(s, c)| *s += spread * c);
-            }
-            sum
-        };
-        common.push(sum(&|h| matches!(h.act, Act::Film(_)), problem.openness.films));
-        common.push(sum(&|h| matches!(h.act, Act::Source(_)), problem.openness.heats));
-        common.push(sum(&|h| matches!(h.act, Act::Emissivity(_)), problem.openness.emissivities));
-        Self { deviation, common }
-    }
-
-    fn whitener(&self, readings: &[usize]) -> Whitener {
-        let pick = |v: &Vec<f64>| readings.iter().map(|i| v[*i]).collect::<Vec<f64>>();
-        Whitener::new(&pick(&self.deviation), &self.common.iter().map(pick).collect::<Vec<_>>())
-    }
-
-    /// Standard deviation of each reading, K.
-    fn marginal(&self) -> Vec<f64> {
-        let of = |i: usize| (self.deviation[i].powi(2) + self.common.iter().map(|c| c[i] * c[i]).sum::<f64>()).sqrt();
-        (0..self.deviation.len()).map(of).collect()
-    }
-}
-
 /// Diagnoses.
 ///
 /// # Errors
@@ -229,30 +188,27 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let mut catalogue = hypotheses(study, data, &problem.user);
     catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind));
     progress(&format!("{} readings, {} causes to hold against them", data.count(), catalogue.len()));
-    let uncertain: Vec<Parameter> = problem.uncertain.iter().map(|(p, _)| p.clone()).collect();
-    let mut found = signatures(study, data, problem.start, &uncertain, &catalogue, &scales, &problem.user)?;
-    let mesh = mesh_correction(problem, &found.prediction.values)?;
-    found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
-    let mut errors = Errors::new(problem, &found.prediction, &catalogue, &found.columns);
-    // What a finer mesh changes is corrected for, and half of it stays an error.
-    errors.common.push(mesh.iter().map(|m| 0.5 * m).collect());
-    let all: Vec<usize> = (0..found.residual.len()).collect();
-    let whitener = errors.whitener(&all);
-    let screened = screened(&found.residual, &found.columns, &whitener, &catalogue);
+    let base = View::of(problem, study, &catalogue, &scales)?;
+    let screened = base.screen(&catalogue);
     let misfit = misfit(&screened, problem.seed);
     let prior = probability::prior(&screened, &catalogue);
-    let mut posterior = probability::posterior(&screened, &prior);
+    let posterior = probability::posterior(&screened, &prior);
     let is_wrong = decide::is_wrong(&misfit);
-    let bench = Bench { study, data, predicted: &found.prediction.values, start: problem.start, scales: &scales, user: &problem.user };
-    let readings: Vec<f64> = whiten::readings(data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
-    let mut fitted: Vec<(Vec<usize>, Fitted)> = Vec::new();
-    if is_wrong {
-        let finals = Finals { problem, bench: &bench, catalogue: &catalogue, screened: &screened, readings: &readings, whitener: &whitener };
-        fitted = finals.fit(&mut posterior, &prior, progress)?;
-    }
+    let predicted = &base.found.prediction.values;
+    let bench = Bench { study, data, predicted, start: problem.start, scales: &scales, user: &problem.user };
+    let sheet = Sheet {
+        predicted: predicted.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
+        whitened: screened.residual.clone(),
+        residual: base.found.residual.clone(),
+    };
+    let finals = Finals { problem, bench: &bench, catalogue: &catalogue, base: &base, screened: &screened, prior: &prior };
+    let Outcome { posterior, fitted, screened: weighed, mesh } = match is_wrong {
+        true => finals.fit(posterior, progress)?,
+        false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), mesh: base.mesh.clone() },
+    };
     let explanation = |c: &Candidate| -> Explanation {
         let known = fitted.iter().find(|(members, _)| *members == c.members);
-        let linear = screened.deviations(&c.members);
+        let linear = weighed.deviations(&c.members);
         let parts = c.members.iter().enumerate().map(|(i, j)| {
             let hypothesis = catalogue[screened.visible[*j]].clone();
             let linear = linear[i] * hypothesis.scale;
@@ -265,7 +221,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         Explanation {
             parts: parts.collect(),
             probability: c.probability,
-            misfit: known.map_or(screened.misfit() - c.gain, |(_, f)| f.misfit),
+            misfit: known.map_or(weighed.misfit() - c.gain, |(_, f)| f.misfit),
             is_fitted: known.is_some(),
         }
     };
@@ -284,7 +240,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         None => None,
     };
     progress("gain on conditions kept out");
-    let gain = gain::gain(problem, &catalogue, &found, &errors, &fitted, &screened, is_wrong);
+    let gain = gain::gain(problem, &catalogue, &base, &fitted, &screened, is_wrong);
     let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
         progress("what to measure next");
         advice::next(problem, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>(), &scales)?
@@ -298,38 +254,15 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         others: (posterior.nothing, posterior.something_else),
         set,
         tried: (catalogue.len(), screened.visible.len()),
-        sheet: Sheet {
-            predicted: found.prediction.values.iter().zip(&mesh).map(|(v, m)| v + m).collect(),
-            whitened: screened.residual.clone(),
-            residual: found.residual.clone(),
-        },
+        sheet,
         explained,
         gain,
         next,
         sets,
         explanations,
-        whitener,
+        whitener: base.whitener,
         seconds: clock.elapsed().as_secs_f64(),
     })
-}
-
-/// What a mesh of more cells changes in every prediction, K; nothing for logs, whose runs take long.
-fn mesh_correction(problem: &Problem, coarse: &[f64]) -> Result<Vec<f64>> {
-    if problem.data.is_transient() {
-        return Ok(vec![0.0; coarse.len()]);
-    }
-    let cells = (FINER * problem.study.model.mesh.cells as f64) as usize;
-    let fine = Study::new(problem.study.document().clone(), Some(cells))?;
-    let values = crate::identify::values(&fine, &problem.data, problem.start)?;
-    Ok(values.iter().zip(coarse).map(|(f, c)| f - c).collect())
-}
-
-fn screened(residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
-    use rayon::prelude::*;
-    let scaled = |(column, h): (&Vec<f64>, &Hypothesis)| whitener.apply(&column.iter().map(|c| c * h.scale).collect::<Vec<_>>());
-    let whitened: Vec<Vec<f64>> = columns.par_iter().zip(catalogue).map(scaled).collect();
-    let signed: Vec<bool> = catalogue.iter().map(|h| h.is_signed).collect();
-    Screened::new(whitener.apply(residual), &whitened, &signed)
 }
 
 fn misfit(screened: &Screened, seed: u64) -> Misfit {

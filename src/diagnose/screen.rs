@@ -32,8 +32,12 @@ impl Screened {
     /// From whitened vectors; `columns` are all hypotheses', scaled to their prior.
     pub fn new(residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool]) -> Self {
         let length = |c: &Vec<f64>| c.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let visible: Vec<usize> =
-            (0..columns.len()).filter(|h| length(&columns[*h]) > FAINT && columns[*h].iter().all(|v| v.is_finite())).collect();
+        let is_visible = |h: &usize| length(&columns[*h]) > FAINT && columns[*h].iter().all(|v| v.is_finite());
+        Self::of((0..columns.len()).filter(is_visible).collect(), residual, columns, signed)
+    }
+
+    /// Of these hypotheses alone.
+    pub fn of(visible: Vec<usize>, residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool]) -> Self {
         let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| columns[visible[j]][i]);
         let gram = matrix.transpose() * &matrix;
         let along = (0..visible.len()).map(|j| matrix.column(j).iter().zip(&residual).map(|(s, r)| s * r).sum()).collect();

@@ -201,12 +201,13 @@ pub fn inseparable(study: &Study, random: &mut Random) -> Hidden {
         let source = &machine.sources[s];
         let [coldplate::machine::Place::Part(part)] = source.places.as_slice() else { continue };
         let watts = total * between(random, 0.02, 0.1);
-        if random.unit() < 0.5 {
-            return heat(machine.parts[*part].name.clone(), watts, Law::Constant);
-        }
+        // As much as either could be.
         let share = watts / load.powers[s];
         if share > 1.0 {
             continue;
+        }
+        if random.unit() < 0.5 {
+            return heat(machine.parts[*part].name.clone(), watts, Law::Constant);
         }
         if let Ok(p) = study.parameter(&format!("source.{}.power", source.name)) {
             let lines = p.to_set(p.value * (1.0 + share), machine).unwrap().into_iter().collect();

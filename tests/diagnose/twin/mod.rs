@@ -9,7 +9,7 @@ mod score;
 use coldplate::diagnose::{Law, Openness, Problem, Scales};
 use coldplate::identify;
 use coldplate::machine::Condition;
-use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty, Whitener};
 use coldplate::random::Random;
 use coldplate::reader::Document;
 use coldplate::sensitivity::Study;
@@ -266,22 +266,6 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         truth.apply_set(key, value).unwrap();
     }
     let truth = Study::new(truth, Some(between(&mut random, low, high) as usize)).unwrap();
-    let mut hidden: Vec<Hidden> = Vec::new();
-    let wanted = match family {
-        Family::Clean => 0,
-        Family::Two => 2,
-        Family::One | Family::Outside | Family::Inseparable => 1,
-    };
-    while hidden.len() < wanted {
-        let one = match family {
-            Family::Outside => effects::outside(&truth, &mut random),
-            Family::Inseparable => effects::inseparable(&truth, &mut random),
-            _ => effects::effect(&truth, &sensors, &mut random),
-        };
-        if hidden.iter().all(|h| h.place != one.place && h.kind != one.kind) {
-            hidden.push(one);
-        }
-    }
     let names: Vec<String> = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
     let rows = |conditions: &[Condition]| -> Vec<Row> {
         let row = |(i, c): (usize, &Condition)| Row {
@@ -301,17 +285,53 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         })
         .collect();
     let data = Data { source: "a twin".into(), sensors: sensors.clone(), names, rows: rows(&real), notes: Vec::new() };
-    let with = |hidden: &[Hidden]| -> Vec<f64> {
+    let own = |k: usize| (0..data.count()).map(|i| if i % sensors.len() == k { bias } else { 0.0 }).collect();
+    let instruments = Whitener::new(&vec![noise; data.count()], &(0..sensors.len()).map(own).collect::<Vec<_>>());
+    let with = |hidden: &[Hidden]| -> Option<Vec<f64>> {
         let lines: Vec<(String, String)> = hidden.iter().flat_map(|h| h.lines.clone()).collect();
         let affected = truth.edited(&lines).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));
-        let mut values = identify::values(&affected, &data, Start::Steady).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));
+        let mut values = identify::values(&affected, &data, Start::Steady).ok()?;
         hidden.iter().for_each(|h| h.read(&mut values, sensors.len()));
-        values
+        Some(values)
     };
-    let clean = with(&[]);
-    let alone = |h: &Hidden| with(std::slice::from_ref(h)).iter().zip(&clean).map(|(a, b)| a - b).collect();
-    let shifts: Vec<Vec<f64>> = hidden.iter().map(alone).collect();
-    let values = with(&hidden);
+    let clean = with(&[]).expect("the machine as it is");
+    let alone = |h: &Hidden| -> Option<Vec<f64>> { Some(with(std::slice::from_ref(h))?.iter().zip(&clean).map(|(a, b)| a - b).collect()) };
+    let mut draw = |taken: &[Hidden]| -> (Hidden, Vec<f64>) {
+        loop {
+            let one = match family {
+                Family::Outside => effects::outside(&truth, &mut random),
+                Family::Inseparable => effects::inseparable(&truth, &mut random),
+                _ => effects::effect(&truth, &sensors, &mut random),
+            };
+            if taken.iter().all(|h| h.place != one.place && h.kind != one.kind)
+                && let Some(shift) = alone(&one)
+            {
+                return (one, shift);
+            }
+        }
+    };
+    let (mut hidden, mut shifts): (Vec<Hidden>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
+    let values = loop {
+        hidden.clear();
+        shifts.clear();
+        let wanted = match family {
+            Family::Clean => 0,
+            Family::Two => 2,
+            Family::One | Family::Outside | Family::Inseparable => 1,
+        };
+        for _ in 0..wanted {
+            let (one, shift) = draw(&hidden);
+            hidden.push(one);
+            shifts.push(shift);
+        }
+        // Two that cannot both show are one: drawn again until each stands out of the instruments' errors beside the other.
+        if family == Family::Two && score::least_of_two(&shifts, &instruments) < 12.0 {
+            continue;
+        }
+        if let Some(values) = with(&hidden) {
+            break values;
+        }
+    };
     let errors: Vec<f64> = sensors.iter().map(|_| bias * random.normal()).collect();
     let mut data = data;
     for (r, row) in data.rows.iter_mut().enumerate() {

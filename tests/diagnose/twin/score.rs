@@ -1,6 +1,7 @@
 //! How an answer stands beside what was hidden.
 
-use coldplate::diagnose::{Diagnosis, Explanation, Scales, Verdict};
+use coldplate::diagnose::{Diagnosis, Explanation, Part, Scales, Verdict};
+use coldplate::measure::Whitener;
 
 use super::{Case, Hidden};
 
@@ -17,6 +18,8 @@ pub struct Score {
     pub in_set: bool,
     /// Whether a cause was named with probability 0.9 or more.
     pub confident: bool,
+    /// Whether one was so named that was not hidden.
+    pub misnamed: bool,
     /// Stated probability of the first explanation's kind and place.
     pub stated: f64,
     /// Whether the 90 % interval holds the true amplitude, where the cause is right.
@@ -27,17 +30,20 @@ pub struct Score {
     pub off: Option<f64>,
 }
 
+/// Detectability of the one of two effects that shows less, beside the other.
+pub fn least_of_two(shifts: &[Vec<f64>], whitener: &Whitener) -> f64 {
+    let (a, b) = (whitener.apply(&shifts[0]), whitener.apply(&shifts[1]));
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let (aa, ab, bb) = (dot(&a, &a), dot(&a, &b), dot(&b, &b));
+    (aa.min(bb) * (1.0 - ab * ab / (aa * bb).max(1e-300)).max(0.0)).sqrt()
+}
+
 /// Holds an answer beside the truth.
 pub fn score(case: &Case, found: &Diagnosis) -> Score {
-    let whitened: Vec<Vec<f64>> = case.shifts.iter().map(|s| found.whitener.apply(s)).collect();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let d = match whitened.as_slice() {
+    let d = match case.shifts.as_slice() {
         [] => 0.0,
-        [one] => dot(one, one).sqrt(),
-        [a, b, ..] => {
-            let (aa, ab, bb) = (dot(a, a), dot(a, b), dot(b, b));
-            (aa.min(bb) * (1.0 - ab * ab / (aa * bb).max(1e-300)).max(0.0)).sqrt()
-        }
+        [one] => found.whitener.apply(one).iter().map(|v| v * v).sum::<f64>().sqrt(),
+        both => least_of_two(both, &found.whitener),
     };
     let detected = found.verdict != Verdict::Consistent;
     let truth = |e: &Explanation| {
@@ -86,12 +92,15 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         let (low, high) = f.parts[0].interval();
         (low..=high).contains(&case.hidden[0].amplitude_in(&scales))
     });
+    let is_hidden = |p: &Part| case.hidden.iter().any(|h| p.hypothesis.kind == h.kind && p.hypothesis.place == h.place);
+    let confident = found.verdict == Verdict::Explained;
     Score {
+        misnamed: confident && first.is_some_and(|f| !f.parts.iter().all(is_hidden)),
         detected,
         group: first.is_some_and(touches),
         exact,
         in_set: detected && found.set.iter().any(|i| truth(&found.explanations[*i])),
-        confident: found.verdict == Verdict::Explained,
+        confident,
         stated,
         covered,
         d,

@@ -1,0 +1,145 @@
+//! The data held against one machine: predictions, what a finer mesh changes in them, and the covariance of what is left.
+
+use std::collections::HashSet;
+
+use rayon::prelude::*;
+
+use super::catalogue::{Act, Hypothesis, Law, Scales, hypotheses};
+use super::screen::Screened;
+use super::signature::{Signatures, signatures};
+use super::{Openness, Problem};
+use crate::error::Result;
+use crate::identify::{self, Prediction};
+use crate::measure::{Whitener, whiten};
+use crate::sensitivity::{Parameter, Study};
+
+/// Cells of the finer mesh that predictions are corrected with, over those of the model.
+const FINER: f64 = 3.0;
+/// Share of what a finer mesh changes that stays an error.
+const MESH: f64 = 0.5;
+
+/// Data and one machine.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Predictions, residual (less the mesh's share) and signatures of the catalogue it was made with.
+    pub found: Signatures,
+    /// What a finer mesh changes, K.
+    pub mesh: Vec<f64>,
+    /// Covariance in parts.
+    pub errors: Errors,
+    /// What makes residuals independent.
+    pub whitener: Whitener,
+    /// Readings less the mesh's share: what predictions on the model's own mesh are held against, K.
+    pub readings: Vec<f64>,
+}
+
+impl View {
+    /// Of a machine with the signatures of `catalogue`.
+    ///
+    /// # Errors
+    /// The machine cannot be solved at the data's conditions.
+    pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+        let uncertain = problem.uncertain.iter().map(|(p, _)| study.parameter(&p.name)).collect::<Result<Vec<Parameter>>>()?;
+        let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
+        let mesh = mesh_correction(problem, study, &found.prediction.values)?;
+        found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
+        let mut errors = Errors::new(problem, &found.prediction, catalogue, &found.columns);
+        errors.common.push(mesh.iter().map(|m| MESH * m).collect());
+        let all: Vec<usize> = (0..mesh.len()).collect();
+        let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
+        Ok(Self { whitener: errors.whitener(&all), found, mesh, errors, readings })
+    }
+
+    /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors act differently too.
+    ///
+    /// # Errors
+    /// As [`View::of`].
+    pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+        let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind, h.place.as_str())).collect();
+        let mut common = hypotheses(study, &problem.data, &problem.user);
+        common.retain(|h| openness_of(h, &problem.openness).is_some() && own.contains(&(h.kind, h.place.as_str())));
+        Self::of(problem, study, &common, scales)
+    }
+
+    /// Signatures held against the residual.
+    pub fn screen(&self, catalogue: &[Hypothesis]) -> Screened {
+        screened(&self.found.residual, &self.found.columns, &self.whitener, catalogue)
+    }
+}
+
+/// Whitened residual beside whitened signatures.
+pub fn screened(residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
+    Screened::new(whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue))
+}
+
+/// The same of given hypotheses alone.
+pub fn rescreened(visible: &[usize], residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
+    Screened::of(visible.to_vec(), whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue))
+}
+
+fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Vec<Vec<f64>> {
+    let of = |(column, h): (&Vec<f64>, &Hypothesis)| whitener.apply(&column.iter().map(|c| c * h.scale).collect::<Vec<_>>());
+    columns.par_iter().zip(catalogue).map(of).collect()
+}
+
+fn signed(catalogue: &[Hypothesis]) -> Vec<bool> {
+    catalogue.iter().map(|h| h.is_signed).collect()
+}
+
+/// What a mesh of more cells changes in every prediction, K; nothing for logs, whose runs take long.
+fn mesh_correction(problem: &Problem, study: &Study, coarse: &[f64]) -> Result<Vec<f64>> {
+    if problem.data.is_transient() {
+        return Ok(vec![0.0; coarse.len()]);
+    }
+    let cells = (FINER * study.model.mesh.cells as f64) as usize;
+    let fine = Study::new(study.document().clone(), Some(cells))?;
+    let values = identify::values(&fine, &problem.data, problem.start)?;
+    Ok(values.iter().zip(coarse).map(|(f, c)| f - c).collect())
+}
+
+/// Standard deviation of a common factor that a hypothesis is part of, and which.
+fn openness_of(h: &Hypothesis, openness: &Openness) -> Option<(usize, f64)> {
+    match h.act {
+        _ if h.law != Law::Constant => None,
+        Act::Film(_) => Some((0, openness.films)),
+        Act::Source(_) => Some((1, openness.heats)),
+        Act::Emissivity(_) => Some((2, openness.emissivities)),
+        _ => None,
+    }
+}
+
+/// Covariance in parts, so that it can be cut to some readings.
+#[derive(Debug, Clone)]
+pub struct Errors {
+    deviation: Vec<f64>,
+    common: Vec<Vec<f64>>,
+}
+
+impl Errors {
+    fn new(problem: &Problem, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> Self {
+        let deviation = whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect();
+        let mut common = whiten::common_errors(&problem.data, &problem.uncertainty, &prediction.conditions);
+        for (k, (_, spread)) in problem.uncertain.iter().enumerate() {
+            common.push(prediction.slopes.iter().map(|row| row[k] * spread).collect());
+        }
+        let mut factors = vec![vec![0.0; prediction.values.len()]; 3];
+        for (h, column) in catalogue.iter().zip(columns) {
+            let Some((factor, spread)) = openness_of(h, &problem.openness) else { continue };
+            factors[factor].iter_mut().zip(column).for_each(|(s, c)| *s += spread * c);
+        }
+        common.extend(factors);
+        Self { deviation, common }
+    }
+
+    /// What makes the residuals of some readings independent.
+    pub fn whitener(&self, readings: &[usize]) -> Whitener {
+        let pick = |v: &Vec<f64>| readings.iter().map(|i| v[*i]).collect::<Vec<f64>>();
+        Whitener::new(&pick(&self.deviation), &self.common.iter().map(pick).collect::<Vec<_>>())
+    }
+
+    /// Standard deviation of each reading, K.
+    pub fn marginal(&self) -> Vec<f64> {
+        let of = |i: usize| (self.deviation[i].powi(2) + self.common.iter().map(|c| c[i] * c[i]).sum::<f64>()).sqrt();
+        (0..self.deviation.len()).map(of).collect()
+    }
+}
