@@ -184,7 +184,18 @@ impl Finals<'_> {
         again.retain(|h| known.contains_key(&name(h)));
         let found = signatures(&study, &problem.data, problem.start, &[], &again, self.bench.scales, &problem.user)?;
         let residual: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
-        let second = screened(&residual, &found.columns, &view.whitener, &again);
+        // What the readings show of another cause goes through the sensors' own error first.
+        let shown = |column: &Vec<f64>, other: &Hypothesis| -> Vec<f64> {
+            if !h.is_sensor() || other.is_sensor() {
+                return column.clone();
+            }
+            let values = &found.prediction.values;
+            let moved: Vec<f64> = values.iter().zip(column).map(|(v, c)| v + c).collect();
+            let read = |v: &[f64]| h.read(&problem.data, v, fitted.amplitudes[0]);
+            read(&moved).iter().zip(read(values)).map(|(a, b)| a - b).collect()
+        };
+        let columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
+        let second = screened(&residual, &columns, &view.whitener, &again);
         let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
         let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
         let pair = |i: usize| -> Option<Candidate> {
