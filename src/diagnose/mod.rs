@@ -14,6 +14,7 @@ mod catalogue;
 mod decide;
 mod finalists;
 mod gain;
+mod missing;
 mod probability;
 mod refine;
 mod screen;
@@ -32,6 +33,7 @@ pub use advice::Next;
 pub use catalogue::{Act, Hypothesis, Law, Scales, UserKind, hypotheses};
 pub use decide::{Level, Verdict};
 pub use gain::Gain;
+pub use missing::MissingHeat;
 pub use refine::{Bench, Fitted, fit};
 pub use signature::{Signatures, signatures};
 pub use words::sentence;
@@ -159,6 +161,8 @@ pub struct Diagnosis {
     pub gain: Option<Gain>,
     /// What to measure next where the answer is open.
     pub next: Vec<Next>,
+    /// What each part alone would have to give or take.
+    pub missing: Vec<MissingHeat>,
     /// Lines of the machine file that make the best explanation true.
     pub sets: Option<Vec<(String, String)>>,
     /// The covariance that was used.
@@ -306,6 +310,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         explained,
         gain,
         next,
+        missing: missing::missing(&screened, &catalogue),
         sets,
         explanations,
         whitener,

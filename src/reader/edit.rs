@@ -5,6 +5,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::tree::quoted;
 use super::{Step, split_key};
 use crate::error::{Error, Result};
 
@@ -124,14 +125,6 @@ fn header_end(text: &str, names: &[String]) -> Option<usize> {
         start += line.len();
     }
     None
-}
-
-fn quoted(name: &str) -> String {
-    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-        name.to_string()
-    } else {
-        format!("{name:?}")
-    }
 }
 
 #[cfg(test)]
