@@ -68,9 +68,8 @@ impl Finals<'_> {
                 }
             }
             let more = self.solve(&pairs);
-            let is_new = |c: &Candidate| {
-                more.iter().any(|(m, _)| *m == c.members) && !posterior.candidates.iter().any(|p| p.members == c.members)
-            };
+            let is_new =
+                |c: &Candidate| more.iter().any(|(m, _)| *m == c.members) && !posterior.candidates.iter().any(|p| p.members == c.members);
             let new: Vec<Candidate> = pairs.into_iter().filter(is_new).collect();
             posterior.candidates.extend(new);
             self.weigh(posterior, prior, &more);

@@ -36,7 +36,7 @@ pub use gain::Gain;
 pub use missing::MissingHeat;
 pub use refine::{Bench, Fitted, fit};
 pub use signature::{Signatures, signatures};
-pub use words::sentence;
+pub use words::{Shown, sentence};
 
 use finalists::Finals;
 use probability::Candidate;
@@ -251,7 +251,8 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let readings: Vec<f64> = whiten::readings(data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
     let mut fitted: Vec<(Vec<usize>, Fitted)> = Vec::new();
     if is_wrong {
-        let finals = Finals { problem, bench: &bench, catalogue: &catalogue, screened: &screened, readings: &readings, whitener: &whitener };
+        let finals =
+            Finals { problem, bench: &bench, catalogue: &catalogue, screened: &screened, readings: &readings, whitener: &whitener };
         fitted = finals.fit(&mut posterior, &prior, progress)?;
     }
     let explanation = |c: &Candidate| -> Explanation {

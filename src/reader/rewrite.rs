@@ -21,8 +21,7 @@ impl Document {
         let sets: Sets =
             beforehand.into_iter().filter(|(key, _)| sets.iter().all(|(other, _)| other != key)).chain(sets.iter().cloned()).collect();
         let head = [format!("of the file {}, SHA-256 {}", name_of(path), &self.hash()[..16])];
-        let comment: String =
-            remarks.iter().chain(&head).chain(&words).flat_map(|r| r.lines()).map(|line| format!("# {line}\n")).collect();
+        let comment: String = remarks.iter().chain(&head).chain(&words).flat_map(|r| r.lines()).map(|line| format!("# {line}\n")).collect();
         let text = format!("{comment}\n{}", edited(&text, path, &sets)?);
         // What is written must be what was meant.
         let written = Self::parse(&text, path)?;

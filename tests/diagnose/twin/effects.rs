@@ -253,4 +253,3 @@ pub fn outside(study: &Study, random: &mut Random) -> Hidden {
         }
     }
 }
-

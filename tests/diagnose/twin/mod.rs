@@ -361,4 +361,3 @@ fn perturbed(study: &Study, random: &mut Random) -> Vec<(String, String)> {
     }
     lines
 }
-
