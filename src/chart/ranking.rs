@@ -51,7 +51,7 @@ const WIDTH: f64 = 1000.0;
 const NAMES: f64 = 520.0;
 const STANDINGS: [(Standing, Rgb, Hatch, &str); 3] = [
     (Standing::Open, BLUE, Hatch::Plain, "the data cannot refute it"),
-    (Standing::Refuted, SKY, Hatch::Rising, "it leaves too much misfit"),
+    (Standing::Refuted, SKY, Hatch::Rising, "refuted, or far less probable"),
     (Standing::Other, ORANGE, Hatch::Falling, "no cause of the catalogue"),
 ];
 

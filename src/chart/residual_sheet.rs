@@ -20,8 +20,12 @@ pub struct ResidualSheet {
     pub conditions: Vec<String>,
     /// What a sheet shows, and its values, sensor by sensor; not finite where nothing was read.
     pub sheets: Vec<(String, Vec<Vec<f64>>)>,
-    /// What the values are counted in: `standard deviations`.
+    /// What the values are counted in: `K`, `standard deviations`.
     pub unit: String,
+    /// Colours are full at the largest value, but not below the first of these and not beyond the second.
+    pub full: (f64, f64),
+    /// Decimals of the numbers in the cells.
+    pub decimals: usize,
     /// Lines for the footer.
     pub notes: Vec<String>,
 }
@@ -32,11 +36,9 @@ const HEADING: f64 = 24.0;
 const ROW: f64 = 26.0;
 /// Narrower cells than this do not stand side by side.
 const NARROW: f64 = 20.0;
-const WIDEST: f64 = 74.0;
-/// Colours are full here, in the unit of the sheet, unless all values are smaller.
-const FULL: f64 = 10.0;
-/// The least range of colours: what is within it is noise.
-const LEAST: f64 = 3.0;
+const WIDEST: f64 = 130.0;
+/// Least room for the heading of a sheet.
+const HEADING_WIDTH: f64 = 190.0;
 /// Longest label under a column.
 const LABEL: f64 = 104.0;
 const BAR: f64 = 44.0;
@@ -82,7 +84,10 @@ impl ResidualSheet {
     }
 
     fn limit(&self) -> f64 {
-        self.values().filter(|v| v.is_finite()).fold(LEAST, |m, v| m.max(v.abs())).min(FULL)
+        let (least, most) = self.full;
+        let least = if least.is_finite() && least > 0.0 { least } else { 1e-9 };
+        let largest = self.values().filter(|v| v.abs() < 1e290).fold(least, |m, v| m.max(v.abs()));
+        if most.is_finite() && most > least { largest.min(most) } else { largest }
     }
 
     fn plan(&self) -> Plan {
@@ -109,14 +114,18 @@ impl ResidualSheet {
         let (name, sheet) = &self.sheets[which];
         let limit = self.limit();
         let width = plan.cell * self.conditions.len() as f64;
-        let title = fonts::fit(name, size::TICK, Weight::Bold, width.max(200.0));
+        let title = fonts::fit(name, size::TICK, Weight::Bold, width.max(HEADING_WIDTH));
         canvas.text((left, top + HEADING - 9.0), &Text::new(&title).size(size::TICK).bold())?;
         let top = top + HEADING;
         for (i, row) in sheet.iter().enumerate() {
             for (j, value) in row.iter().enumerate() {
                 let (x, y) = (left + plan.cell * j as f64, top + plan.rows.row * i as f64);
                 let size = (plan.cell, plan.rows.row);
-                if value.is_finite() { paint_cell(canvas, (x, y), size, *value, limit)? } else { paint_missing(canvas, (x, y), size)? }
+                if value.is_finite() {
+                    paint_cell(canvas, (x, y), size, *value, (limit, self.decimals))?
+                } else {
+                    paint_missing(canvas, (x, y), size)?
+                }
             }
         }
         for i in 1..sheet.len() {
@@ -169,12 +178,13 @@ impl ResidualSheet {
             canvas.rectangle(start + step * k as f64, top + 3.0, step + 0.6, 15.0, diverging(t), 1.0)?;
         }
         canvas.frame(start, top + 3.0, LENGTH, 15.0, Stroke::solid(AXIS, 1.0))?;
-        let more = self.values().any(|v| v.is_finite() && v.abs() > FULL * (1.0 + 1e-9));
+        let more = self.values().any(|v| v.is_finite() && v.abs() > limit * (1.0 + 1e-9));
         let beyond = if more { " and beyond" } else { "" };
         for (share, value) in [(0.0, -limit), (0.5, 0.0), (1.0, limit)] {
             let x = start + share * LENGTH;
             canvas.line(&[(x, top + 18.0), (x, top + 22.0)], Stroke::solid(AXIS, 1.0))?;
-            let label = if value == 0.0 { "0".to_string() } else { format!("{}{beyond}", number((value * 10.0).round() / 10.0)) };
+            let label =
+                if value == 0.0 { "0".to_string() } else { format!("{}{beyond}", number(format!("{value:.1e}").parse().unwrap_or(value))) };
             canvas.text((x, top + 35.0), &Text::new(&label).size(size::FOOTER).colour(MUTED).middle())?;
         }
         let at = start + LENGTH + 12.0 + text(above).width() + 16.0;
@@ -183,11 +193,17 @@ impl ResidualSheet {
     }
 }
 
-fn paint_cell<S: Surface>(canvas: &mut Canvas<S>, (x, y): Place, (width, height): (f64, f64), value: f64, limit: f64) -> Result<()> {
+fn paint_cell<S: Surface>(
+    canvas: &mut Canvas<S>,
+    (x, y): Place,
+    (width, height): (f64, f64),
+    value: f64,
+    (limit, decimals): (f64, usize),
+) -> Result<()> {
     let colour = diverging(value / limit);
     canvas.rectangle(x, y, width, height, colour, 1.0)?;
     let ink = if colour.contrast(WHITE) > colour.contrast(INK) { WHITE } else { INK };
-    let digits = fixed(value, usize::from(value.abs() < 9.95));
+    let digits = fixed(value, if value.abs() < 9.95 { decimals } else { decimals.saturating_sub(1) });
     let digits = if value.abs() >= 1e4 { "…".to_string() } else { digits };
     let label = if value > 0.0 && digits.chars().any(|c| matches!(c, '1'..='9')) { format!("+{digits}") } else { digits };
     let fit = [12.0, 11.0, 10.0].into_iter().find(|text| fonts::width(&label, *text, Weight::Regular) + 4.0 <= width);
@@ -195,7 +211,7 @@ fn paint_cell<S: Surface>(canvas: &mut Canvas<S>, (x, y): Place, (width, height)
         return canvas.text((x + width / 2.0, y + height / 2.0 + 0.36 * text), &Text::new(&label).size(text).colour(ink).middle());
     }
     // Too small for a number: a sign, so that the two colours are told apart in a grey print as well.
-    if value.abs() >= 2.0 && width >= 6.0 {
+    if value.abs() >= 0.3 * limit && width >= 6.0 {
         let (cx, cy, reach) = (x + width / 2.0, y + height / 2.0, (0.28 * width).min(4.0));
         let stroke = Stroke::solid(ink, 1.2);
         canvas.line(&[(cx - reach, cy), (cx + reach, cy)], stroke)?;
@@ -229,7 +245,7 @@ impl Figure for ResidualSheet {
         let one = HEADING + plan.rows.height() + plan.labels.0;
         for which in 0..self.sheets.len() {
             let at = if plan.beside {
-                (start + which as f64 * (plan.cell * self.conditions.len() as f64 + GAP), page.top())
+                (start + which as f64 * ((plan.cell * self.conditions.len() as f64).max(HEADING_WIDTH) + GAP), page.top())
             } else {
                 (start, page.top() + which as f64 * (one + GAP))
             };

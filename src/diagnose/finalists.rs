@@ -85,7 +85,17 @@ impl Finals<'_> {
         let left = (self.screened.misfit() - best.gain) / self.readings.len() as f64;
         let share = 1.0 / left.max(1.0);
         let probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
-        posterior.candidates.iter().filter(probable).take(FINALISTS).cloned().collect()
+        let mut chosen: Vec<Candidate> = posterior.candidates.iter().filter(probable).take(FINALISTS).cloned().collect();
+        // Two must be held against the stronger one alone, which slopes put far behind where its effect bends.
+        for pair in chosen.clone().iter().filter(|c| c.members.len() > 1) {
+            let alone = posterior.candidates.iter().filter(|c| c.members.len() == 1 && pair.members.contains(&c.members[0]));
+            if let Some(single) = alone.max_by(|a, b| a.gain.total_cmp(&b.gain))
+                && !chosen.iter().any(|c| c.members == single.members)
+            {
+                chosen.push(single.clone());
+            }
+        }
+        chosen
     }
 
     fn solve(&self, candidates: &[Candidate]) -> Vec<Entry> {

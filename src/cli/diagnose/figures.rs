@@ -24,43 +24,71 @@ const BARS: usize = 12;
 const TWO_SIDED_95: f64 = 1.959_964;
 /// Half width of a 90 % interval.
 const TWO_SIDED_90: f64 = 1.644_854;
+/// Least share of the largest heat flow that is drawn.
+const LEAST_HEAT: f64 = 5e-4;
 /// Misfit that one number takes away by chance in one case of a hundred.
 const NOT_BY_CHANCE: f64 = 6.635;
 
-/// The residual sheet before and, where something was explained, after.
+/// Least full colour of a sheet in kelvin, and in standard deviations; and the largest of the latter.
+const FULL: (f64, f64, f64) = (0.3, 3.0, 10.0);
+
+/// The residual sheet in kelvin, before and, where something was explained, after.
 pub(super) fn sheet(found: &Found<'_>) -> ResidualSheet {
     let (data, diagnosis) = (&found.problem.data, found.diagnosis);
+    let left = diagnosis.explained.as_ref().map(|explained| difference(&whiten::readings(data), explained));
+    ResidualSheet {
+        title: "What the model gets wrong, reading by reading".into(),
+        unit: "K".into(),
+        full: (FULL.0, f64::INFINITY),
+        decimals: 2,
+        notes: vec!["Measured less predicted. Struck through: nothing was read.".into()],
+        ..sheets(data, &diagnosis.sheet.residual, left.as_deref(), |within| within.iter().sum::<f64>() / within.len() as f64)
+    }
+}
+
+/// The same in what uncertainty lets one expect.
+pub(super) fn whitened_sheet(found: &Found<'_>) -> ResidualSheet {
+    let (data, diagnosis) = (&found.problem.data, found.diagnosis);
+    let left = diagnosis.explained.as_ref().map(|explained| diagnosis.whitener.apply(&difference(&whiten::readings(data), explained)));
+    // Of several readings together: their sum over the root of their number keeps unit variance.
+    let together = |within: &[f64]| within.iter().sum::<f64>() / (within.len() as f64).sqrt();
+    ResidualSheet {
+        title: "The same, counted in what uncertainty lets one expect".into(),
+        unit: "standard deviations".into(),
+        full: (FULL.1, FULL.2),
+        decimals: 1,
+        notes: vec![
+            "Errors that readings share (water, flow, chamber, films, heats) are taken out: within ±2 is noise, and the squares of all cells \
+             add up to the misfit."
+                .into(),
+        ],
+        ..sheets(data, &diagnosis.sheet.whitened, left.as_deref(), together)
+    }
+}
+
+fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// Cells of a sheet; `together` makes one number of several readings.
+fn sheets(data: &Data, before: &[f64], after: Option<&[f64]>, together: impl Fn(&[f64]) -> f64) -> ResidualSheet {
     let places = whiten::places(data);
     let columns = columns(data);
     let cells = |values: &[f64]| -> Vec<Vec<f64>> {
         let cell = |k: usize, rows: &[usize]| {
-            let within: Vec<f64> =
-                places.iter().zip(values).filter(|((r, own), _)| *own == k && rows.contains(r)).map(|(_, v)| *v).collect();
-            // Of several readings together: their sum over the root of their number keeps unit variance.
-            if within.is_empty() { f64::NAN } else { within.iter().sum::<f64>() / (within.len() as f64).sqrt() }
+            let own = places.iter().zip(values).filter(|((r, own), _)| *own == k && rows.contains(r));
+            let within: Vec<f64> = own.map(|(_, v)| *v).collect();
+            if within.is_empty() { f64::NAN } else { together(&within) }
         };
         (0..data.names.len()).map(|k| columns.iter().map(|(_, rows)| cell(k, rows)).collect()).collect()
     };
-    let mut sheets = vec![("The machine as it is".to_string(), cells(&diagnosis.sheet.whitened))];
-    if let Some(explained) = &diagnosis.explained {
-        let left: Vec<f64> = whiten::readings(data).iter().zip(explained).map(|(r, e)| r - e).collect();
-        sheets.push(("With the best explanation".to_string(), cells(&diagnosis.whitener.apply(&left))));
-    }
-    let mut notes = vec![
-        "Measured less predicted, errors that readings share taken out, in standard deviations: within ±2 is noise; the squares of all \
-         cells add up to the misfit. Grey: nothing was read."
-            .to_string(),
-    ];
-    if columns.iter().any(|(_, rows)| rows.len() > 1) {
-        notes.push("A column stands for several readings one after the other: their sum over the root of their number.".into());
-    }
+    let mut sheets = vec![("The machine as it is".to_string(), cells(before))];
+    sheets.extend(after.map(|values| ("With the best explanation".to_string(), cells(values))));
     ResidualSheet {
-        title: "What the model gets wrong, reading by reading".into(),
         sensors: data.names.clone(),
         conditions: columns.into_iter().map(|(name, _)| name).collect(),
         sheets,
-        unit: "standard deviations".into(),
-        notes,
+        ..ResidualSheet::default()
     }
 }
 
@@ -175,7 +203,7 @@ pub(super) fn missing(found: &Found<'_>) -> Option<IntervalFigure> {
 /// The heat balance of the condition with most heat.
 pub(super) fn balance(found: &Found<'_>) -> Option<BalanceFigure> {
     let balance = found.energy.largest()?;
-    let names = |of: fn(&Flows) -> &Vec<(String, f64)>| -> Vec<HeatPair> {
+    let pairs = |of: fn(&Flows) -> &Vec<(String, f64)>| -> Vec<HeatPair> {
         let mut pairs: Vec<HeatPair> =
             of(&balance.before).iter().map(|(name, q)| HeatPair { name: name.clone(), before: Some(*q), after: None }).collect();
         for (name, q) in balance.after.iter().flat_map(of) {
@@ -184,10 +212,17 @@ pub(super) fn balance(found: &Found<'_>) -> Option<BalanceFigure> {
                 None => pairs.push(HeatPair { name: name.clone(), before: None, after: Some(*q) }),
             }
         }
-        pairs.retain(|p| [p.before, p.after].iter().flatten().any(|q| q.abs() > 1e-3));
         pairs
     };
-    let (sources, sinks) = (names(|f| &f.sources), names(|f| &f.sinks));
+    let (mut sources, sinks) = (pairs(|f| &f.sources), pairs(|f| &f.sinks));
+    // A wall or water that warms the machine is a source.
+    let turned = |v: Option<f64>| v.map(|q| -q);
+    let (sinks, warming): (Vec<_>, Vec<_>) = sinks.into_iter().partition(|p| [p.before, p.after].iter().flatten().any(|q| *q > 0.0));
+    sources.extend(warming.into_iter().map(|p| HeatPair { before: turned(p.before), after: turned(p.after), ..p }));
+    let largest = sources.iter().chain(&sinks).flat_map(|p| [p.before, p.after]).flatten().fold(0.0, |m: f64, q| m.max(q.abs()));
+    let shows = |p: &HeatPair| [p.before, p.after].iter().flatten().any(|q| q.abs() > LEAST_HEAT * largest);
+    let sources: Vec<_> = sources.into_iter().filter(shows).collect();
+    let sinks: Vec<_> = sinks.into_iter().filter(shows).collect();
     (!(sources.is_empty() && sinks.is_empty())).then(|| BalanceFigure {
         title: format!("Where the heat goes: {}", balance.test),
         sources,

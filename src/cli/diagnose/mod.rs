@@ -150,7 +150,9 @@ impl Found<'_> {
             ),
             Verdict::Explained => {
                 let what = found.explanations.first().map(words).unwrap_or_default();
-                format!("{}; probability {:.2}.", capital(&what), found.level.probability.min(0.999))
+                let p = found.level.probability;
+                let p = if p > 0.994 { "above 0.99".to_string() } else { format!("{p:.2}") };
+                format!("{}; probability {p}.", capital(&what))
             }
             Verdict::SomethingElse => format!(
                 "Something is wrong that no cause of the catalogue explains{}.",
@@ -229,7 +231,11 @@ fn uncertain(text: &str, study: &Study) -> Result<(Parameter, f64)> {
             parse(spread.trim_start_matches("+-").trim_start_matches('±').trim(), dimension).map_err(|e| e.at_key("--uncertain"))?
         }
     };
-    if deviation > 0.0 { Ok((parameter, deviation)) } else { Err(malformed().help("a standard deviation is positive")) }
+    if deviation > 0.0 {
+        Ok((parameter, deviation))
+    } else {
+        Err(Error::input("a standard deviation is positive").at_key("--uncertain").read(text).help("write KEY=10% or KEY=+-50 W/(m2 K)"))
+    }
 }
 
 /// `[kind.NAME]` tables: `heat_into = ["part"]`, `per_unit = "formula in W"`, `scale`, `signed`.

@@ -1,6 +1,7 @@
 //! A diagnosis as one HTML file, for readers who were not there.
 
 use super::super::condition::words as condition_words;
+use super::super::text::short;
 use super::energy::Balance;
 use super::{Found, capital, figures, name, words};
 use crate::diagnose::Verdict;
@@ -53,8 +54,8 @@ fn in_short(section: &mut Section, found: &Found<'_>) {
     let diagnosis = found.diagnosis;
     let tone = match diagnosis.verdict {
         Verdict::Consistent => Tone::Good,
-        Verdict::Explained => Tone::Uncertain,
-        Verdict::SomethingElse | Verdict::CannotTell => Tone::Bad,
+        Verdict::Explained => Tone::Plain,
+        Verdict::SomethingElse | Verdict::CannotTell => Tone::Uncertain,
     };
     section.note(tone, found.headline());
     let mut key = vec![
@@ -98,6 +99,7 @@ fn residuals(section: &mut Section, found: &Found<'_>) -> Result<()> {
          colour points to the sensor or to the part it sits on, a column of one colour to the condition.",
     );
     section.figure(&figures::sheet(found), "")?;
+    section.figure(&figures::whitened_sheet(found), "")?;
     if let Some(panels) = figures::panels(found) {
         section.paragraph("What grows with the speed points to friction or motor losses, what falls with the flow to the water, what keeps its size to a sensor or a constant heat.");
         section.figure(&panels, "")?;
@@ -166,8 +168,9 @@ fn energy(section: &mut Section, found: &Found<'_>) -> Result<()> {
     let balances = &found.energy.balances;
     section.table(flows(found, balances));
     if balances.iter().any(|b| !b.water.is_empty()) {
-        section.paragraph("Where a sensor sits in the water that leaves, the heat that the water took can be had from it, without the model of the machine:");
-        section.table(water(balances));
+        let table = water(balances);
+        section.paragraph(summary(balances));
+        section.table(table);
     }
     if let Some(figure) = figures::missing(found) {
         section.figure(&figure, "")?;
@@ -216,6 +219,26 @@ fn flows(found: &Found<'_>, balances: &[Balance]) -> Table {
     table
 }
 
+/// What outlet sensors say of the heat balance.
+fn summary(balances: &[Balance]) -> String {
+    let all: Vec<_> = balances.iter().flat_map(|b| &b.water).filter(|w| w.deviation > 0.0).collect();
+    let weight: f64 = all.iter().map(|w| w.deviation.powi(-2)).sum();
+    let mean = all.iter().map(|w| (w.measured - w.before) * w.deviation.powi(-2)).sum::<f64>() / weight;
+    // A sensor's own error is in all of its readings: the mean is no surer than the best of them.
+    let best = all.iter().map(|w| w.deviation).fold(f64::INFINITY, f64::min);
+    let apart = all.iter().filter(|w| (w.measured - w.before).abs() > 2.0 * w.deviation).count();
+    let says = match mean {
+        m if m.abs() <= 2.0 * best => "which is no more than its sensors are uncertain by",
+        m if m > 0.0 => "so the machine gives more heat to it than the model has",
+        _ => "so the machine gives less heat to it than the model has",
+    };
+    format!(
+        "Sensors in the water that leaves weigh the heat without the model of the machine: on the mean the water took {mean:+.1} W (± {best:.1}) \
+         against the model, {says}. In {apart} of {} readings of it the two differ by more than two standard deviations.",
+        all.len()
+    )
+}
+
 fn water(balances: &[Balance]) -> Table {
     let mut table = table([
         ("test", Align::Left),
@@ -242,6 +265,7 @@ fn water(balances: &[Balance]) -> Table {
         }
     }
     table.caption("Heat that the water took; ± is one standard deviation, marked where the difference exceeds two");
+    table.folded("Heat to the water by its sensors");
     table
 }
 
@@ -280,7 +304,7 @@ fn explanations(section: &mut Section, found: &Found<'_>) -> Result<()> {
         let standing = match (diagnosis.set.contains(&i), e.is_fitted) {
             (true, true) => "not refuted; fitted through the solver",
             (true, false) => "not refuted",
-            (false, _) => "refuted",
+            (false, _) => "refuted, or far less probable",
         };
         ranks.row([text(format!("{:.3}", e.probability)), text(format!("{:.1}", e.misfit)), text(words(e)), text(standing)]);
     }
@@ -329,9 +353,9 @@ fn extended(section: &mut Section, found: &Found<'_>) {
     for change in &extended.changes {
         table.row([
             text(&change.key),
-            text(change.before.as_deref().unwrap_or("not there")),
-            text(&change.after),
-            text(change.interval.as_ref().map_or("–".to_string(), |[low, high]| format!("{low} to {high}"))),
+            text(change.before.as_deref().map_or("not there".to_string(), short)),
+            text(short(&change.after)),
+            text(change.interval.as_ref().map_or("–".to_string(), |[low, high]| format!("{} to {}", short(low), short(high)))),
         ]);
     }
     section.table(table);

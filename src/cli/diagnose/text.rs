@@ -1,7 +1,7 @@
 //! A diagnosis as text.
 
 use super::super::condition::words as condition_words;
-use super::super::text::table;
+use super::super::text::{short, table};
 use super::{Found, words};
 use crate::diagnose::Verdict;
 
@@ -26,7 +26,7 @@ pub(super) fn text(found: &Found<'_>) -> String {
         let rows: Vec<Vec<String>> = found
             .ranked(12)
             .map(|(i, e)| {
-                let open = if diagnosis.set.contains(&i) { "" } else { "refuted" };
+                let open = if diagnosis.set.contains(&i) { "" } else { "refuted or improbable" };
                 vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), words(e), open.to_string()]
             })
             .collect();
@@ -64,8 +64,8 @@ pub(super) fn text(found: &Found<'_>) -> String {
         Some(extended) => {
             text += "\nthe extended machine\n";
             for change in &extended.changes {
-                let before = change.before.as_deref().unwrap_or("new");
-                text += &format!("  {}: {before} -> {}\n", change.key, change.after);
+                let before = change.before.as_deref().map_or("new".to_string(), short);
+                text += &format!("  {}: {before} -> {}\n", change.key, short(&change.after));
             }
             text += &format!("wrote {}\n", extended.path.display());
         }
