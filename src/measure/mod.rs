@@ -168,7 +168,7 @@ impl Data {
                 let error = Error::input("the readings of this sensor look like kelvin, not degC").at_key(column.header());
                 let error = error.read(format!("{:.1} degC", column.values[first]));
                 return Err(place(
-                    error.help(format!("write '{name} [K]' in the header; readings that are as hot go in as kelvin too")),
+                    error.help(format!("write '{name} [K]' in the header; if they really are that hot, give them in kelvin as well")),
                     first,
                 ));
             }

@@ -146,3 +146,19 @@ pub(super) fn split_key(key: &str) -> Option<Vec<Step>> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quoted_names_are_found_again() {
+        for name in ["motor", "b c", "a.b", "a[1]", "x\"y", "it's", "a\\b", "m²", ""] {
+            let steps = split_key(&format!("part.{}.box", quoted(name))).unwrap_or_else(|| panic!("{name}"));
+            let names: Vec<&str> = steps.iter().map(|s| if let Step::Name(n) = s { n.as_str() } else { "" }).collect();
+            assert_eq!(names, ["part", name, "box"]);
+            let text = format!("{} = 1", quoted(name));
+            assert!(toml::de::DeTable::parse(&text).unwrap().get_ref().iter().all(|(key, _)| key.get_ref() == name), "{text}");
+        }
+    }
+}

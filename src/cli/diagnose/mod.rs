@@ -96,7 +96,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     out.note("heat balances");
     let energy = Energy::of(&problem, &diagnosis, extended.is_some())?;
     let refitted = match &args.surrogate {
-        Some(path) => Some(Refitted::of(&problem, &diagnosis, extended.as_ref(), path, out)?),
+        Some(path) => Some(Refitted::of(&problem, extended.as_ref(), path, out)?),
         None => None,
     };
     let found =

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::super::output::Output;
 use super::Extended;
 use crate::accept;
-use crate::diagnose::{Diagnosis, Problem};
+use crate::diagnose::Problem;
 use crate::error::{Error, Result};
 use crate::fit::file;
 pub(super) use crate::job::refit::check;
@@ -50,7 +50,7 @@ impl Fitted {
                     "surrogate against {counted} readings: error {before:.3} K of the machine as it is, {after:.3} K of the extended one{outside}"
                 )
             }
-            None => "no reading lies within what the surrogate was fitted to, so it is not held against any".into(),
+            None => "surrogate not held against readings: they are logs, or lie outside the fitted ranges".into(),
         };
         let own = self.largest.map_or(String::new(), |k| format!("; against the solver at most {k:.4} K on conditions kept out"));
         let failed = if self.failed > 0 { format!(", {} could not be solved", self.failed) } else { String::new() };
@@ -63,7 +63,7 @@ impl Refitted {
     ///
     /// # Errors
     /// As [`refit`].
-    pub fn of(problem: &Problem, _found: &Diagnosis, extended: Option<&Extended>, path: &Path, out: Output) -> Result<Self> {
+    pub fn of(problem: &Problem, extended: Option<&Extended>, path: &Path, out: Output) -> Result<Self> {
         let Some(extended) = extended else { return Ok(Self { fit: None }) };
         let folder = Scratch::beside(path)?;
         let cells = problem.study.model.mesh.cells;
