@@ -60,6 +60,8 @@ struct Plan {
     /// Height of the labels under a sheet, and every how many columns has one.
     labels: (f64, usize),
     upright: bool,
+    /// Font size of the numbers, where they fit into all cells.
+    text: Option<f64>,
 }
 
 impl ResidualSheet {
@@ -102,7 +104,10 @@ impl ResidualSheet {
         let upright = widest > cell - 4.0;
         let every = if upright { (15.0 / cell).ceil().max(1.0) as usize } else { 1 };
         let height = if upright { widest.min(LABEL) + 12.0 } else { 22.0 };
-        Plan { rows, cell, beside: is_beside, labels: (height, every), upright }
+        let numbers = self.values().filter(|v| v.is_finite()).map(|v| label(v, self.decimals));
+        let widest = numbers.map(|l| fonts::width(&l, 12.0, Weight::Regular)).fold(0.0, f64::max);
+        let text = [12.0, 11.0, 10.0, 9.0].into_iter().find(|text| widest * text / 12.0 + 3.0 <= cell);
+        Plan { rows, cell, beside: is_beside, labels: (height, every), upright, text }
     }
 
     fn sheets_height(&self, plan: &Plan) -> f64 {
@@ -122,7 +127,7 @@ impl ResidualSheet {
                 let (x, y) = (left + plan.cell * j as f64, top + plan.rows.row * i as f64);
                 let size = (plan.cell, plan.rows.row);
                 if value.is_finite() {
-                    paint_cell(canvas, (x, y), size, *value, (limit, self.decimals))?
+                    paint_cell(canvas, (x, y), size, *value, (limit, plan.text, self.decimals))?
                 } else {
                     paint_missing(canvas, (x, y), size)?
                 }
@@ -193,22 +198,26 @@ impl ResidualSheet {
     }
 }
 
-fn paint_cell<S: Surface>(
-    canvas: &mut Canvas<S>,
-    (x, y): Place,
-    (width, height): (f64, f64),
-    value: f64,
-    (limit, decimals): (f64, usize),
-) -> Result<()> {
+/// A number as it stands in its cell.
+fn label(value: f64, decimals: usize) -> String {
+    if value.abs() >= 1e4 {
+        return "…".into();
+    }
+    let digits = fixed(value, if value.abs() < 9.95 { decimals } else { decimals.saturating_sub(1) });
+    if value > 0.0 && digits.chars().any(|c| matches!(c, '1'..='9')) { format!("+{digits}") } else { digits }
+}
+
+/// Limit of the colours, font size of the numbers, their decimals.
+type Look = (f64, Option<f64>, usize);
+
+fn paint_cell<S: Surface>(canvas: &mut Canvas<S>, (x, y): Place, (width, height): (f64, f64), value: f64, look: Look) -> Result<()> {
+    let (limit, text, decimals) = look;
     let colour = diverging(value / limit);
     canvas.rectangle(x, y, width, height, colour, 1.0)?;
     let ink = if colour.contrast(WHITE) > colour.contrast(INK) { WHITE } else { INK };
-    let digits = fixed(value, if value.abs() < 9.95 { decimals } else { decimals.saturating_sub(1) });
-    let digits = if value.abs() >= 1e4 { "…".to_string() } else { digits };
-    let label = if value > 0.0 && digits.chars().any(|c| matches!(c, '1'..='9')) { format!("+{digits}") } else { digits };
-    let fit = [12.0, 11.0, 10.0].into_iter().find(|text| fonts::width(&label, *text, Weight::Regular) + 4.0 <= width);
-    if let Some(text) = fit {
-        return canvas.text((x + width / 2.0, y + height / 2.0 + 0.36 * text), &Text::new(&label).size(text).colour(ink).middle());
+    if let Some(text) = text {
+        let number = label(value, decimals);
+        return canvas.text((x + width / 2.0, y + height / 2.0 + 0.36 * text), &Text::new(&number).size(text).colour(ink).middle());
     }
     // Too small for a number: a sign, so that the two colours are told apart in a grey print as well.
     if value.abs() >= 0.3 * limit && width >= 6.0 {

@@ -180,6 +180,8 @@ pub struct Sheet {
     pub residual: Vec<f64>,
     /// The same whitened.
     pub whitened: Vec<f64>,
+    /// Standard deviation of each reading with everything that may be off in it and in its prediction, K.
+    pub deviation: Vec<f64>,
 }
 
 /// Covariance in parts, so that it can be cut to some readings.
@@ -306,6 +308,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         sheet: Sheet {
             predicted: found.prediction.values.iter().zip(&mesh).map(|(v, m)| v + m).collect(),
             whitened: screened.residual.clone(),
+            deviation: errors.marginal(),
             residual: found.residual.clone(),
         },
         explained,

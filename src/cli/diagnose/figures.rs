@@ -8,7 +8,7 @@ use crate::chart::ranking::{Ranked, RankingFigure, Standing};
 use crate::chart::residual_panels::ResidualPanels;
 use crate::chart::residual_sheet::ResidualSheet;
 use crate::chart::style::Quantity;
-use crate::diagnose::Verdict;
+use crate::diagnose::{Law, Verdict};
 use crate::machine::{Condition, Machine};
 use crate::measure::{Data, whiten};
 use crate::model::Flows;
@@ -46,20 +46,38 @@ pub(super) fn sheet(found: &Found<'_>) -> ResidualSheet {
     }
 }
 
-/// The same in what uncertainty lets one expect.
-pub(super) fn whitened_sheet(found: &Found<'_>) -> ResidualSheet {
-    let (data, diagnosis) = (&found.problem.data, found.diagnosis);
-    let left = diagnosis.explained.as_ref().map(|explained| diagnosis.whitener.apply(&difference(&whiten::readings(data), explained)));
-    // Of several readings together: their sum over the root of their number keeps unit variance.
-    let together = |within: &[f64]| within.iter().sum::<f64>() / (within.len() as f64).sqrt();
+/// The same over the standard deviation of each reading.
+pub(super) fn relative_sheet(found: &Found<'_>) -> ResidualSheet {
+    let (data, sheet) = (&found.problem.data, &found.diagnosis.sheet);
+    let over = |values: &[f64]| values.iter().zip(&sheet.deviation).map(|(v, d)| v / d).collect::<Vec<_>>();
+    let left = found.diagnosis.explained.as_ref().map(|explained| over(&difference(&whiten::readings(data), explained)));
     ResidualSheet {
         title: "The same, counted in what uncertainty lets one expect".into(),
         unit: "standard deviations".into(),
         full: (FULL.1, FULL.2),
         decimals: 1,
         notes: vec![
-            "Errors that readings share (water, flow, chamber, films, heats) are taken out: within ±2 is noise, and the squares of all cells \
-             add up to the misfit."
+            "Standard deviations of all that may be off: reading, sensor, condition, and what the model leaves open. Within ±2 is noise."
+                .into(),
+        ],
+        ..sheets(data, &over(&sheet.residual), left.as_deref(), |within| within.iter().sum::<f64>() / within.len() as f64)
+    }
+}
+
+/// What adds up to the misfit.
+pub(super) fn whitened_sheet(found: &Found<'_>) -> ResidualSheet {
+    let (data, diagnosis) = (&found.problem.data, found.diagnosis);
+    let left = diagnosis.explained.as_ref().map(|explained| diagnosis.whitener.apply(&difference(&whiten::readings(data), explained)));
+    // Of several readings together: their sum over the root of their number keeps unit variance.
+    let together = |within: &[f64]| within.iter().sum::<f64>() / (within.len() as f64).sqrt();
+    ResidualSheet {
+        title: "What adds up to the misfit".into(),
+        unit: "standard deviations".into(),
+        full: (FULL.1, FULL.2),
+        decimals: 1,
+        notes: vec![
+            "Errors that readings share (of a sensor, the water, the flow, the chamber, films, heats) are taken out, which mixes readings: a sign \
+             may differ from that above. The squares of all cells add up to the misfit; pure noise stays within ±2."
                 .into(),
         ],
         ..sheets(data, &diagnosis.sheet.whitened, left.as_deref(), together)
@@ -159,6 +177,7 @@ pub(super) fn ranking(found: &Found<'_>) -> RankingFigure {
     let diagnosis = found.diagnosis;
     let mut ranked: Vec<Ranked> = found
         .ranked(BARS)
+        .filter(|(i, e)| *i < 3 || e.probability > 5e-3)
         .map(|(i, e)| Ranked {
             name: words(e),
             probability: e.probability,
@@ -182,7 +201,16 @@ pub(super) fn missing(found: &Found<'_>) -> Option<IntervalFigure> {
         name: m.part.clone(),
         value: m.watts,
         ends: (m.watts - TWO_SIDED_90 * m.deviation, m.watts + TWO_SIDED_90 * m.deviation),
-        remark: format!("−{:.1} of {:.1}", m.explained, diagnosis.misfit.chi2),
+        remark: {
+            let law = match m.law {
+                Law::Constant => "constant",
+                Law::Speed => "with speed",
+                Law::SpeedSquared => "with speed²",
+                Law::InverseFlow => "with 1/flow",
+                Law::Temperature => "with temperature",
+            };
+            format!("−{:.1} of {:.1}, {law}", m.explained, diagnosis.misfit.chi2)
+        },
         is_strong: m.explained > NOT_BY_CHANCE,
     };
     let rows: Vec<Interval> = diagnosis.missing.iter().take(BARS).map(row).collect();
@@ -193,8 +221,8 @@ pub(super) fn missing(found: &Found<'_>) -> Option<IntervalFigure> {
         remarks: "misfit it takes away".into(),
         meaning: ["not by chance at this place".into(), "may be chance".into()],
         notes: vec![
-            "Constant heat into one part at a time, best value with its 90 % interval; negative: the model has too much there. Only one of \
-             these can be the cause: what takes away most misfit points to the place."
+            "Heat into one part at a time, by the law that fits best (at the highest speed), with its 90 % interval; negative: the model has too \
+             much there. Only one of these can be the cause: what takes away most misfit points to the place."
                 .into(),
         ],
     })

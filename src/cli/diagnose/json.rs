@@ -44,7 +44,7 @@ pub(super) fn json(found: &Found<'_>) -> Value {
         })),
         "tried": diagnosis.tried.0, "visible": diagnosis.tried.1,
         "missing_heat": diagnosis.missing.iter().map(|m| json!({
-            "part": m.part, "W": number(m.watts), "standard_deviation_W": number(m.deviation), "misfit_explained": number(m.explained),
+            "part": m.part, "law": m.law.words(), "W": number(m.watts), "standard_deviation_W": number(m.deviation), "misfit_explained": number(m.explained),
         })).collect::<Vec<_>>(),
         "heat_balance": found.energy.balances.iter().map(|b| balance(found, b)).collect::<Vec<_>>(),
         "readings": readings(found),

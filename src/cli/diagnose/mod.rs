@@ -137,7 +137,7 @@ impl Found<'_> {
 
     /// Explanations worth showing: the first three, and what has some probability.
     fn ranked(&self, most: usize) -> impl Iterator<Item = (usize, &Explanation)> {
-        self.diagnosis.explanations.iter().enumerate().filter(|(i, e)| *i < 3 || e.probability > 5e-4).take(most)
+        self.diagnosis.explanations.iter().enumerate().filter(|(i, e)| *i < 3 || e.probability > 2e-3).take(most)
     }
 
     /// The answer in one sentence.

@@ -23,7 +23,7 @@ pub(super) fn report(found: &Found<'_>) -> Result<Report> {
     report.subtitle(found.headline());
     in_short(report.section("In short"), found);
     residuals(report.section("Where readings and model part"), found)?;
-    significance(report.section("Is it more than noise?"), found);
+    significance(report.section("Is it more than noise?"), found)?;
     energy(report.section("Where the heat goes"), found)?;
     if found.diagnosis.verdict != Verdict::Consistent {
         explanations(report.section("What could explain it"), found)?;
@@ -99,7 +99,7 @@ fn residuals(section: &mut Section, found: &Found<'_>) -> Result<()> {
          colour points to the sensor or to the part it sits on, a column of one colour to the condition.",
     );
     section.figure(&figures::sheet(found), "")?;
-    section.figure(&figures::whitened_sheet(found), "")?;
+    section.figure(&figures::relative_sheet(found), "")?;
     if let Some(panels) = figures::panels(found) {
         section.paragraph("What grows with the speed points to friction or motor losses, what falls with the flow to the water, what keeps its size to a sensor or a constant heat.");
         section.figure(&panels, "")?;
@@ -135,11 +135,11 @@ fn kelvin(found: &Found<'_>) -> Table {
     }
     let both = if diagnosis.explained.is_some() { "; the second number is what is left with the best explanation" } else { "" };
     table.caption(format!("Measured less predicted [K]{both}{}", if are_all { "" } else { "; not every row is shown" }));
-    table.folded("The same in kelvin");
+    table.folded("The numbers in kelvin");
     table
 }
 
-fn significance(section: &mut Section, found: &Found<'_>) {
+fn significance(section: &mut Section, found: &Found<'_>) -> Result<()> {
     let misfit = &found.diagnosis.misfit;
     let chance = |p: f64| if p < 1e-6 { "less than one in a million".to_string() } else { format!("{p:.2e}") };
     section.paragraph(format!(
@@ -159,6 +159,8 @@ fn significance(section: &mut Section, found: &Found<'_>) {
         misfit.look_elsewhere
     ));
     section.paragraph("An alarm is raised below 0.002 for the first and 0.006 for the second.");
+    section.figure(&figures::whitened_sheet(found), "")?;
+    Ok(())
 }
 
 fn energy(section: &mut Section, found: &Found<'_>) -> Result<()> {
