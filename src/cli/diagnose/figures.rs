@@ -115,6 +115,7 @@ fn columns(data: &Data) -> Vec<(String, Vec<usize>)> {
     let name = |r: usize| {
         let row = &data.rows[r];
         match row.time {
+            Some(t) if data.tests().len() == 1 => format!("{t:.0} s"),
             Some(t) => format!("{}, {t:.0} s", row.test),
             None => row.test.clone(),
         }
