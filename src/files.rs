@@ -43,6 +43,28 @@ pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<(
     outcome
 }
 
+/// Whether a file can be written at `path`, found out before the work that would be lost: nothing is left behind.
+///
+/// # Errors
+/// The nearest folder that exists is none, or refuses a new file; or `path` is a folder.
+pub fn check(path: &Path) -> Result<()> {
+    let failed = |e: &std::io::Error| Error::file("write", path, e).help("check that the folder may be written to");
+    if path.file_name().is_none() || path.is_dir() {
+        return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
+    }
+    let above = path.ancestors().skip(1).map(|a| if a.as_os_str().is_empty() { Path::new(".") } else { a });
+    let Some(folder) = above.into_iter().find(|a| a.exists()) else { return Ok(()) };
+    if !folder.is_dir() {
+        return Err(Error::input("this lies below something that is no folder")
+            .in_file(path)
+            .read(folder.display())
+            .help("name another folder"));
+    }
+    let probe = folder.join(format!(".{}.probe", std::process::id()));
+    File::create(&probe).map_err(|e| failed(&e))?;
+    fs::remove_file(&probe).map_err(|e| failed(&e))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +87,9 @@ mod tests {
         assert!(write(&folder, b"a folder is there").is_err());
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         assert!(write(Path::new(".."), b"").is_err());
+        check(&folder.join("not").join("yet").join("there.csv")).unwrap();
+        assert!(check(&path.join("below a file.csv")).is_err() && check(&folder).is_err());
+        assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
         let _ = fs::remove_dir_all(&folder);
     }
 }

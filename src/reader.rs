@@ -28,6 +28,8 @@ use toml::de::{DeTable, DeValue};
 mod edit;
 #[path = "reader/leaf.rs"]
 mod leaf;
+#[path = "reader/rewrite.rs"]
+mod rewrite;
 #[path = "reader/tree.rs"]
 mod tree;
 #[path = "reader/value.rs"]
@@ -35,6 +37,8 @@ mod value;
 
 pub use edit::edited;
 pub use leaf::Leaf;
+pub use rewrite::name_of;
+pub use tree::quoted;
 pub use value::Value;
 
 use crate::error::{Error, Result, did_you_mean};

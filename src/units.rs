@@ -34,6 +34,11 @@ impl From<Kelvin> for Celsius {
     }
 }
 
+/// Degrees Celsius of kelvin, for what is shown.
+pub fn celsius(kelvin: f64) -> f64 {
+    kelvin - ZERO_CELSIUS
+}
+
 impl fmt::Display for Celsius {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} degC", self.0)

@@ -15,6 +15,8 @@ pub enum Spacing {
     Linear,
     /// By their logarithm; the range must be positive.
     Logarithmic,
+    /// Evenly, with ticks at whole numbers only: what is counted.
+    Counting,
 }
 
 /// What an axis shows.
@@ -34,6 +36,11 @@ impl Axis {
         Self { title: title.into(), range, spacing: Spacing::Linear }
     }
 
+    /// An evenly spaced axis of what is counted.
+    pub fn counting(title: impl Into<String>, range: Range) -> Self {
+        Self { title: title.into(), range, spacing: Spacing::Counting }
+    }
+
     /// A logarithmic axis.
     pub fn logarithmic(title: impl Into<String>, range: Range) -> Self {
         Self { title: title.into(), range, spacing: Spacing::Logarithmic }
@@ -43,7 +50,7 @@ impl Axis {
     pub fn fraction(&self, value: f64) -> f64 {
         let Range { low, high } = self.range;
         match self.spacing {
-            Spacing::Linear => (value - low) / (high - low),
+            Spacing::Linear | Spacing::Counting => (value - low) / (high - low),
             Spacing::Logarithmic => (value / low).ln() / (high / low).ln(),
         }
     }
@@ -51,6 +58,7 @@ impl Axis {
     fn ticks(&self, most: usize) -> Ticks {
         match self.spacing {
             Spacing::Linear => ticks::linear(self.range, most),
+            Spacing::Counting => ticks::linear(self.range, most.min(self.range.length().ceil().max(1.0) as usize)),
             Spacing::Logarithmic => ticks::logarithmic(self.range, most),
         }
     }

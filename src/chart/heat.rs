@@ -59,7 +59,7 @@ fn bars(group: &[(String, f64)]) -> Vec<Bar> {
 }
 
 /// Watts to three or four figures, as one reads them.
-fn watts(value: f64) -> String {
+pub fn watts(value: f64) -> String {
     let size = value.abs();
     match size {
         s if s >= 1e5 || (s > 0.0 && s < 1e-3) => format!("{} W", number(format!("{value:.2e}").parse().unwrap_or(value))),

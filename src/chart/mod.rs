@@ -21,6 +21,8 @@
 
 pub mod acceptability;
 pub mod axis;
+pub mod balance;
+pub mod before_after;
 pub mod canvas;
 pub mod contour;
 pub mod error_overview;
@@ -29,14 +31,18 @@ pub mod heat;
 pub mod history;
 pub mod legend;
 pub mod measured;
+pub mod missing;
 pub mod one_factor;
 pub mod operator_sheet;
 pub mod output;
 pub mod page;
 pub mod panels;
 pub mod parity;
+pub mod ranking;
 pub mod raster;
 pub mod regions;
+pub mod residual_panels;
+pub mod residual_sheet;
 pub mod residuals;
 pub mod rows;
 pub mod style;

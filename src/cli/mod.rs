@@ -6,6 +6,7 @@ pub mod condition;
 pub mod diagnose;
 pub mod fit;
 pub mod identify;
+pub mod measured;
 pub mod output;
 pub mod query;
 pub mod run;

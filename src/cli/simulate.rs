@@ -19,7 +19,7 @@ use crate::model::Model;
 use crate::schedule::{self, Schedule};
 use crate::simulate::{self, History, Start};
 use crate::table::Table;
-use crate::units::{Celsius, Dimension, Kelvin, express, parse};
+use crate::units::{Dimension, celsius, express, parse};
 
 /// Temperatures over time, through a schedule of conditions
 ///
@@ -205,10 +205,6 @@ fn figure(model: &Model, history: &History, schedule: &Path) -> HistoryFigure {
             .map(|after| (start + after, format!("all within {} K of the steady state after {}", history.within, duration(after)))),
         notes: vec![format!("schedule: {}", schedule.display())],
     }
-}
-
-fn celsius(kelvin: f64) -> f64 {
-    Celsius::from(Kelvin(kelvin)).0
 }
 
 fn to_json(model: &Model, history: &History, seconds: f64) -> Value {

@@ -32,7 +32,8 @@ pub struct Next {
 /// # Errors
 /// As [`signatures`].
 pub fn next(problem: &Problem, explanations: &[&Explanation], scales: &Scales) -> Result<Vec<Next>> {
-    let alive: Vec<&Explanation> = explanations.iter().copied().take(MOST).filter(|e| e.parts.iter().all(|p| p.deviation.is_finite())).collect();
+    let alive: Vec<&Explanation> =
+        explanations.iter().copied().take(MOST).filter(|e| e.parts.iter().all(|p| p.deviation.is_finite())).collect();
     if alive.len() < 2 {
         return Ok(Vec::new());
     }

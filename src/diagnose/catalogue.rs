@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::machine::{Condition, Machine, Place};
 use crate::measure::Data;
 use crate::network::Network;
-use crate::reader::Leaf;
+use crate::reader::{Leaf, quoted};
 use crate::sensitivity::Study;
 use crate::units;
 
@@ -344,15 +344,6 @@ fn emissivity_key(study: &Study, part: &str) -> Option<String> {
     let own = keys.iter().map(|k| format!("part.{}.surface.{k}", quoted(part)));
     let node = keys.iter().map(|k| format!("node.{}.{k}", quoted(part)));
     own.chain(node).find(|key| study.parameter(key).is_ok())
-}
-
-/// A name as a step of a key.
-fn quoted(name: &str) -> String {
-    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-        name.to_string()
-    } else {
-        format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
-    }
 }
 
 impl Hypothesis {

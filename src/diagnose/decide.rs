@@ -72,7 +72,9 @@ pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanatio
     if left < LEFT_OVER || posterior.something_else > 0.5 {
         return (Verdict::SomethingElse, region(explanations, 0.0), set);
     }
-    let level = ladder(explanations);
+    // As many numbers as readings fit anything: the prior alone would choose.
+    let is_judged = misfit.freedom > best.parts.len();
+    let level = if is_judged { ladder(explanations) } else { region(explanations, CERTAIN) };
     let verdict = if matches!(level.name, "kind" | "law") { Verdict::Explained } else { Verdict::CannotTell };
     (verdict, level, set)
 }

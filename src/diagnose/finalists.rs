@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::Problem;
 use super::catalogue::{Hypothesis, hypotheses};
 use super::probability::{self, Candidate, Posterior};
-use super::refine::{Bench, Fitted, fit};
+use super::refine::{Bench, Extended, Fitted, fit};
 use super::screen::Screened;
 use super::signature::signatures;
 use super::view::{View, rescreened, screened};
@@ -76,7 +76,7 @@ impl Finals<'_> {
             about.clone_from(&best.0);
             if !best.0.iter().all(|j| self.of(*j).is_sensor()) {
                 let members: Vec<(&Hypothesis, f64)> = best.0.iter().map(|j| self.of(*j)).zip(best.1.amplitudes.iter().copied()).collect();
-                let Some((study, _)) = self.bench.extended(&members)? else { break };
+                let Some(Extended { study, .. }) = self.bench.extended(&members)? else { break };
                 view = View::about(self.problem, &study, self.catalogue, self.bench.scales)?;
                 let base = &self.base.found;
                 now.screened = rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue);
@@ -123,7 +123,17 @@ impl Finals<'_> {
         let left = (now.screened.misfit() - best.gain) / self.base.readings.len() as f64;
         let share = 1.0 / left.max(1.0);
         let is_probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
-        candidates.iter().filter(is_probable).take(FINALISTS).cloned().collect()
+        let mut chosen: Vec<Candidate> = candidates.iter().filter(is_probable).take(FINALISTS).cloned().collect();
+        // Two must be held against the stronger one alone, which slopes put far behind where its effect bends.
+        for pair in chosen.clone().iter().filter(|c| c.members.len() > 1) {
+            let alone = candidates.iter().filter(|c| c.members.len() == 1 && pair.members.contains(&c.members[0]));
+            if let Some(single) = alone.max_by(|a, b| a.gain.total_cmp(&b.gain))
+                && !chosen.iter().any(|c| c.members == single.members)
+            {
+                chosen.push(single.clone());
+            }
+        }
+        chosen
     }
 
     /// Those fitted before that are not chosen yet and still in the posterior, the better half of them.
@@ -177,7 +187,7 @@ impl Finals<'_> {
     /// What could act beside a cause: all causes screened again about the machine with it in force, its own amplitude free.
     fn beside(&self, first: usize, fitted: &Fitted, now: &Outcome, view: &View) -> Result<Vec<Candidate>> {
         let (h, problem) = (self.of(first), self.problem);
-        let Some((study, _)) = self.bench.extended(&[(h, fitted.amplitudes[0])])? else { return Ok(Vec::new()) };
+        let Some(Extended { study, .. }) = self.bench.extended(&[(h, fitted.amplitudes[0])])? else { return Ok(Vec::new()) };
         let mut again = hypotheses(&study, &problem.data, &problem.user);
         let name = |h: &Hypothesis| (h.kind, h.place.clone(), h.law);
         let known: HashMap<_, usize> = (0..self.screened.visible.len()).map(|j| (name(self.of(j)), j)).collect();

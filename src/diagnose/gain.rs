@@ -28,6 +28,8 @@ pub struct Gain {
     pub noise_floor: f64,
     /// Conditions, each kept out once.
     pub conditions: Vec<String>,
+    /// Which of them each reading belongs to, and what the cause found without it changes in its prediction, K.
+    pub readings: Vec<(usize, f64)>,
 }
 
 /// Cuts the conditions into folds; in each, everything from the screen to the amplitude is done again without it. With
@@ -55,6 +57,7 @@ pub fn gain(
     let folds = FOLDS.min(conditions.len());
     let condition_of: Vec<usize> = places.iter().map(|(r, _)| conditions.iter().position(|c| *c == key(*r)).unwrap_or(0)).collect();
     // Squares by condition: before, after, count.
+    let mut readings: Vec<(usize, f64)> = condition_of.iter().map(|c| (*c, 0.0)).collect();
     let mut sums = vec![(0.0, 0.0, 0.0); conditions.len()];
     for fold in 0..folds {
         let (kept, out): (Vec<usize>, Vec<usize>) = (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
@@ -84,6 +87,7 @@ pub fn gain(
             }
         }
         for (s, i) in shift.iter().zip(&out) {
+            readings[*i].1 = *s;
             let sum = &mut sums[condition_of[*i]];
             sum.0 += found.residual[*i].powi(2);
             sum.1 += (found.residual[*i] - s).powi(2);
@@ -109,7 +113,7 @@ pub fn gain(
     let marginal = errors.marginal();
     let noise_floor = (marginal.iter().map(|m| m * m).sum::<f64>() / marginal.len() as f64).sqrt();
     let names = conditions.iter().map(|c| c.split('#').next().unwrap_or(c).to_string()).collect();
-    Some(Gain { before, after, interval: (at(0.05), at(0.95)), noise_floor, conditions: names })
+    Some(Gain { before, after, interval: (at(0.05), at(0.95)), noise_floor, conditions: names, readings })
 }
 
 /// The amplitude that the kept readings ask for along a secant: by least squares beside the linear one.

@@ -14,6 +14,7 @@ mod catalogue;
 mod decide;
 mod finalists;
 mod gain;
+mod missing;
 mod probability;
 mod refine;
 mod screen;
@@ -32,9 +33,10 @@ pub use advice::Next;
 pub use catalogue::{Act, Hypothesis, Law, Scales, UserKind, hypotheses};
 pub use decide::{Level, Verdict};
 pub use gain::Gain;
-pub use refine::{Bench, Fitted, fit};
+pub use missing::MissingHeat;
+pub use refine::{Bench, Extended, Fitted, fit};
 pub use signature::{Signatures, signatures};
-pub use words::sentence;
+pub use words::{Shown, sentence};
 
 use finalists::{Finals, Outcome};
 use probability::Candidate;
@@ -158,6 +160,8 @@ pub struct Diagnosis {
     pub gain: Option<Gain>,
     /// What to measure next where the answer is open.
     pub next: Vec<Next>,
+    /// What each part alone would have to give or take.
+    pub missing: Vec<MissingHeat>,
     /// Lines of the machine file that make the best explanation true.
     pub sets: Option<Vec<(String, String)>>,
     /// The covariance that was used.
@@ -175,6 +179,8 @@ pub struct Sheet {
     pub residual: Vec<f64>,
     /// The same whitened.
     pub whitened: Vec<f64>,
+    /// Standard deviation of each reading with everything that may be off in it and in its prediction, K.
+    pub deviation: Vec<f64>,
 }
 
 /// Diagnoses.
@@ -199,6 +205,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let sheet = Sheet {
         predicted: predicted.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
         whitened: screened.residual.clone(),
+        deviation: base.errors.marginal(),
         residual: base.found.residual.clone(),
     };
     let finals = Finals { problem, bench: &bench, catalogue: &catalogue, base: &base, screened: &screened, prior: &prior };
@@ -236,7 +243,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
             .map(|(_, f)| f.values.iter().zip(&mesh).map(|(v, m)| v + m).collect())
     });
     let sets = match &members {
-        Some(members) => bench.extended(members)?.map(|(_, sets)| sets),
+        Some(members) => bench.extended(members)?.map(|extended| extended.sets),
         None => None,
     };
     progress("gain on conditions kept out");
@@ -258,6 +265,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         explained,
         gain,
         next,
+        missing: missing::missing(&screened, &catalogue),
         sets,
         explanations,
         whitener: base.whitener,

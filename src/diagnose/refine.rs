@@ -34,13 +34,21 @@ pub struct Bench<'a> {
     pub user: &'a [UserKind],
 }
 
+/// A machine with causes in force.
+#[derive(Debug, Clone)]
+pub struct Extended {
+    /// The machine.
+    pub study: Study,
+    /// The lines of its file that make it so.
+    pub sets: Vec<(String, String)>,
+}
+
 impl Bench<'_> {
-    /// The machine with several hypotheses in force at once, and the lines of its file that make it so; `None` where the
-    /// file has no words for one.
+    /// The machine with several hypotheses in force at once; `None` where its file has no words for one.
     ///
     /// # Errors
     /// As [`Hypothesis::sets`]; the machine with these lines is not valid.
-    pub fn extended(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<(Study, Vec<(String, String)>)>> {
+    pub fn extended(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<Extended>> {
         let mut all = Vec::new();
         let mut study = self.study.clone();
         for (h, amplitude) in members {
@@ -51,7 +59,7 @@ impl Bench<'_> {
             }
             all.extend(sets);
         }
-        Ok(Some((study, all)))
+        Ok(Some(Extended { study, sets: all }))
     }
 
     /// Predictions with hypotheses in force.
@@ -62,7 +70,7 @@ impl Bench<'_> {
         let mut values = if members.iter().all(|(h, _)| h.is_sensor()) {
             self.predicted.to_vec()
         } else {
-            let Some((study, _)) = self.extended(members)? else {
+            let Some(Extended { study, .. }) = self.extended(members)? else {
                 return Err(Error::input("the machine file has no words for this cause"));
             };
             identify::values(&study, self.data, self.start)?

@@ -5,7 +5,6 @@ use rayon::prelude::*;
 
 use crate::random::Random;
 
-
 /// Simulated data sets of pure noise.
 const SIMULATIONS: usize = 2000;
 /// A signature shorter than this, whitened and for an amplitude of its prior's scale, cannot show.

@@ -62,3 +62,41 @@ pub fn sentence(part: &Part) -> String {
         Act::Swap(..) => format!("the sensors {} are exchanged ({} of an exchange)", h.place.replace(" - ", " and "), range(&same, "")),
     }
 }
+
+/// The number of a part of an explanation as a reader means it: factors instead of their logarithms.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shown {
+    /// What it is: `heat`, `factor`, `offset` ...
+    pub name: &'static str,
+    /// Best value.
+    pub value: f64,
+    /// Low end of its 90 % interval.
+    pub low: f64,
+    /// High end.
+    pub high: f64,
+    /// Unit; `1` for factors.
+    pub unit: &'static str,
+}
+
+impl Part {
+    /// Its number with its interval.
+    pub fn shown(&self) -> Shown {
+        let (low, high) = self.interval();
+        let as_is = |name, unit| Shown { name, value: self.amplitude, low, high, unit };
+        let factor = |name| Shown { name, value: self.amplitude.exp(), low: low.exp(), high: high.exp(), unit: "1" };
+        let grown = |name| Shown { name, value: 1.0 + self.amplitude, low: 1.0 + low, high: 1.0 + high, unit: "1" };
+        match self.hypothesis.act {
+            Act::Heat(_) => as_is("heat", "W"),
+            Act::UserHeat(_) => as_is("amplitude", "1"),
+            Act::Source(_) | Act::Gain(_) => grown("factor"),
+            Act::Contact(_) if self.hypothesis.law != Law::Constant => factor("factor_per_10_K"),
+            Act::Contact(_) | Act::Film(_) | Act::Flow(_) | Act::Branch(_) | Act::Emissivity(_) | Act::Capacity(_) => factor("factor"),
+            Act::Inlet(_) | Act::Chamber | Act::Bias(_) => as_is("offset", "K"),
+            Act::Gas => as_is("film", "W/(m2 K)"),
+            Act::Leak(_) | Act::Link(..) => as_is("conductance", "W/K"),
+            Act::Radiate(..) => as_is("exchange_area", "m2"),
+            Act::Lag(_) => as_is("time_constant", "s"),
+            Act::Swap(..) => as_is("share", "1"),
+        }
+    }
+}

@@ -6,7 +6,7 @@ use crate::chart::style::Quantity;
 use crate::error::Result;
 use crate::machine::{Condition, Measurement};
 use crate::model::{Model, State};
-use crate::units::{Celsius, Kelvin, express};
+use crate::units::{celsius, express};
 
 /// A measured state beside its prediction.
 #[derive(Debug)]
@@ -102,22 +102,13 @@ fn one(model: &Model, measurement: &Measurement) -> Result<Checked> {
     })
 }
 
-fn celsius(kelvin: f64) -> f64 {
-    Celsius::from(Kelvin(kelvin)).0
-}
-
-/// Sources and sinks of a state.
+/// Sources and sinks of a state; what carries next to nothing is left out.
 fn heat(model: &Model, state: &State, name: &str, fixed: Vec<(Quantity, f64)>) -> HeatFigure {
-    let balance = &state.solution.balance;
-    let sources = (model.machine.sources.iter().zip(&balance.sources)).filter(|(_, q)| q.abs() > 1e-9).map(|(s, q)| (s.name.clone(), *q));
-    let circuits = model.network.circuits.iter().zip(&balance.circuits).map(|(c, q)| (format!("coolant {}", c.circuit.name), -q));
-    let boundaries = model.machine.boundaries.iter().zip(&balance.boundaries).map(|(b, q)| (b.name.clone(), -q));
-    let sinks =
-        circuits.chain([("chamber wall".to_string(), -balance.radiation), ("residual gas".to_string(), -balance.gas)]).chain(boundaries);
+    let flows = model.flows(state);
     HeatFigure {
         title: format!("{name}: where the heat goes"),
-        sources: sources.collect(),
-        sinks: sinks.filter(|(_, q)| q.abs() > 1e-6).collect(),
+        sources: flows.sources.into_iter().filter(|(_, q)| q.abs() > 1e-9).collect(),
+        sinks: flows.sinks.into_iter().filter(|(_, q)| q.abs() > 1e-6).collect(),
         fixed,
         notes: Vec::new(),
     }

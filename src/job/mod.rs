@@ -4,6 +4,7 @@ pub mod figures;
 pub mod fitting;
 mod measured;
 mod pages;
+pub mod refit;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use crate::error::{Error, Result, did_you_mean};
-use crate::machine::{Condition, Machine};
+use crate::machine::{Condition, Machine, Variable};
 use crate::table::{Column, Table};
 use crate::units::{self, Celsius, Dimension, Kelvin};
 
@@ -24,6 +24,8 @@ pub const TEST: &str = "test";
 pub const TIME: &str = "time";
 /// Readings outside these bounds, K, are no temperatures of a machine.
 const PLAUSIBLE: (f64, f64) = (150.0, 1500.0);
+/// Numbers that are temperatures of such machines in kelvin, and hardly ever in degC.
+const LIKE_KELVIN: std::ops::Range<f64> = 250.0..420.0;
 
 /// One row of readings.
 #[derive(Debug, Clone, PartialEq)]
@@ -126,6 +128,9 @@ impl Data {
                 }
                 given.push((&column.name, format!("{:?} {}", column.values[r], column.unit)));
             }
+            for (v, column) in &variables {
+                possible(&machine.variables[*v], column, column.values[r]).map_err(|e| place(e, r))?;
+            }
             let pairs: Vec<(&str, &str)> = given.iter().map(|(n, v)| (*n, v.as_str())).collect();
             let condition = machine.condition(&pairs).map_err(|e| place(e, r))?;
             let mut readings = Vec::with_capacity(sensors.len());
@@ -156,6 +161,17 @@ impl Data {
             rows.push(Row { test, time, condition, readings, line: line(r) });
         }
         for (k, (sensor, _)) in sensors.iter().enumerate() {
+            let name = &machine.sensors[*sensor].name;
+            if let Some(column) = table.columns.iter().find(|c| c.name == *name && c.unit.trim() == "degC")
+                && let Some(first) = like_kelvin(&rows, k, machine)
+            {
+                let error = Error::input("the readings of this sensor look like kelvin, not degC").at_key(column.header());
+                let error = error.read(format!("{:.1} degC", column.values[first]));
+                return Err(place(
+                    error.help(format!("write '{name} [K]' in the header; if they really are that hot, give them in kelvin as well")),
+                    first,
+                ));
+            }
             if rows.iter().all(|row| row.readings[k].is_none()) {
                 notes.push(format!("'{}' has a column but no reading", machine.sensors[*sensor].name));
             }
@@ -277,6 +293,37 @@ impl Data {
             |keep: bool| Data { rows: self.rows.iter().filter(|r| chosen.contains(&r.test) == keep).cloned().collect(), ..self.clone() };
         Ok((part(true), part(false)))
     }
+}
+
+/// Whether a condition can be meant as it is written.
+fn possible(variable: &Variable, column: &Column, value: f64) -> Result<()> {
+    if variable.dimension == Dimension::VOLUME_FLOW && value < 0.0 {
+        let error = Error::input("a flow is negative").at_key(column.header()).read(value);
+        return Err(error.help("give its amount: the machine file says which way the water runs"));
+    }
+    let is_in_range = |si: f64| variable.range.is_some_and(|(low, high)| (low..=high).contains(&si));
+    let si = units::convert(value, &column.unit, variable.dimension)?;
+    if variable.dimension == Dimension::TEMPERATURE && column.unit.trim() == "degC" && LIKE_KELVIN.contains(&value) && !is_in_range(si) {
+        let error = Error::input("this temperature looks like kelvin, not degC").at_key(column.header()).read(value);
+        return Err(error.help(format!("write '{} [K]' in the header", column.name)));
+    }
+    Ok(())
+}
+
+/// Row of the first reading of a column in degC whose readings all would be near its conditions if they were kelvin, and are
+/// far hotter than them as they stand; `None` otherwise.
+fn like_kelvin(rows: &[Row], column: usize, machine: &Machine) -> Option<usize> {
+    let mut first = None;
+    for (r, row) in rows.iter().enumerate() {
+        let Some(kelvin) = row.readings[column] else { continue };
+        let around = machine.variables.iter().zip(row.condition.si()).filter(|(v, _)| v.dimension == Dimension::TEMPERATURE);
+        let hottest = around.map(|(_, t)| *t).fold(f64::NEG_INFINITY, f64::max);
+        if !LIKE_KELVIN.contains(&Celsius::from(Kelvin(kelvin)).0) || kelvin - hottest < 150.0 {
+            return None;
+        }
+        first.get_or_insert(r);
+    }
+    first
 }
 
 fn unknown(name: &str, machine: &Machine) -> Error {

@@ -1,8 +1,10 @@
 //! A machine on a mesh, ready to be solved at any condition.
 
+mod flows;
 mod inventory;
 mod limits;
 
+pub use flows::{Flows, OutletSensor};
 pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, inventory};
 pub use limits::{LimitState, limit_states};
 

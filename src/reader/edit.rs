@@ -5,6 +5,7 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::tree::quoted;
 use super::{Step, split_key};
 use crate::error::{Error, Result};
 
@@ -50,15 +51,16 @@ fn with(text: &str, key: &str, value: &str) -> Result<String> {
             let before = text[..end].trim_end();
             format!("{before}{comma}{last} = {value} {}", &text[end..])
         }
-        Place::Header(known) if known + 1 == steps.len() && known > 0 => {
-            // Under the header of its table, above what is in it.
-            let end = header_end(text, &names[..known]).ok_or_else(|| Error::input("its table has no header of its own"))?;
-            format!("{}\n{last} = {value}{}", &text[..end], &text[end..])
-        }
-        Place::Header(_) => {
-            let table = names[..names.len() - 1].join(".");
+        Place::Header(_) if steps.len() == 1 => format!("{last} = {value}\n{text}"),
+        Place::Header(known) => {
+            // Under the header of its table, above what is in it; or else in a table of its own at the end.
+            let header = if known + 1 == steps.len() { header_end(text, &names[..known]) } else { None };
             let gap = if text.ends_with('\n') { "" } else { "\n" };
-            format!("{text}{gap}\n[{table}]\n{last} = {value}\n")
+            match header {
+                Some(end) => format!("{}\n{last} = {value}{}", &text[..end], &text[end..]),
+                None if value.trim_start().starts_with('{') => format!("{text}{gap}\n[{}]\n{}", names.join("."), entries(value)?),
+                None => format!("{text}{gap}\n[{}]\n{last} = {value}\n", names[..names.len() - 1].join(".")),
+            }
         }
     })
 }
@@ -126,14 +128,6 @@ fn header_end(text: &str, names: &[String]) -> Option<usize> {
     None
 }
 
-fn quoted(name: &str) -> String {
-    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
-        name.to_string()
-    } else {
-        format!("{name:?}")
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -143,6 +137,14 @@ mod tests {
         let text = "[a.b]\nx = 1\ny = 2 # gone\n\n[c]\nz = 3\n";
         let found = edited(text, Path::new("m.toml"), &[("a.b".into(), "{ x = 1, t = [[1, 2]] }".into())]).unwrap();
         assert_eq!(found, "[a.b]\nt = [[1, 2]]\nx = 1\n\n[c]\nz = 3\n");
+    }
+
+    #[test]
+    fn a_new_entry_of_tables_with_headers_gets_one_too() {
+        let text = "[source.motor]\npower = \"3 W\"";
+        let sets = [("source.\"a b\"".to_string(), "{ in = \"bed\", power = \"2 W\" }".to_string()), ("cells".into(), "7".into())];
+        let found = edited(text, Path::new("m.toml"), &sets).unwrap();
+        assert_eq!(found, "cells = 7\n[source.motor]\npower = \"3 W\"\n\n[source.\"a b\"]\nin = \"bed\"\npower = \"2 W\"\n");
     }
 
     #[test]

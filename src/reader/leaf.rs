@@ -1,7 +1,7 @@
 //! What stands under a key, taken out of the file, changed and written back by `--set`.
 
 use super::Document;
-use super::tree::{ASSUMED, Item, Node, Step, join, split_key};
+use super::tree::{ASSUMED, Item, Node, Step, join, quoted, split_key};
 use crate::error::{Error, Result};
 
 /// A value of a file without its place.
@@ -94,7 +94,7 @@ impl Document {
                 _ => return found.push(key.to_string()),
             };
             for (name, item) in entries.iter().filter(|(name, _)| name != ASSUMED) {
-                let name = if name.contains(['.', '[', ']', '"', '\'']) { format!("{name:?}") } else { name.clone() };
+                let name = if name.contains(['.', '[', ']', '"', '\'']) { quoted(name) } else { name.clone() };
                 walk(item, &if key.is_empty() { name } else { format!("{key}.{name}") }, found);
             }
         }

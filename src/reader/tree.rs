@@ -36,9 +36,25 @@ pub(super) struct Item {
 
 /// `key.name`, with quotes where TOML needs them.
 pub(super) fn join(key: &str, name: &str) -> String {
-    let bare = !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
-    let name = if bare { name.to_string() } else { format!("{name:?}") };
+    let name = quoted(name);
     if key.is_empty() { name } else { format!("{key}.{name}") }
+}
+
+/// A name as a step of a dotted key: as it is where TOML allows that, otherwise in quotes.
+pub fn quoted(name: &str) -> String {
+    if !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-') {
+        return name.to_string();
+    }
+    // Between single quotes nothing needs an escape, so whoever splits the key finds the name as it is.
+    if name.contains(['"', '\\']) && !name.chars().any(|c| c == '\'' || c.is_control()) {
+        return format!("'{name}'");
+    }
+    let escaped = |c: char| match c {
+        '"' | '\\' => format!("\\{c}"),
+        c if c.is_control() => format!("\\u{:04X}", c as u32),
+        c => c.to_string(),
+    };
+    format!("\"{}\"", name.chars().map(escaped).collect::<String>())
 }
 
 pub(super) fn abbreviate(text: &str) -> String {
@@ -127,6 +143,22 @@ pub(super) fn split_key(key: &str) -> Option<Vec<Step>> {
         match rest.strip_prefix('.') {
             Some(more) => rest = more,
             None => return rest.is_empty().then_some(steps),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quoted_names_are_found_again() {
+        for name in ["motor", "b c", "a.b", "a[1]", "x\"y", "it's", "a\\b", "m²", ""] {
+            let steps = split_key(&format!("part.{}.box", quoted(name))).unwrap_or_else(|| panic!("{name}"));
+            let names: Vec<&str> = steps.iter().map(|s| if let Step::Name(n) = s { n.as_str() } else { "" }).collect();
+            assert_eq!(names, ["part", name, "box"]);
+            let text = format!("{} = 1", quoted(name));
+            assert!(toml::de::DeTable::parse(&text).unwrap().get_ref().iter().all(|(key, _)| key.get_ref() == name), "{text}");
         }
     }
 }

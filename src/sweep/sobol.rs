@@ -4,8 +4,8 @@
 //! better two-dimensional projections, SIAM J. Sci. Comput. 30 (2008) 2635-2654, file new-joe-kuo-6.21201.
 //! Points come in the Gray-code order of Antonov and Saleev (1979), the order most programs use.
 
-use crate::random::Random;
 use crate::error::{Error, Result};
+use crate::random::Random;
 
 /// Largest number of dimensions.
 pub const DIMENSIONS: usize = 10;

@@ -25,13 +25,16 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("simulate", &["error", "files", "units", "machine", "table", "model", "network", "solve", "schedule"]),
     ("measure", &["error", "units", "reader", "machine", "table"]),
     ("identify", &["error", "units", "random", "reader", "machine", "measure", "schedule", "simulate", "sensitivity"]),
-    ("diagnose", &["error", "units", "random", "reader", "machine", "measure", "identify", "sensitivity", "simulate", "network", "physics"]),
+    (
+        "diagnose",
+        &["error", "units", "random", "reader", "machine", "measure", "identify", "sensitivity", "simulate", "network", "physics"],
+    ),
     ("sweep", &["error", "units", "random", "reader", "machine", "table", "model", "network", "solve"]),
     ("fit", &["error", "files", "random", "units", "table"]),
     ("accept", &["error", "units", "fit"]),
     ("chart", &["error", "files", "units"]),
     ("report", &["error", "files", "units", "chart"]),
-    ("job", &["error", "units", "machine", "model", "solve", "table", "sweep", "fit", "accept", "chart", "report"]),
+    ("job", &["error", "units", "reader", "machine", "model", "solve", "table", "sweep", "fit", "accept", "chart", "report"]),
 ];
 
 fn rooms_used(path: &Path, found: &mut BTreeSet<String>) {

@@ -30,6 +30,12 @@ macro_rules! every_figure {
         $check("measured", &samples::measured());
         $check("panels", &samples::panels());
         $check("sheet", &samples::sheet());
+        $check("residual sheet", &samples::residual_sheet(12));
+        $check("residual panels", &samples::residual_panels());
+        $check("ranking", &samples::ranking());
+        $check("missing", &samples::missing());
+        $check("balance", &samples::balance());
+        $check("before and after", &samples::before_after());
     };
 }
 
@@ -81,6 +87,32 @@ fn long_names_and_many_points_are_well_laid_out() {
     check_layout("heat", &long::heat());
     check_layout("measured", &long::measured());
     check_layout("residuals", &long::residuals());
+    for columns in [1, 2, 17, 24, 40, 60] {
+        check_layout(&format!("{columns} columns"), &samples::residual_sheet(columns));
+        let mut sheet = samples::residual_sheet(columns);
+        sheet.sensors.iter_mut().chain(&mut sheet.conditions).for_each(|name| *name = format!("{name} {LONG}"));
+        (sheet.title, sheet.unit) = (LONG.repeat(2), LONG.into());
+        check_layout(&format!("{columns} long columns"), &sheet);
+    }
+    let mut panels = samples::residual_panels();
+    panels.sensors.iter_mut().for_each(|(name, _)| *name = format!("{name} {LONG}"));
+    panels.variables.iter_mut().for_each(|v| v.name = LONG.into());
+    check_layout("residual panels", &panels);
+    let mut ranking = samples::ranking();
+    ranking.ranked.iter_mut().for_each(|r| r.name = LONG.repeat(2));
+    check_layout("ranking", &ranking);
+    let mut missing = samples::missing();
+    missing.rows.iter_mut().for_each(|r| (r.name, r.remark) = (LONG.into(), LONG.into()));
+    (missing.remarks, missing.meaning) = (LONG.into(), [LONG.into(), LONG.into()]);
+    check_layout("missing", &missing);
+    let mut balance = samples::balance();
+    balance.sources.iter_mut().chain(&mut balance.sinks).for_each(|p| p.name = LONG.into());
+    balance.names = [LONG.into(), LONG.into()];
+    check_layout("balance", &balance);
+    let mut pair = samples::before_after();
+    pair.names = [LONG.into(), LONG.into()];
+    pair.conditions = (0..300).map(|k| (1.0 + samples::scatter(k), 0.1)).collect();
+    check_layout("before and after", &pair);
 }
 
 #[test]
@@ -195,6 +227,42 @@ fn nasty_values_never_panic() {
             let mut heat = samples::heat();
             heat.sources.iter_mut().enumerate().for_each(|(k, s)| at(k, &mut s.1));
             survives(&name, every == 1, &heat);
+
+            let mut sheet = samples::residual_sheet(7);
+            sheet.sheets[0].1.iter_mut().flatten().enumerate().for_each(|(k, v)| at(k, v));
+            sheet.full = (if every == 1 { bad } else { 3.0 }, bad);
+            survives(&name, every == 1, &sheet);
+
+            let mut panels = samples::residual_panels();
+            panels.sensors.iter_mut().flat_map(|s| &mut s.1).enumerate().for_each(|(k, v)| at(k, v));
+            panels.conditions.iter_mut().enumerate().for_each(|(k, c)| at(k, &mut c[k % 4]));
+            panels.half_width = bad;
+            survives(&name, every == 1, &panels);
+
+            let mut ranking = samples::ranking();
+            ranking.ranked.iter_mut().enumerate().for_each(|(k, r)| at(k, &mut r.probability));
+            survives(&name, every == 1, &ranking);
+
+            let mut missing = samples::missing();
+            missing.rows.iter_mut().enumerate().for_each(|(k, r)| {
+                at(k, &mut r.value);
+                at(k, if n % 2 == 0 { &mut r.ends.0 } else { &mut r.ends.1 });
+            });
+            survives(&name, every == 1, &missing);
+
+            let mut balance = samples::balance();
+            balance.sources.iter_mut().chain(&mut balance.sinks).enumerate().for_each(|(k, p)| {
+                if k.is_multiple_of(every) {
+                    p.before = Some(bad);
+                }
+            });
+            survives(&name, every == 1, &balance);
+
+            let mut pair = samples::before_after();
+            pair.readings.iter_mut().enumerate().for_each(|(k, r)| at(k, &mut r[k % 3]));
+            pair.conditions.iter_mut().enumerate().for_each(|(k, c)| at(k, &mut c.1));
+            pair.noise_floor = bad;
+            survives(&name, every == 1, &pair);
 
             let mut measured = samples::measured();
             measured.sensors.iter_mut().enumerate().for_each(|(k, s)| {

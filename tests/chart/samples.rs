@@ -1,13 +1,19 @@
 //! Figures with data like those of a real run, and with data as nasty as they come.
 
 use coldplate::chart::acceptability::{AcceptabilityMap, Here, State};
+use coldplate::chart::balance::{BalanceFigure, HeatPair};
+use coldplate::chart::before_after::BeforeAfter;
 use coldplate::chart::error_overview::{ErrorOverview, PointErrors};
 use coldplate::chart::heat::HeatFigure;
 use coldplate::chart::measured::{MeasuredFigure, SensorRow};
+use coldplate::chart::missing::{Interval, IntervalFigure};
 use coldplate::chart::one_factor::{Curve, OneFactorFigure};
 use coldplate::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
 use coldplate::chart::panels::{Panel, PanelsFigure};
 use coldplate::chart::parity::{ParityFigure, Sample};
+use coldplate::chart::ranking::{Ranked, RankingFigure, Standing};
+use coldplate::chart::residual_panels::ResidualPanels;
+use coldplate::chart::residual_sheet::ResidualSheet;
 use coldplate::chart::residuals::ResidualFigure;
 use coldplate::chart::style::Quantity;
 
@@ -307,5 +313,118 @@ pub fn panels() -> PanelsFigure {
         names: ["ours", "published", "published, corrected"].map(String::from).to_vec(),
         panels: TABLE_7.iter().zip(POINTS).map(panel).collect(),
         notes: vec!["2500 rpm, 20 °C".into()],
+    }
+}
+
+/// Sensors down, `columns` conditions across, before and after.
+pub fn residual_sheet(columns: usize) -> ResidualSheet {
+    let sheet = |size: f64| -> Vec<Vec<f64>> {
+        (0..POINTS.len())
+            .map(|i| (0..columns).map(|j| if (i + j) % 9 == 4 { f64::NAN } else { size * scatter(100 * i + j) }).collect())
+            .collect()
+    };
+    ResidualSheet {
+        title: "What the model gets wrong".into(),
+        sensors: POINTS.map(String::from).to_vec(),
+        conditions: (0..columns).map(|j| format!("test {}", j + 1)).collect(),
+        sheets: vec![("The machine as it is".into(), sheet(12.0)), ("With the best explanation".into(), sheet(1.5))],
+        unit: "standard deviations".into(),
+        full: (3.0, 10.0),
+        decimals: 1,
+        notes: vec!["Measured less predicted.".into()],
+    }
+}
+
+pub fn residual_panels() -> ResidualPanels {
+    let row = |k: usize| {
+        vec![5.0 + 3.0 * scatter(k), 22.0 + 4.0 * scatter(k + 50), 1400.0 + 1100.0 * scatter(k + 90), 24.0 + 4.0 * scatter(k + 130)]
+    };
+    ResidualPanels {
+        title: "Does it follow a condition?".into(),
+        quantity: Quantity::new("measured − predicted", "K"),
+        variables: vec![
+            flow(),
+            Quantity::new("coolant_temperature", "degC"),
+            Quantity::new("motor_speed", "rpm"),
+            Quantity::new("ambient_temperature", "degC"),
+        ],
+        conditions: (0..20).map(row).collect(),
+        sensors: POINTS.iter().enumerate().map(|(i, n)| (n.to_string(), (0..20).map(|k| scatter(31 * i + k)).collect())).collect(),
+        half_width: 0.4,
+        notes: vec!["The machine as it is.".into()],
+    }
+}
+
+pub fn ranking() -> RankingFigure {
+    let ranked = |(name, probability, standing): (&str, f64, Standing)| Ranked { name: name.into(), probability, standing };
+    let all = [
+        (
+            "heat enters at the bearing seat that the model lacks: 2.1 W (1.8 to 2.4), with the square of the motor speed",
+            0.94,
+            Standing::Open,
+        ),
+        ("the contact between bearing and seat conducts 0.42 (0.31 to 0.57) times what the model has", 0.05, Standing::Open),
+        ("the sensor 'bearing' reads too high by 0.8 K (0.7 to 0.9)", 0.0001, Standing::Refuted),
+        ("something else", 0.009, Standing::Other),
+        ("nothing is wrong", 0.0, Standing::Other),
+    ];
+    RankingFigure { title: "What could explain it".into(), ranked: all.into_iter().map(ranked).collect(), notes: Vec::new() }
+}
+
+pub fn missing() -> IntervalFigure {
+    let row = |(i, name): (usize, &&str)| {
+        let value = 6.0 * scatter(i);
+        let half = 0.5 + 2.0 * scatter(i + 9).abs();
+        Interval {
+            name: name.to_string(),
+            value,
+            ends: (value - half, value + half),
+            remark: format!("−{}.4 of 98.0", 60 - 8 * i),
+            is_strong: i < 3,
+        }
+    };
+    IntervalFigure {
+        title: "Where heat is missing or in excess".into(),
+        quantity: Quantity::new("heat that would have to be added there", "W"),
+        rows: POINTS.iter().enumerate().map(row).collect(),
+        remarks: "misfit it takes away".into(),
+        meaning: ["not by chance".into(), "may be chance".into()],
+        notes: vec!["One part at a time.".into()],
+    }
+}
+
+pub fn balance() -> BalanceFigure {
+    let pair = |name: &str, before: Option<f64>, after: Option<f64>| HeatPair { name: name.into(), before, after };
+    BalanceFigure {
+        title: "Where the heat goes: condition 1".into(),
+        sources: vec![
+            pair("motor", Some(113.7), Some(113.7)),
+            pair("reducer", Some(51.2), Some(51.2)),
+            pair("diagnosed heat", None, Some(2.1)),
+        ],
+        sinks: vec![
+            pair("coolant water", Some(150.1), Some(151.9)),
+            pair("chamber wall", Some(16.8), Some(17.1)),
+            pair("hose", Some(-2.0), Some(-2.0)),
+        ],
+        names: ["the machine as it is".into(), "with the best explanation".into()],
+        fixed: fixed(),
+        notes: Vec::new(),
+    }
+}
+
+pub fn before_after() -> BeforeAfter {
+    let reading = |k: usize| {
+        let t = 26.0 + 8.0 * scatter(k);
+        [t, t - 0.8 + 0.5 * scatter(k + 300), t + 0.1 * scatter(k + 600)]
+    };
+    BeforeAfter {
+        title: "What is gained on conditions kept out".into(),
+        quantity: temperature(),
+        readings: (0..70).map(reading).collect(),
+        conditions: (0..10).map(|k| (0.9 + 0.3 * scatter(k), 0.08 + 0.03 * scatter(k + 20))).collect(),
+        noise_floor: 0.1,
+        names: ["the machine as it is".into(), "with the cause that the other conditions point to".into()],
+        notes: vec!["Each condition is predicted with what was found without it.".into()],
     }
 }

@@ -1,7 +1,7 @@
 //! Points on the unit cube.
 
 use coldplate::sweep::design::{self, Spacing};
-use coldplate::sweep::rng::Rng;
+use coldplate::random::Random;
 
 /// Points of the Joe-Kuo Sobol' sequence by scipy 1.17.1, `qmc.Sobol(10, scramble=False)`: index, coordinates.
 const SCIPY: [(usize, [f64; 10]); 11] = [
@@ -140,7 +140,7 @@ const SMT_ESE: f64 = 0.2123;
 #[test]
 fn two_hundred_points_keep_their_distance() {
     let points = design::latin_hypercube(200, 4, 1);
-    let mut rng = Rng::new(5);
+    let mut rng = Random::new(5);
     let columns: Vec<Vec<usize>> = (0..4).map(|_| rng.permutation(200)).collect();
     let random: Vec<Vec<f64>> = (0..200).map(|i| columns.iter().map(|c| c[i] as f64 / 199.0).collect()).collect();
     let (ours, random) = (smallest_distance(&points), smallest_distance(&random));

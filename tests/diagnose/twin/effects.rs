@@ -254,4 +254,3 @@ pub fn outside(study: &Study, random: &mut Random) -> Hidden {
         }
     }
 }
-

@@ -15,7 +15,9 @@ use coldplate::reader::Document;
 use coldplate::sensitivity::Study;
 use coldplate::simulate::Start;
 
-pub use score::{Score, score};
+#[allow(unused_imports)] // the benchmark names the type
+pub use score::Score;
+pub use score::score;
 
 /// What was hidden.
 #[derive(Debug, Clone, PartialEq)]
@@ -381,4 +383,3 @@ fn perturbed(study: &Study, random: &mut Random) -> Vec<(String, String)> {
     }
     lines
 }
-

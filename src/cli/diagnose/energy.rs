@@ -1,0 +1,132 @@
+//! Where the heat goes at the measured conditions, in the machine as it is and with the best explanation.
+
+use crate::diagnose::{Diagnosis, Problem};
+use crate::error::Result;
+use crate::machine::Condition;
+use crate::measure::Data;
+use crate::model::{Flows, Model, OutletSensor, State};
+use crate::sensitivity::Study;
+
+/// Most conditions that are balanced.
+const MOST: usize = 12;
+
+/// Heat balances.
+#[derive(Debug)]
+pub(super) struct Energy {
+    /// One per condition, in the order of the data.
+    pub balances: Vec<Balance>,
+    /// How many conditions the data have.
+    pub conditions: usize,
+}
+
+/// The balance of one condition, steady.
+#[derive(Debug)]
+pub(super) struct Balance {
+    /// Name of the test.
+    pub test: String,
+    /// The condition.
+    pub condition: Condition,
+    /// The machine as it is.
+    pub before: Flows,
+    /// With the best explanation, where it can be solved.
+    pub after: Option<Flows>,
+    /// Heat that outlet sensors say the water took.
+    pub water: Vec<Water>,
+}
+
+/// What the water of a circuit takes, W.
+#[derive(Debug)]
+pub(super) struct Water {
+    /// Name of the circuit.
+    pub circuit: String,
+    /// By its outlet sensor.
+    pub measured: f64,
+    /// Standard deviation of that.
+    pub deviation: f64,
+    /// By the machine as it is, at the same place.
+    pub before: f64,
+    /// With the best explanation.
+    pub after: Option<f64>,
+}
+
+impl Energy {
+    /// Balances at the conditions of the data, evenly chosen where there are many; of logs where each test ends.
+    ///
+    /// # Errors
+    /// The machine as it is cannot be solved.
+    pub fn of(problem: &Problem, found: &Diagnosis, is_extended: bool) -> Result<Self> {
+        let data = &problem.data;
+        let rows = rows(data);
+        let conditions = rows.len();
+        let chosen: Vec<usize> =
+            if conditions <= MOST { rows } else { (0..MOST).map(|i| rows[i * (conditions - 1) / (MOST - 1)]).collect() };
+        let extended: Option<Study> = match &found.sets {
+            Some(sets) if is_extended => problem.study.edited(sets).ok(),
+            _ => None,
+        };
+        let outlets = problem.study.model.outlet_sensors();
+        let model = &problem.study.model;
+        let mut balances = Vec::new();
+        for r in chosen {
+            let condition = &data.rows[r].condition;
+            let state = solved(model, condition)?;
+            // What cannot be solved is left out: the machine as it is stays worth showing.
+            let after = extended.as_ref().and_then(|study| Some((&study.model, solved(&study.model, condition).ok()?)));
+            let water = outlets.iter().filter_map(|outlet| water(problem, r, outlet, &state, after.as_ref())).collect();
+            balances.push(Balance {
+                test: data.rows[r].test.clone(),
+                condition: condition.clone(),
+                before: model.flows(&state),
+                after: after.as_ref().map(|(model, state)| model.flows(state)),
+                water,
+            });
+        }
+        Ok(Self { balances, conditions })
+    }
+
+    /// The balance with most heat in it, which says most.
+    pub fn largest(&self) -> Option<&Balance> {
+        let heat = |b: &Balance| b.before.sources.iter().map(|s| s.1).sum::<f64>();
+        self.balances.iter().max_by(|a, b| heat(a).total_cmp(&heat(b)))
+    }
+}
+
+/// Rows that stand for a condition each: distinct ones of tables, the last of each log.
+fn rows(data: &Data) -> Vec<usize> {
+    let all = 0..data.rows.len();
+    if data.is_transient() {
+        return data.tests().iter().filter_map(|test| data.rows.iter().rposition(|row| row.test == *test)).collect();
+    }
+    all.clone().filter(|r| data.rows[..*r].iter().all(|other| other.condition != data.rows[*r].condition)).collect()
+}
+
+fn solved(model: &Model, condition: &Condition) -> Result<State> {
+    model.solve(&model.solver(condition)?, condition)
+}
+
+fn water(problem: &Problem, r: usize, outlet: &OutletSensor, state: &State, after: Option<&(&Model, State)>) -> Option<Water> {
+    let data = &problem.data;
+    if data.is_transient() {
+        return None;
+    }
+    let k = data.sensors.iter().position(|s| *s == outlet.sensor)?;
+    let reading = data.rows[r].readings[k]?;
+    let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
+    let heat = |model: &Model, state: &State| {
+        let reads = model.network.sensors.get(outlet.sensor)?.read(&state.solution.temperatures, &state.load);
+        let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
+        Some(rate * (reads - state.load.inlets.get(outlet.circuit)?))
+    };
+    let inlet = *state.load.inlets.get(outlet.circuit)?;
+    let machine = &problem.study.model.machine;
+    let at = machine.variables.iter().position(|v| v.name == "coolant_temperature");
+    let own = problem.uncertainty.at(&data.rows[r].condition);
+    let spread = problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(at.map_or(0.0, |v| own[v]));
+    Some(Water {
+        circuit: problem.study.model.network.circuits.get(outlet.circuit)?.circuit.name.clone(),
+        measured: rate * (reading - inlet),
+        deviation: rate * spread,
+        before: heat(&problem.study.model, state)?,
+        after: after.and_then(|(model, state)| heat(model, state)),
+    })
+}

@@ -1,0 +1,100 @@
+//! The machine file with the best explanation in it.
+
+use std::path::{Path, PathBuf};
+
+use super::super::text::significant;
+use crate::diagnose::{Diagnosis, Problem, Scales, Verdict, sentence};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::reader::{Document, Leaf, name_of};
+
+/// The file as it is to be written.
+#[derive(Debug)]
+pub(super) struct Extended {
+    /// Where.
+    pub path: PathBuf,
+    /// Its text.
+    pub text: String,
+    /// What changes in it.
+    pub changes: Vec<Change>,
+}
+
+/// A key that changes.
+#[derive(Debug)]
+pub(super) struct Change {
+    /// The key.
+    pub key: String,
+    /// What stood there, as TOML; `None` where the key is new.
+    pub before: Option<String>,
+    /// What stands there now.
+    pub after: String,
+    /// What would stand there at the ends of the 90 % interval, where one number decides.
+    pub interval: Option<[String; 2]>,
+}
+
+impl Extended {
+    /// `None` where nothing is to be extended: no cause, or one that the machine file has no words for.
+    ///
+    /// # Errors
+    /// The file cannot be read again, or what comes out is no machine.
+    pub fn of(problem: &Problem, found: &Diagnosis, path: &Path) -> Result<Option<Self>> {
+        let (Some(sets), Some(best)) = (&found.sets, found.explanations.first()) else { return Ok(None) };
+        if sets.is_empty() || !matches!(found.verdict, Verdict::Explained | Verdict::CannotTell) {
+            return Ok(None);
+        }
+        let mut remarks = vec![
+            format!("Extended by coldplate {} from {}", env!("CARGO_PKG_VERSION"), name_of(Path::new(&problem.data.source))),
+            format!(
+                "verdict {}, probability {:.3}, misfit {:.1} before, {:.1} after, {} readings",
+                found.verdict.code(),
+                best.probability,
+                found.misfit.chi2,
+                best.misfit,
+                found.misfit.freedom
+            ),
+        ];
+        for part in &best.parts {
+            remarks.push(sentence(part));
+            let (low, high) = part.interval();
+            let five = |v: f64| significant(v, 5);
+            let unit = part.hypothesis.unit;
+            remarks.push(format!("  amplitude {} [{unit}], 90 % interval {} to {}", five(part.amplitude), five(low), five(high)));
+            if part.hypothesis.is_sensor() {
+                remarks.push("  (a sensor's own error: nothing in this file changes for it)".into());
+            }
+        }
+        let document = problem.study.document();
+        let text = document.rewritten(sets, &remarks)?;
+        // It must be a machine.
+        Machine::from_document(&Document::parse(&text, path)?)?;
+        let ends = ends(problem, found)?;
+        let change = |(key, value): &(String, String)| -> Result<Change> {
+            Ok(Change {
+                key: key.clone(),
+                before: document.leaf(key)?.as_ref().map(Leaf::to_toml),
+                after: value.clone(),
+                interval: ends.iter().find(|(other, _)| other == key).map(|(_, ends)| ends.clone()),
+            })
+        };
+        let changes = sets.iter().map(change).collect::<Result<Vec<_>>>()?;
+        Ok(Some(Self { path: path.to_path_buf(), text, changes }))
+    }
+}
+
+/// What every key would be at both ends of its part's interval.
+fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2])>> {
+    let scales = Scales::of(&problem.data, &problem.study.model.machine);
+    let Some(best) = found.explanations.first() else { return Ok(Vec::new()) };
+    let mut all: Vec<(String, [String; 2])> = Vec::new();
+    for part in &best.parts {
+        let (low, high) = part.interval();
+        let at = |amplitude: f64| part.hypothesis.sets(&problem.study, &scales, &problem.user, amplitude);
+        let (Some(low), Some(high)) = (at(low)?, at(high)?) else { continue };
+        for ((key, low), (other, high)) in low.into_iter().zip(high) {
+            if key == other && all.iter().all(|(known, _)| *known != key) {
+                all.push((key, [low, high]));
+            }
+        }
+    }
+    Ok(all)
+}

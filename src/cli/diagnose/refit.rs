@@ -1,0 +1,149 @@
+//! Surrogates of the machine as it is and of the extended one, held against the readings.
+
+use std::path::{Path, PathBuf};
+
+use super::super::output::Output;
+use super::Extended;
+use crate::accept;
+use crate::diagnose::Problem;
+use crate::error::{Error, Result};
+use crate::fit::file;
+pub(super) use crate::job::refit::check;
+use crate::job::refit::{Refit, refit};
+use crate::measure::Data;
+use crate::reader::Document;
+use crate::sensitivity::Study;
+use crate::units::{celsius, express};
+
+/// What came of `--surrogate`.
+#[derive(Debug)]
+pub(super) struct Refitted {
+    /// The surrogate of the extended machine, where there is one.
+    pub fit: Option<Fitted>,
+}
+
+/// A surrogate of the extended machine beside one of the machine as it was.
+#[derive(Debug)]
+pub(super) struct Fitted {
+    /// Where it goes.
+    pub path: PathBuf,
+    /// The file.
+    pub bytes: Vec<u8>,
+    /// Conditions it was fitted to.
+    pub conditions: usize,
+    /// Conditions that could not be solved.
+    pub failed: usize,
+    /// Largest error on conditions it was not fitted to, against the solver, K.
+    pub largest: Option<f64>,
+    /// Against the readings, K: root mean square of the surrogate of the machine as it was and of this one, and the readings
+    /// counted and left out; `None` for logs.
+    pub readings: Option<(f64, f64, usize, usize)>,
+}
+
+impl Fitted {
+    /// How good it is, in a sentence or two.
+    pub fn words(&self) -> String {
+        let against = match self.readings {
+            Some((before, after, counted, left)) => {
+                let outside = if left > 0 { format!("; {left} lie outside the fitted ranges") } else { String::new() };
+                format!(
+                    "surrogate against {counted} readings: error {before:.3} K of the machine as it is, {after:.3} K of the extended one{outside}"
+                )
+            }
+            None => "surrogate not held against readings: they are logs, or lie outside the fitted ranges".into(),
+        };
+        let own = self.largest.map_or(String::new(), |k| format!("; against the solver at most {k:.4} K on conditions kept out"));
+        let failed = if self.failed > 0 { format!(", {} could not be solved", self.failed) } else { String::new() };
+        format!("{against}{own}; {} conditions{failed}", self.conditions)
+    }
+}
+
+impl Refitted {
+    /// Fits both; nothing where no extended machine is written.
+    ///
+    /// # Errors
+    /// As [`refit`].
+    pub fn of(problem: &Problem, extended: Option<&Extended>, path: &Path, out: Output) -> Result<Self> {
+        let Some(extended) = extended else { return Ok(Self { fit: None }) };
+        let folder = Scratch::beside(path)?;
+        let cells = problem.study.model.mesh.cells;
+        let fit = |document: &Document, what: &str| -> Result<Refit> {
+            out.note(&format!("surrogate of {what}"));
+            refit(document, cells, what, &folder.0.join(what.replace(' ', "_")), !out.quiet)
+        };
+        let document = Document::parse(&extended.text, &extended.path)?;
+        let before = fit(problem.study.document(), "the machine as it is")?;
+        let after = fit(&document, "the extended machine")?;
+        after.notes.iter().for_each(|note| out.note(note));
+        let errors = |bytes: &[u8]| errors(bytes, &problem.study, &problem.data);
+        let readings = match (errors(&before.bytes)?, errors(&after.bytes)?) {
+            (Some((before, ..)), Some((after, counted, left))) => Some((before, after, counted, left)),
+            _ => None,
+        };
+        Ok(Self {
+            fit: Some(Fitted {
+                path: path.to_path_buf(),
+                bytes: after.bytes,
+                conditions: after.conditions.0,
+                failed: after.conditions.1,
+                largest: after.largest,
+                readings,
+            }),
+        })
+    }
+}
+
+/// Root mean square of surrogate less reading (K), readings counted, and readings left out because their condition lies
+/// outside what the surrogate was fitted to.
+fn errors(bytes: &[u8], study: &Study, data: &Data) -> Result<Option<(f64, usize, usize)>> {
+    if data.is_transient() {
+        return Ok(None);
+    }
+    let surrogate = file::open(bytes)?;
+    let machine = &study.model.machine;
+    let (mut sum, mut counted, mut left) = (0.0, 0, 0);
+    for row in &data.rows {
+        let mut x = Vec::new();
+        let mut varied = vec![false; machine.variables.len()];
+        for v in surrogate.variables() {
+            let Some(at) = machine.variables.iter().position(|own| own.name == v.name) else { continue };
+            varied[at] = true;
+            x.push(express(row.condition.si()[at], v.unit, machine.variables[at].dimension)?);
+        }
+        // What the design held must be what was measured at.
+        let is_held = |(v, variable): (usize, &crate::machine::Variable)| {
+            varied[v] || variable.default.is_none_or(|d| (d - row.condition.si()[v]).abs() <= 1e-6 * d.abs().max(1e-12))
+        };
+        let answer = accept::query(&surrogate, &x)?;
+        let is_covered = answer.in_domain && machine.variables.iter().enumerate().all(is_held);
+        for (reading, name) in row.readings.iter().zip(&data.names) {
+            let (Some(reading), Some(point)) = (reading, answer.temperatures.iter().find(|t| t.name == *name)) else { continue };
+            if is_covered {
+                sum += (point.value - celsius(*reading)).powi(2);
+                counted += 1;
+            } else {
+                left += 1;
+            }
+        }
+    }
+    Ok((counted > 0).then(|| ((sum / counted as f64).sqrt(), counted, left)))
+}
+
+/// A folder for the journals of the designs, removed in the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn beside(path: &Path) -> Result<Self> {
+        let name = path.file_name().map_or_else(|| "surrogate".into(), |n| n.to_string_lossy().into_owned());
+        let folder = path.with_file_name(format!(".{}.{name}.design", std::process::id()));
+        std::fs::create_dir_all(&folder).map_err(|e| Error::file("make", &folder, &e).at_key("--surrogate"))?;
+        Ok(Self(folder))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        // What cannot be removed is hidden and small.
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}

@@ -1,0 +1,81 @@
+//! A diagnosis as text.
+
+use super::super::condition::words as condition_words;
+use super::super::text::{short, table};
+use super::{Found, words};
+use crate::diagnose::Verdict;
+
+/// The answer for a terminal.
+pub(super) fn text(found: &Found<'_>) -> String {
+    let (problem, diagnosis) = (found.problem, found.diagnosis);
+    let data = &problem.data;
+    let misfit = &diagnosis.misfit;
+    let mut text = format!(
+        "{}\n{} readings of {} sensors\n\n{}\n\n",
+        problem.study.model.machine.name,
+        data.count(),
+        data.sensors.len(),
+        found.headline()
+    );
+    text += &format!(
+        "  misfit {:.1} over {} readings, p = {:.2e}; best of {} causes that could show ({} tried), p = {:.2e}\n",
+        misfit.chi2, misfit.freedom, misfit.probability, diagnosis.tried.1, diagnosis.tried.0, misfit.look_elsewhere
+    );
+    text += &format!("  nothing wrong {:.3}, something else {:.3}\n\n", diagnosis.others.0, diagnosis.others.1);
+    if diagnosis.verdict != Verdict::Consistent {
+        let rows: Vec<Vec<String>> = found
+            .ranked(12)
+            .map(|(i, e)| {
+                let open = if diagnosis.set.contains(&i) { "" } else { "refuted or improbable" };
+                vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), words(e), open.to_string()]
+            })
+            .collect();
+        text += &table(&["probability", "misfit left", "cause", ""], &rows);
+        text += "\n";
+    }
+    match &diagnosis.gain {
+        Some(gain) => {
+            text += &format!(
+                "on {} conditions, each kept out of all of the above: error {:.3} K before, {:.3} K after; gain {:.3} K ({:.3} to {:.3}), noise floor {:.3} K\n",
+                gain.conditions.len(),
+                gain.before,
+                gain.after,
+                gain.before - gain.after,
+                gain.interval.0,
+                gain.interval.1,
+                gain.noise_floor
+            );
+        }
+        None => text += "too few conditions to keep some out: the gain on unseen ones is not known\n",
+    }
+    for (i, next) in diagnosis.next.iter().enumerate() {
+        text += &format!(
+            "{} {}: sets them {:.1} standard deviations apart",
+            if i == 0 { "\nwhat to measure next:\n  a steady test at" } else { "  or at" },
+            condition_words(&problem.study.model.machine, &next.condition),
+            next.mean
+        );
+        if let Some((sensor, d)) = &next.sensor {
+            text += &format!("; a sensor at {sensor} alone {d:.1}");
+        }
+        text += "\n";
+    }
+    match found.extended {
+        Some(extended) => {
+            text += "\nthe extended machine\n";
+            for change in &extended.changes {
+                let before = change.before.as_deref().map_or("new".to_string(), short);
+                text += &format!("  {}: {before} -> {}\n", change.key, short(&change.after));
+            }
+            text += &format!("wrote {}\n", extended.path.display());
+        }
+        None => text += &format!("\nno extended machine: {}\n", found.why_not_extended()),
+    }
+    if let Some(refitted) = found.refitted {
+        text += &match &refitted.fit {
+            Some(fit) => format!("{}\nwrote {}\n", fit.words(), fit.path.display()),
+            None => format!("no surrogate: {}\n", found.why_not_extended()),
+        };
+    }
+    text + &format!("{:.2} s\n", diagnosis.seconds)
+}

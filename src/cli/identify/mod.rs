@@ -1,0 +1,145 @@
+//! `coldplate identify`: parameters of a machine file from measured data.
+
+mod scan;
+mod show;
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use super::condition::pair_of;
+use super::measured;
+use super::output::Output;
+use crate::error::{Error, Result, did_you_mean};
+use crate::files;
+use crate::identify::{self, Free, Options, Problem};
+use crate::measure::Data;
+use crate::sensitivity::Study;
+use show::Found;
+
+/// Parameters of a machine file from measured data
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Machine file
+    machine: PathBuf,
+    /// Measured data: CSV with test, conditions and sensors (default: the measurements in the machine file)
+    data: Option<PathBuf>,
+    /// A number to find, by its dotted key; bounds and prior may follow: KEY=LOW..HIGH, VALUE +- DEVIATION; may be repeated
+    #[arg(long = "free", value_name = "KEY")]
+    free: Vec<String>,
+    /// Find them from this test only and predict the others untouched; may be repeated (default: all tests)
+    #[arg(long = "use", value_name = "TEST")]
+    use_tests: Vec<String>,
+    /// Leave out a sensor; may be repeated
+    #[arg(long = "without", value_name = "SENSOR")]
+    without: Vec<String>,
+    /// Instead of a search, try every pair over a grid: KEY=LOW..HIGH/STEP, twice
+    #[arg(long = "scan", value_name = "KEY=LOW..HIGH/STEP")]
+    scan: Vec<String>,
+    /// Draw the scan: .svg or .png
+    #[arg(long, value_name = "FILE")]
+    chart: Option<PathBuf>,
+    /// Starting points of the search
+    #[arg(long, value_name = "N", default_value_t = 3)]
+    starts: usize,
+    /// Leave out profile likelihoods and advice on further tests
+    #[arg(long)]
+    brief: bool,
+    /// The state logs begin with: "steady", or a temperature such as "20 degC"
+    #[arg(long, value_name = "STATE", default_value = "steady")]
+    from: String,
+    /// Write the identified machine here (default: beside the machine file, as NAME.identified.toml); never over a file
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Change a value of the machine file first
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or numerics that failed.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let clock = Instant::now();
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let machine = &study.model.machine;
+    let mut all = measured::data(args.data.as_deref(), machine)?;
+    drop_sensors(&mut all, &args.without)?;
+    let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
+    let (data, others) = if args.use_tests.is_empty() {
+        (all.clone(), None)
+    } else {
+        let (chosen, others) = all.split(&args.use_tests)?;
+        (chosen, (!others.rows.is_empty()).then_some(others))
+    };
+    let start = measured::start(&args.from)?;
+    if args.free.is_empty() && args.scan.is_empty() {
+        let usual: Vec<String> = study.usual_parameters().iter().filter(|p| p.variable().is_none()).map(|p| p.name.clone()).collect();
+        return Err(Error::input("it is not said what to find").at_key("--free").help(format!(
+            "name numbers of the machine file, for example --free \"{}\"; often: {}",
+            usual.first().map_or("contact.NAME.conductance", String::as_str),
+            usual.join(", ")
+        )));
+    }
+    let free = args.free.iter().map(|text| Free::parse(text, &study)).collect::<Result<Vec<_>>>()?;
+    let path = measured::goal(args.out.as_deref(), &args.machine, machine, "identified")?;
+    let problem = Problem { study, data, uncertainty, free, start };
+    if !args.scan.is_empty() {
+        return scan::run(args, &problem, out);
+    }
+    let estimate = identify::identify(&problem, &Options { starts: args.starts, ..Options::default() }, &mut |what| out.note(what))?;
+    let (profiles, advice) = if args.brief {
+        (Vec::new(), Vec::new())
+    } else {
+        out.note("profile likelihoods, further tests");
+        let profiles = (0..problem.free.len()).map(|k| identify::profile(&problem, &estimate, k)).collect::<Result<Vec<_>>>()?;
+        (profiles, identify::next_tests(&problem, &estimate, &(0..problem.study.model.machine.sensors.len()).collect::<Vec<_>>())?)
+    };
+    let held_out = match &others {
+        Some(others) => {
+            let study = problem.machine_at(&estimate.values)?;
+            let before = identify::values(&problem.study, others, start)?;
+            Some((others, before, identify::values(&study, others, start)?))
+        }
+        None => None,
+    };
+    let text = identify::write_machine(&problem, &estimate, &problem.data.tests())?;
+    files::write(&path, text.as_bytes())?;
+    let found = Found {
+        problem: &problem,
+        estimate: &estimate,
+        profiles: &profiles,
+        advice: &advice,
+        held_out,
+        path: &path,
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    out.report(&found.text(), &found.json());
+    Ok(0)
+}
+
+fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
+    for name in names {
+        let Some(k) = data.names.iter().position(|n| n == name) else {
+            let error = Error::input(format!("no column is of a sensor '{name}'")).at_key("--without");
+            return Err(match did_you_mean(name, data.names.iter().map(String::as_str)) {
+                Some(near) => error.help(format!("did you mean '{near}'?")),
+                None => error.help(format!("sensors here: {}", data.names.join(", "))),
+            });
+        };
+        data.names.remove(k);
+        data.sensors.remove(k);
+        data.rows.iter_mut().for_each(|row| {
+            row.readings.remove(k);
+        });
+    }
+    // Rows of a log also say what the conditions were.
+    if !data.is_transient() {
+        data.rows.retain(|row| row.readings.iter().any(Option::is_some));
+    }
+    if data.count() == 0 { Err(Error::input("no reading is left").at_key("--without")) } else { Ok(()) }
+}

@@ -1,0 +1,152 @@
+//! The misfit over a grid of two parameters.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use serde_json::{Value, json};
+
+use super::super::output::Output;
+use super::Args;
+use crate::chart::draw_as;
+use crate::chart::style::Quantity;
+use crate::chart::valley::{Trace, ValleyFigure};
+use crate::error::{Error, Result};
+use crate::identify::{self, Problem, Scan};
+use crate::measure::whiten;
+use crate::sensitivity::{Parameter, Study};
+use crate::units::{celsius, parse};
+
+/// The grid of two parameters.
+pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
+    let clock = Instant::now();
+    let [first, second] = args.scan.as_slice() else {
+        return Err(Error::input("a scan goes over two parameters")
+            .at_key("--scan")
+            .read(args.scan.len())
+            .help("give --scan twice: KEY=LOW..HIGH/STEP"));
+    };
+    let axes = [axis(first, &problem.study)?, axis(second, &problem.study)?];
+    let target = if out.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
+    let total = (axes[0].1.len() * axes[1].1.len()) as u64;
+    let bar = ProgressBar::with_draw_target(Some(total), target);
+    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos} of {len} pairs, {elapsed} passed, {eta} left") {
+        bar.set_style(style);
+    }
+    let done = AtomicU64::new(0);
+    let found = identify::scan(problem, [(&axes[0].0, axes[0].1.clone()), (&axes[1].0, axes[1].1.clone())], &|| {
+        bar.set_position(done.fetch_add(1, Ordering::Relaxed) + 1);
+    })?;
+    bar.finish_and_clear();
+    let (i, j) = Scan::least(&found.misfit);
+    let (m, n) = Scan::least(&found.mean);
+    let shown = |k: usize, at: usize| axes[k].0.shown(found.axes[k][at]);
+    if let Some(path) = &args.chart {
+        draw_as(path, &figure(problem, &found, &axes))?;
+        out.note(&format!("wrote {}", path.display()));
+    }
+    let unit = |k: usize| axes[k].0.unit.clone();
+    let text = format!(
+        "{} pairs in {:.1} s\nleast misfit {:.2} at {} = {} {}, {} = {} {}\nleast mean difference {:.3} K at {} {}, {} {}\n",
+        total,
+        clock.elapsed().as_secs_f64(),
+        found.misfit[i][j],
+        found.names[0],
+        shown(0, i),
+        unit(0),
+        found.names[1],
+        shown(1, j),
+        unit(1),
+        found.mean[m][n],
+        shown(0, m),
+        unit(0),
+        shown(1, n),
+        unit(1)
+    );
+    let values = |k: usize| found.axes[k].iter().map(|v| axes[k].0.shown(*v)).collect::<Vec<_>>();
+    let clean = |t: &Vec<Vec<f64>>| {
+        t.iter().map(|row| row.iter().map(|v| if v.is_finite() { json!(v) } else { Value::Null }).collect::<Vec<_>>()).collect::<Vec<_>>()
+    };
+    let json = json!({
+        "names": found.names, "units": [unit(0), unit(1)], "axes": [values(0), values(1)],
+        "misfit": clean(&found.misfit), "mean_difference_K": clean(&found.mean),
+        "least_misfit": [shown(0, i), shown(1, j)], "least_mean_difference": [shown(0, m), shown(1, n)],
+    });
+    out.report(&text, &json);
+    Ok(0)
+}
+
+/// `KEY=LOW..HIGH/STEP`
+fn axis(text: &str, study: &Study) -> Result<(Parameter, Vec<f64>)> {
+    let malformed = || {
+        Error::input("this is no axis of a scan").at_key("--scan").read(text).help("write for example \"contact.motor.conductance=0 W/(m2 K)..1000 W/(m2 K)/10 W/(m2 K)\", or the bare numbers 0..1000/10 in the file's unit")
+    };
+    let (key, range) = text.split_once('=').ok_or_else(malformed)?;
+    let (low, rest) = range.split_once("..").ok_or_else(malformed)?;
+    let parameter = study.parameter(key)?;
+    // The last slash that is followed by a number: units hold slashes too.
+    let cut = rest
+        .match_indices('/')
+        .map(|(i, _)| i)
+        .rfind(|i| rest[i + 1..].trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '.'))
+        .ok_or_else(malformed)?;
+    let (high, step) = (&rest[..cut], &rest[cut + 1..]);
+    let read = |text: &str| -> Result<f64> {
+        match text.trim().parse::<f64>() {
+            Ok(number) => crate::units::convert(number, &parameter.unit, parameter.dimension),
+            Err(_) => parse(text, parameter.dimension).map_err(|e| e.at_key("--scan")),
+        }
+    };
+    let (low, high, step) = (read(low)?, read(high)?, read(step)?);
+    if !(step > 0.0 && high > low && ((high - low) / step) < 1e5) {
+        return Err(malformed());
+    }
+    let count = ((high - low) / step + 1e-9).floor() as usize;
+    Ok((parameter, (0..=count).map(|i| low + i as f64 * step).collect()))
+}
+
+fn figure(problem: &Problem, found: &Scan, axes: &[(Parameter, Vec<f64>); 2]) -> ValleyFigure {
+    let (i, j) = Scan::least(&found.misfit);
+    let readings = whiten::readings(&problem.data);
+    let places = whiten::places(&problem.data);
+    let name = |r: usize, k: usize| {
+        let sensor = &problem.data.names[k];
+        if problem.data.tests().len() > 1 { format!("{sensor}, {}", problem.data.rows[r].test) } else { sensor.clone() }
+    };
+    let trace = |along: usize, n: usize| {
+        let (r, k) = places[n];
+        let predicted = (0..found.axes[along].len())
+            .map(|at| celsius(if along == 0 { found.predictions[at][j][n] } else { found.predictions[i][at][n] }));
+        Trace { name: name(r, k), predicted: predicted.collect(), measured: celsius(readings[n]) }
+    };
+    // What moves by less than a twentieth of a kelvin over the whole axis says nothing there.
+    let moves = |t: &Trace| {
+        let finite = || t.predicted.iter().copied().filter(|v| v.is_finite());
+        finite().fold(f64::MIN, f64::max) - finite().fold(f64::MAX, f64::min) > 0.05
+    };
+    let traces = [0, 1].map(|along| (0..places.len()).map(|n| trace(along, n)).filter(moves).collect());
+    let shown = |k: usize, v: f64| axes[k].0.shown(v);
+    let least = found.misfit[i][j];
+    let table = found.misfit.iter().map(|row| row.iter().map(|v| (v - least).max(0.0)).collect()).collect();
+    ValleyFigure {
+        title: problem.study.model.machine.name.clone(),
+        parameters: [0, 1].map(|k| Quantity::new(axes[k].0.name.clone(), axes[k].0.unit.clone())),
+        axes: [0, 1].map(|k| found.axes[k].iter().map(|v| shown(k, *v)).collect()),
+        misfit: table,
+        meaning: "misfit above the least one; 5.99 encloses 95 % of what the readings allow".into(),
+        levels: vec![1.0, 5.99, 20.0, 100.0, 400.0, 1600.0, 6400.0],
+        marks: vec![
+            ("least misfit".into(), [shown(0, found.axes[0][i]), shown(1, found.axes[1][j])]),
+            ("machine file".into(), [shown(0, axes[0].0.value), shown(1, axes[1].0.value)]),
+        ],
+        traces,
+        notes: vec![
+            format!(
+                "Below: readings along each parameter, the other at its best value ({} and {}); dashed: measured.",
+                shown(0, found.axes[0][i]),
+                shown(1, found.axes[1][j])
+            ),
+            format!("Data: {}, {}.", problem.data.source, problem.data.tests().join(", ")),
+        ],
+    }
+}

@@ -1,0 +1,180 @@
+//! An identification as text and as JSON.
+
+use std::path::Path;
+
+use serde_json::{Map, Value, json};
+
+use super::super::condition::{to_json, words};
+use super::super::text::{significant, table};
+use crate::identify::{Advice, Estimate, Problem, Profile};
+use crate::measure::{Data, whiten};
+use crate::units::celsius;
+
+/// What was found, for a reader and for programs.
+pub(super) struct Found<'a> {
+    pub(super) problem: &'a Problem,
+    pub(super) estimate: &'a Estimate,
+    pub(super) profiles: &'a [Profile],
+    pub(super) advice: &'a [Advice],
+    pub(super) held_out: Option<(&'a Data, Vec<f64>, Vec<f64>)>,
+    pub(super) path: &'a Path,
+    pub(super) seconds: f64,
+}
+
+impl Found<'_> {
+    fn shown(&self, k: usize, value: f64) -> String {
+        significant(self.problem.free[k].parameter.shown(value), 5)
+    }
+
+    pub(super) fn text(&self) -> String {
+        let (problem, estimate) = (self.problem, self.estimate);
+        let mut text = format!(
+            "{}\n{} readings of {} sensors in {}\n\n",
+            problem.study.model.machine.name,
+            problem.data.count(),
+            problem.data.sensors.len(),
+            plural(problem.data.tests().len(), "test")
+        );
+        let rows: Vec<Vec<String>> = (0..problem.free.len())
+            .map(|k| {
+                let p = &problem.free[k].parameter;
+                let profile = self.profiles.iter().find(|f| f.parameter == k).map_or(String::new(), |f| {
+                    let end = |v: Option<f64>| v.map_or("open".to_string(), |v| self.shown(k, v));
+                    format!("{} to {}", end(f.interval.0), end(f.interval.1))
+                });
+                vec![
+                    p.name.clone(),
+                    self.shown(k, p.value),
+                    self.shown(k, estimate.values[k]),
+                    if p.unit == "1" { String::new() } else { p.unit.clone() },
+                    format!("{} to {}", self.shown(k, estimate.intervals[k].0), self.shown(k, estimate.intervals[k].1)),
+                    profile,
+                    if estimate.at_bound[k] { "at its bound".into() } else { String::new() },
+                ]
+            })
+            .collect();
+        text += &table(&["parameter", "before", "found", "unit", "95 % interval", "profile", ""], &rows);
+        text += &format!("\n  misfit {:.1} before, {:.1} after", estimate.misfit.0, estimate.misfit.1);
+        text += &match estimate.freedom {
+            0 => "; as many readings as parameters: nothing is left to judge the fit by\n".to_string(),
+            n => format!(", {n} degrees of freedom; a misfit this large or larger has probability {:.3}\n", estimate.probability),
+        };
+        if problem.free.len() > 1 {
+            text += "\n  correlation\n";
+            for i in 0..problem.free.len() {
+                let row: Vec<String> = (0..=i).map(|j| format!("{:6.2}", estimate.correlation[(i, j)])).collect();
+                text += &format!("    {}  {}\n", row.join(" "), problem.free[i].parameter.name);
+            }
+        }
+        for open in &estimate.undetermined {
+            let reach = if open.deviation.is_finite() {
+                format!("standard deviation {} %", significant(100.0 * open.deviation, 2))
+            } else {
+                "no limit at all".into()
+            };
+            text += &format!("\n  these readings cannot determine {} ({reach})\n", open.text);
+        }
+        text += "\n";
+        let rows = reading_rows(&problem.data, &estimate.predictions.0, &estimate.predictions.1);
+        text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &rows);
+        if let Some((others, before, after)) = &self.held_out {
+            text += &format!(
+                "\nnot used, predicted untouched (root mean square difference {:.3} K, {:.3} K before)\n\n",
+                rms(others, after),
+                rms(others, before)
+            );
+            text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &reading_rows(others, before, after));
+        }
+        if let Some(best) = self.advice.first() {
+            text += &format!(
+                "\nwhat would tell more: a steady test at {}, all {} sensors\n",
+                words(&self.problem.study.model.machine, &best.condition),
+                best.sensors.len()
+            );
+            for (k, free) in problem.free.iter().enumerate() {
+                text += &format!("  the interval of {} would shrink to {:.0} %\n", free.parameter.name, 100.0 * best.shrink[k]);
+            }
+        }
+        text += &format!("\nwrote {}\n{:.2} s, {} predictions\n", self.path.display(), self.seconds, estimate.evaluations);
+        text
+    }
+
+    pub(super) fn json(&self) -> Value {
+        let (problem, estimate) = (self.problem, self.estimate);
+        let finite = |v: f64| if v.is_finite() { json!(v) } else { Value::Null };
+        let parameters: Map<String, Value> = (0..problem.free.len())
+            .map(|k| {
+                let p = &problem.free[k].parameter;
+                let profile = self.profiles.iter().find(|f| f.parameter == k);
+                let value = json!({
+                    "unit": p.unit, "before": p.shown(p.value), "value": p.shown(estimate.values[k]),
+                    "low": p.shown(estimate.intervals[k].0), "high": p.shown(estimate.intervals[k].1),
+                    "at_bound": estimate.at_bound[k],
+                    "profile": profile.map(|f| json!({
+                        "low": f.interval.0.map(|v| p.shown(v)), "high": f.interval.1.map(|v| p.shown(v)),
+                        "points": f.points.iter().map(|(v, rise)| json!([p.shown(*v), rise])).collect::<Vec<_>>(),
+                    })),
+                });
+                (p.name.clone(), value)
+            })
+            .collect();
+        let names: Vec<&str> = problem.free.iter().map(|f| f.parameter.name.as_str()).collect();
+        let n = names.len();
+        json!({
+            "parameters": parameters,
+            "correlation": {"names": names, "matrix": (0..n).map(|i| (0..n).map(|j| estimate.correlation[(i, j)]).collect::<Vec<_>>()).collect::<Vec<_>>()},
+            "misfit": {"before": estimate.misfit.0, "after": estimate.misfit.1, "dof": estimate.freedom, "p": estimate.probability},
+            "undetermined": estimate.undetermined.iter().map(|u| json!({"text": u.text, "weights": u.weights, "deviation": finite(u.deviation)})).collect::<Vec<_>>(),
+            "readings": reading_json(&problem.data, &estimate.predictions.0, &estimate.predictions.1),
+            "held_out": self.held_out.as_ref().map(|(data, before, after)| json!({
+                "rmse_before_K": rms(data, before), "rmse_after_K": rms(data, after), "readings": reading_json(data, before, after),
+            })),
+            "next_tests": self.advice.iter().take(5).map(|a| {
+                let condition = to_json(&problem.study.model.machine, &a.condition);
+                json!({"condition": condition, "gain_nats": a.gain, "shrink": a.shrink})
+            }).collect::<Vec<_>>(),
+            "starts": estimate.ends,
+            "machine": self.path.display().to_string(),
+            "evaluations": estimate.evaluations,
+            "seconds": self.seconds,
+        })
+    }
+}
+
+fn plural(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
+fn rms(data: &Data, predicted: &[f64]) -> f64 {
+    let readings = whiten::readings(data);
+    (readings.iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum::<f64>() / readings.len().max(1) as f64).sqrt()
+}
+
+/// Rows for a reader: of logs only the last of each test.
+fn reading_rows(data: &Data, before: &[f64], after: &[f64]) -> Vec<Vec<String>> {
+    let readings = whiten::readings(data);
+    let is_last = |r: usize| !data.is_transient() || data.rows.iter().rposition(|row| row.test == data.rows[r].test) == Some(r);
+    let places = whiten::places(data);
+    let of = |(i, (r, k)): (usize, &(usize, usize))| {
+        is_last(*r).then(|| {
+            vec![
+                data.rows[*r].test.clone(),
+                data.names[*k].clone(),
+                format!("{:.2}", celsius(readings[i])),
+                format!("{:.2}", celsius(before[i])),
+                format!("{:.2}", celsius(after[i])),
+                format!("{:+.2}", after[i] - readings[i]),
+            ]
+        })
+    };
+    places.iter().enumerate().filter_map(of).collect()
+}
+
+fn reading_json(data: &Data, before: &[f64], after: &[f64]) -> Vec<Value> {
+    let readings = whiten::readings(data);
+    let of = |(i, (r, k)): (usize, &(usize, usize))| {
+        json!({"test": data.rows[*r].test, "time_s": data.rows[*r].time, "sensor": data.names[*k], "measured_degC": celsius(readings[i]),
+            "before_degC": celsius(before[i]), "after_degC": celsius(after[i])})
+    };
+    whiten::places(data).iter().enumerate().map(of).collect()
+}

@@ -1,0 +1,94 @@
+//! What commands that hold a machine against measured data share: reading both, and where what they write goes.
+
+use std::path::{Path, PathBuf};
+
+use super::output::Output;
+use crate::error::{Error, Result};
+use crate::files;
+use crate::machine::Machine;
+use crate::measure::{Data, Uncertainty};
+use crate::simulate::Start;
+use crate::units::{Dimension, parse};
+
+/// The table, or the measurements that stand in the machine file.
+///
+/// # Errors
+/// As [`Data::read`] and [`Data::of_machine`].
+pub fn data(table: Option<&Path>, machine: &Machine) -> Result<Data> {
+    match table {
+        Some(path) => Data::read(path, machine),
+        None => Data::of_machine(machine),
+    }
+}
+
+/// How uncertain the readings are: from `DATA.toml` beside the table, or usual values, which is said.
+///
+/// # Errors
+/// As [`Uncertainty::beside`].
+pub fn uncertainty(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &Machine, out: Output) -> Result<Uncertainty> {
+    // A table called like the machine file, beside it, has no file of its own to say how uncertain it is.
+    let is_machine = |path: &Path| matches!((path.canonicalize(), machine_file.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    let found = match table {
+        Some(path) if !is_machine(&path.with_extension("toml")) => Uncertainty::beside(path, data, machine)?,
+        _ => Uncertainty::usual(data, machine),
+    };
+    if found.file.is_none() {
+        out.note("note: no file says how uncertain the readings are; taking limits of 0.1 K for readings, sensors and water, 0.05 L/min");
+    }
+    data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
+    Ok(found)
+}
+
+/// The state logs begin with, as `--from` says it.
+///
+/// # Errors
+/// It is neither `steady` nor a temperature.
+pub fn start(text: &str) -> Result<Start> {
+    match text.trim() {
+        "steady" => Ok(Start::Steady),
+        text => Ok(Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| e.at_key("--from"))?)),
+    }
+}
+
+/// Where a changed machine file goes: as `--out` says, or beside the machine file as `NAME.WORD.toml`. Said before the work,
+/// not after it.
+///
+/// # Errors
+/// A file is there already, cannot be written, or the machine's meshes would not be found from there.
+pub fn goal(given: Option<&Path>, machine_file: &Path, machine: &Machine, word: &str) -> Result<PathBuf> {
+    let Some(path) = given else {
+        let path = unused(machine_file, word);
+        files::check(&path).map_err(|e| e.at_key("--out").help("name a file in another folder with --out"))?;
+        return Ok(path);
+    };
+    must_be_new(path, "--out")?;
+    let folder = |p: &Path| p.parent().map(|f| if f.as_os_str().is_empty() { Path::new(".") } else { f }.canonicalize().ok());
+    if machine.parts.iter().any(|p| p.import.is_some()) && folder(path) != folder(machine_file) {
+        return Err(Error::input("this machine imports meshes that lie beside its file")
+            .in_file(path)
+            .at_key("--out")
+            .help(format!("write the {word} machine into the same folder")));
+    }
+    Ok(path.to_path_buf())
+}
+
+/// Nothing may be there, and it must be possible to write there.
+///
+/// # Errors
+/// Otherwise.
+pub fn must_be_new(path: &Path, option: &str) -> Result<()> {
+    if path.exists() {
+        return Err(Error::input("this file is there already")
+            .in_file(path)
+            .at_key(option)
+            .help("give another name: nothing is written over"));
+    }
+    files::check(path).map_err(|e| e.at_key(option))
+}
+
+/// A name beside the machine file that no file has.
+fn unused(machine: &Path, word: &str) -> PathBuf {
+    let stem = machine.file_stem().map_or_else(|| "machine".into(), |s| s.to_string_lossy().into_owned());
+    let named = |n: usize| machine.with_file_name(if n == 1 { format!("{stem}.{word}.toml") } else { format!("{stem}.{word}-{n}.toml") });
+    (1..).map(named).find(|p| !p.exists()).unwrap_or_else(|| named(1))
+}
