@@ -2,6 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::machine::{Condition, Machine};
+use crate::simulate::Start;
+use crate::units::{Dimension, parse};
 
 /// A condition; every value carries its unit, for example `--motor-speed "2500 rpm"`.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -53,6 +55,20 @@ impl ConditionArgs {
         let pairs: Vec<(&str, &str)> = values.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
         machine.condition(&pairs)
     }
+}
+
+/// The state logs begin with, from `--from`.
+///
+/// # Errors
+/// Neither `steady`, `readings` nor a temperature.
+pub fn start_of(text: &str) -> Result<Start> {
+    Ok(match text.trim() {
+        "steady" => Start::Steady,
+        "readings" => Start::Readings,
+        text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| {
+            e.at_key("--from").help("write --from steady, --from readings (each test at its own first readings) or --from \"20 degC\"")
+        })?),
+    })
 }
 
 /// Splits `NAME=VALUE`.

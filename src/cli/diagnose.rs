@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::{Map, Value, json};
 
-use super::condition::pair_of;
+use super::condition::{pair_of, start_of};
 use super::output::Output;
 use super::text::{significant, table};
 use crate::diagnose::{self, Diagnosis, Explanation, Openness, Problem, UserKind, Verdict, sentence};
@@ -15,7 +15,6 @@ use crate::measure::{Data, Uncertainty, whiten};
 use crate::reader::{Document, edited};
 use crate::report::{Align, Cell, KeyFigure, Report, Table, Tone};
 use crate::sensitivity::{Parameter, Study};
-use crate::simulate::Start;
 use crate::units::{Celsius, Dimension, Kelvin, express, parse};
 
 /// What the simulation gets wrong against measured data, the cause by name, the extended machine and its gain
@@ -34,7 +33,7 @@ pub struct Args {
     /// Do not try a kind of cause, for example "radiative link"; may be repeated
     #[arg(long, value_name = "KIND")]
     without: Vec<String>,
-    /// The state logs begin with: "steady", or a temperature such as "20 degC"
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
     /// Write the extended machine here (default: beside the machine file, as NAME.extended.toml); never over a file
@@ -74,10 +73,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         out.note("note: no file says how uncertain the readings are; taking limits of 0.1 K for readings, sensors and water, 0.05 L/min");
     }
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
-    let start = match args.from.trim() {
-        "steady" => Start::Steady,
-        text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| e.at_key("--from"))?),
-    };
+    let start = start_of(&args.from)?;
     let uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
     let user = match &args.kinds {
         Some(path) => user_kinds(path, &study)?,

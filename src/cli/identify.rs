@@ -7,7 +7,7 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::{Map, Value, json};
 
-use super::condition::pair_of;
+use super::condition::{pair_of, start_of};
 use super::output::Output;
 use super::text::{significant, table};
 use crate::chart::draw_as;
@@ -19,8 +19,7 @@ use crate::identify::{self, Advice, Estimate, Free, Options, Problem, Profile, S
 use crate::machine::Machine;
 use crate::measure::{Data, Uncertainty, whiten};
 use crate::sensitivity::{Parameter, Study};
-use crate::simulate::Start;
-use crate::units::{Celsius, Dimension, Kelvin, express, parse};
+use crate::units::{Celsius, Kelvin, express, parse};
 
 /// Parameters of a machine file from measured data
 #[derive(Debug, clap::Args)]
@@ -50,7 +49,7 @@ pub struct Args {
     /// Leave out profile likelihoods and advice on further tests
     #[arg(long)]
     brief: bool,
-    /// The state logs begin with: "steady", or a temperature such as "20 degC"
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
     /// Write the identified machine here (default: beside the machine file, as NAME.identified.toml); never over a file
@@ -94,10 +93,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         let (chosen, others) = all.split(&args.use_tests)?;
         (chosen, (!others.rows.is_empty()).then_some(others))
     };
-    let start = match args.from.trim() {
-        "steady" => Start::Steady,
-        text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| e.at_key("--from"))?),
-    };
+    let start = start_of(&args.from)?;
     if args.free.is_empty() && args.scan.is_empty() {
         let usual: Vec<String> = study.usual_parameters().iter().filter(|p| p.variable().is_none()).map(|p| p.name.clone()).collect();
         return Err(Error::input("it is not said what to find").at_key("--free").help(format!(

@@ -13,6 +13,7 @@ mod advice;
 mod catalogue;
 mod decide;
 mod gain;
+mod logs;
 mod probability;
 pub mod random;
 mod refine;
@@ -24,7 +25,7 @@ use std::time::Instant;
 
 use crate::error::Result;
 use crate::identify::Prediction;
-use crate::measure::{Data, Uncertainty, Whitener, whiten};
+use crate::measure::{Data, Uncertainty, Whitener, wander, whiten};
 use crate::sensitivity::{Parameter, Study};
 use crate::simulate::Start;
 
@@ -59,13 +60,15 @@ pub struct Openness {
     pub heats: f64,
     /// Of all emissivities together.
     pub emissivities: f64,
-    /// Of mesh and geometry, K, reading by reading.
+    /// Of all heat capacities together.
+    pub capacities: f64,
+    /// Of mesh and geometry, K, reading by reading; in logs it wanders with the time.
     pub model: f64,
 }
 
 impl Default for Openness {
     fn default() -> Self {
-        Self { films: 0.07, heats: 0.02, emissivities: 0.1, model: 0.02 }
+        Self { films: 0.07, heats: 0.02, emissivities: 0.1, capacities: 0.03, model: 0.02 }
     }
 }
 
@@ -190,8 +193,13 @@ pub(crate) struct Errors {
 
 impl Errors {
     fn new(problem: &Problem, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> Self {
-        let deviation = whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect();
+        let deviation = if problem.data.is_transient() {
+            whiten::noise(&problem.data, &problem.uncertainty)
+        } else {
+            whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect()
+        };
         let mut common = whiten::common_errors(&problem.data, &problem.uncertainty, &prediction.conditions);
+        common.extend(wander::errors(&problem.data, &problem.uncertainty, problem.openness.model, &prediction.values));
         for (k, (_, spread)) in problem.uncertain.iter().enumerate() {
             common.push(prediction.slopes.iter().map(|row| row[k] * spread).collect());
         }
@@ -206,6 +214,13 @@ impl Errors {
         common.push(sum(&|h| matches!(h.act, Act::Film(_)), problem.openness.films));
         common.push(sum(&|h| matches!(h.act, Act::Source(_)), problem.openness.heats));
         common.push(sum(&|h| matches!(h.act, Act::Emissivity(_)), problem.openness.emissivities));
+        let mut stored = vec![0.0; prediction.values.len()];
+        for (h, column) in catalogue.iter().zip(columns) {
+            let Act::Capacity(g) = h.act else { continue };
+            let own = problem.openness.capacities * catalogue::capacity(&problem.study.model.network, g);
+            stored.iter_mut().zip(column).for_each(|(s, c)| *s += own * c);
+        }
+        common.push(stored);
         Self { deviation, common }
     }
 
@@ -239,6 +254,13 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let mut errors = Errors::new(problem, &found.prediction, &catalogue, &found.columns);
     // What a finer mesh changes is corrected for, and half of it stays an error.
     errors.common.push(mesh.iter().map(|m| 0.5 * m).collect());
+    let base = found.prediction.values.clone();
+    let bench = Bench { study, data, start: problem.start, scales: &scales, user: &problem.user, base: Some(&base) };
+    if data.is_transient()
+        && let Some(around) = logs::taken_up(&bench, &catalogue, &mut found, &errors, &uncertain, problem.seed)?
+    {
+        errors = Errors::new(problem, &around, &catalogue, &found.columns);
+    }
     let all: Vec<usize> = (0..found.residual.len()).collect();
     let whitener = errors.whitener(&all);
     let screened = screened(&found.residual, &found.columns, &whitener, &catalogue);
@@ -246,7 +268,6 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let prior = probability::prior(&screened, &catalogue);
     let mut posterior = probability::posterior(&screened, &prior);
     let is_wrong = decide::is_wrong(&misfit);
-    let bench = Bench { study, data, start: problem.start, scales: &scales, user: &problem.user };
     let readings: Vec<f64> = whiten::readings(data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
     let mut fitted: Vec<(Vec<usize>, Fitted)> = Vec::new();
     if is_wrong {

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::catalogue::{Hypothesis, Scales, UserKind};
+use super::signature::TIME_TOLERANCE;
 use crate::error::{Error, Result};
 use crate::identify;
 use crate::measure::{Data, Whitener};
@@ -10,8 +11,11 @@ use crate::sensitivity::Study;
 use crate::simulate::Start;
 
 const MOST_STEPS: usize = 4;
+const MOST_STEPS_OF_LOGS: usize = 5;
 /// Difference step, as a share of the prior's scale.
 const STEP: f64 = 0.02;
+/// The same in logs, where a front in the water is known to a part of a station and of a time step only.
+const STEP_OF_LOGS: f64 = 0.25;
 
 /// What is needed to predict with a hypothesis in force.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +30,8 @@ pub struct Bench<'a> {
     pub scales: &'a Scales,
     /// The user's kinds.
     pub user: &'a [UserKind],
+    /// Predictions of the data with the machine as it is, K, where they are known: sensors' own errors need no more.
+    pub base: Option<&'a [f64]>,
 }
 
 impl Bench<'_> {
@@ -52,7 +58,7 @@ impl Bench<'_> {
     /// # Errors
     /// The machine file has no words for one of them, or the machine with them cannot be solved.
     pub fn predict(&self, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
-        self.predict_for(self.data, members)
+        self.predicted(self.data, members, self.base)
     }
 
     /// The same of other data.
@@ -60,13 +66,17 @@ impl Bench<'_> {
     /// # Errors
     /// As [`Bench::predict`].
     pub fn predict_for(&self, data: &Data, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
+        self.predicted(data, members, None)
+    }
+
+    fn predicted(&self, data: &Data, members: &[(&Hypothesis, f64)], base: Option<&[f64]>) -> Result<Vec<f64>> {
         let Some(sets) = self.sets(members)? else {
             return Err(Error::input("the machine file has no words for this cause"));
         };
-        let mut values = if sets.is_empty() {
-            identify::values(self.study, data, self.start)?
-        } else {
-            identify::values(&self.study.edited(&sets)?, data, self.start)?
+        let mut values = match base {
+            Some(base) if sets.is_empty() => base.to_vec(),
+            None if sets.is_empty() => identify::values_within(self.study, data, self.start, TIME_TOLERANCE)?,
+            _ => identify::values_within(&self.study.edited(&sets)?, data, self.start, TIME_TOLERANCE)?,
         };
         for (h, amplitude) in members.iter().filter(|(h, _)| h.is_sensor()) {
             values = h.read(data, &values, *amplitude);
@@ -116,19 +126,33 @@ pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], readings: 
     let mut values = values?;
     let mut residual = whiten(&values);
     let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    // Slopes where the guess lies serve all steps: what is left to go is short.
-    let mut jacobian = DMatrix::zeros(readings.len(), k);
-    for j in 0..k {
-        let step = STEP * members[j].scale;
-        let mut moved = here.clone();
-        moved[j] += step;
-        let column: Vec<f64> = at(&moved)?.iter().zip(&values).map(|(a, b)| (a - b) / step).collect();
-        jacobian.set_column(j, &DVector::from_vec(whitener.apply(&column)));
+    let is_log = bench.data.is_transient();
+    if is_log {
+        // A front that is off by more than its width gives a slope that leads nowhere: the prior's scale may lie nearer.
+        let far: Vec<f64> = here.iter().zip(members).map(|(a, h)| bounded(if *a < 0.0 { -h.scale } else { h.scale }, h)).collect();
+        if let Ok(found) = at(&far) {
+            let left = whiten(&found);
+            if square(&left) + prior(&far) < square(&residual) + prior(&here) {
+                (here, values, residual) = (far, found, left);
+            }
+        }
     }
-    let mut matrix = jacobian.transpose() * &jacobian;
-    members.iter().enumerate().for_each(|(j, h)| matrix[(j, j)] += 1.0 / (h.scale * h.scale));
-    let covariance = matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k));
-    for _ in 0..MOST_STEPS {
+    let slopes = |here: &[f64], values: &[f64]| -> Result<(DMatrix<f64>, DMatrix<f64>)> {
+        let mut jacobian = DMatrix::zeros(readings.len(), k);
+        for j in 0..k {
+            let step = if is_log { STEP_OF_LOGS } else { STEP } * members[j].scale;
+            let mut moved = here.to_vec();
+            moved[j] += step;
+            let column: Vec<f64> = at(&moved)?.iter().zip(values).map(|(a, b)| (a - b) / step).collect();
+            jacobian.set_column(j, &DVector::from_vec(whitener.apply(&column)));
+        }
+        let mut matrix = jacobian.transpose() * &jacobian;
+        members.iter().enumerate().for_each(|(j, h)| matrix[(j, j)] += 1.0 / (h.scale * h.scale));
+        Ok((jacobian, matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k))))
+    };
+    // Slopes where the guess lies serve all steps of steady tables: what is left to go is short.
+    let (mut jacobian, mut covariance) = slopes(&here, &values)?;
+    for _ in 0..if is_log { MOST_STEPS_OF_LOGS } else { MOST_STEPS } {
         let mut right = jacobian.transpose() * DVector::from_vec(residual.clone());
         members.iter().enumerate().for_each(|(j, h)| right[j] -= here[j] / (h.scale * h.scale));
         let step = &covariance * right;
@@ -155,6 +179,9 @@ pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], readings: 
         }
         if !moved {
             break;
+        }
+        if is_log {
+            (jacobian, covariance) = slopes(&here, &values)?;
         }
     }
     let misfit = square(&residual);

@@ -13,8 +13,14 @@ use crate::network::Network;
 use crate::sensitivity::{Adjoint, Derivatives, Effect, Screen, Study, Target};
 use crate::simulate::Start;
 
-/// Amplitudes of differences, as a share of the prior's scale.
-const STEP: f64 = 0.05;
+/// Amplitudes of differences of logs, as a share of the prior's scale: what acts one way only, or moves a front, is followed
+/// along a secant about as long as it is likely to be; the rest along a slope.
+const SECANT: f64 = 0.5;
+const STEP: f64 = 0.1;
+/// Error allowed in each time step of a log, K, well below what every model leaves open.
+pub const TIME_TOLERANCE: f64 = 0.01;
+/// What changes no reading by more than this many of them, for an amplitude of the prior's scale, is the solver's own error.
+const VISIBLE: f64 = 3.0;
 
 /// The machine as it is beside the data, and the slope of every hypothesis.
 #[derive(Debug, Clone)]
@@ -41,21 +47,22 @@ pub fn signatures(
     user: &[UserKind],
 ) -> Result<Signatures> {
     let prediction = if data.is_transient() {
-        identify::predict(study, data, uncertain, start)?
+        identify::predict_within(study, data, uncertain, start, TIME_TOLERANCE)?
     } else {
         return steady(study, data, uncertain, hypotheses, scales, user);
     };
     let column = |h: &Hypothesis| -> Vec<f64> {
-        let step = STEP * h.scale;
+        let step = h.scale * if h.is_signed && !matches!(h.act, Act::Capacity(_)) { STEP } else { SECANT };
         let moved = match h.sets(study, scales, user, step) {
             Ok(Some(sets)) if sets.is_empty() => Ok(prediction.values.clone()),
-            Ok(Some(sets)) => study.edited(&sets).and_then(|study| identify::values(&study, data, start)),
+            Ok(Some(sets)) => study.edited(&sets).and_then(|study| identify::values_within(&study, data, start, TIME_TOLERANCE)),
             _ => return vec![0.0; prediction.values.len()],
         };
-        match moved {
-            Ok(values) => h.read(data, &values, step).iter().zip(&prediction.values).map(|(a, b)| (a - b) / step).collect(),
-            Err(_) => vec![0.0; prediction.values.len()],
-        }
+        let none = vec![0.0; prediction.values.len()];
+        let Ok(values) = moved else { return none };
+        let column: Vec<f64> = h.read(data, &values, step).iter().zip(&prediction.values).map(|(a, b)| (a - b) / step).collect();
+        let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * TIME_TOLERANCE);
+        if shows { column } else { none }
     };
     let columns = hypotheses.par_iter().map(column).collect();
     Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, columns })
@@ -215,6 +222,25 @@ fn effect(
             }
         }
         Act::Emissivity(g) => screen.emissivity(screen.surfaces_of(g)),
+        Act::Boundary(b) => screen.boundary(b as u32),
+        Act::Loss(_) => {
+            // The file's own words say which faces are open.
+            let h = Hypothesis {
+                kind: "",
+                place: String::new(),
+                parts: Vec::new(),
+                law: super::Law::Constant,
+                act,
+                scale: 1.0,
+                is_signed: false,
+                unit: "",
+            };
+            let sets = h.sets(study, &Scales::default(), &[], 1.0).ok()??;
+            let edited = study.edited(&sets).ok()?;
+            let law = (edited.model.machine.boundaries.len() - 1) as u32;
+            let open = edited.model.network.surfaces.iter().filter(|s| s.law == law);
+            Effect { rows: open.map(|s| (s.node, s.area * (temperatures[s.node as usize] - load.chamber))).collect(), inlets: Vec::new() }
+        }
         Act::Gas => screen.film(
             (0..network.surfaces.len()).filter(|s| network.surfaces[*s].gas_area > 0.0 || network.surfaces[*s].emissive > 0.0),
             load.chamber,

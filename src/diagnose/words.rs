@@ -55,7 +55,12 @@ pub fn sentence(part: &Part) -> String {
         Act::Radiate(..) => {
             format!("{} see each other, which the model lacks: {}", h.place.replace(" - ", " and "), range(&same, " m2 of exchange area"))
         }
-        Act::Capacity(_) => format!("the heat capacity of {} is {} times the model's", h.place, range(&factor, "")),
+        Act::Capacity(_) if a >= 0.0 => format!("{} stores more heat than the model has: {}", h.place, range(&same, " J/K")),
+        Act::Capacity(_) => format!("{} stores less heat than the model has: {}", h.place, range(&same, " J/K")),
+        Act::Loss(_) => {
+            format!("{} loses heat to the surroundings, which the model lacks: {} over its outer faces", h.place, range(&same, " W/(m2 K)"))
+        }
+        Act::Boundary(_) => format!("the film of the boundary {} is {} times the model's", h.place, range(&factor, "")),
         Act::Bias(_) => format!("the sensor {} reads too high by {}", h.place, range(&same, " K")),
         Act::Gain(_) => format!("the sensor {} has a gain of {}", h.place, range(&grown, "")),
         Act::Lag(_) => format!("the sensor {} lags by {}", h.place, range(&same, " s")),

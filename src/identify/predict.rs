@@ -10,8 +10,8 @@ use crate::schedule::{self, Schedule};
 use crate::sensitivity::{Derivatives, Kind, Parameter, Study, Target, Variation};
 use crate::simulate::{self, Start};
 
-/// Error allowed in each time step of a log, K: differences are taken of these.
-const TIME_TOLERANCE: f64 = 1e-3;
+/// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
+pub const TIME_TOLERANCE: f64 = 1e-3;
 /// Relative step of parameters where only differences of whole runs give the slope.
 const RUN_STEP: f64 = 0.02;
 /// The same of temperatures, K.
@@ -62,9 +62,21 @@ pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Star
     predict_some(study, data, parameters, true, start)
 }
 
+/// The same, with logs run to another error in each time step, K.
+///
+/// # Errors
+/// As [`predict`].
+pub fn predict_within(study: &Study, data: &Data, parameters: &[Parameter], start: Start, tolerance: f64) -> Result<Prediction> {
+    if data.is_transient() { logs(study, data, parameters, true, start, tolerance) } else { steady(study, data, parameters, true) }
+}
+
 /// The same; without `conditions` the slopes with respect to the condition variables are left out (empty rows).
 pub(super) fn predict_some(study: &Study, data: &Data, parameters: &[Parameter], conditions: bool, start: Start) -> Result<Prediction> {
-    if data.is_transient() { logs(study, data, parameters, conditions, start) } else { steady(study, data, parameters, conditions) }
+    if data.is_transient() {
+        logs(study, data, parameters, conditions, start, TIME_TOLERANCE)
+    } else {
+        steady(study, data, parameters, conditions)
+    }
 }
 
 /// Predictions alone.
@@ -72,8 +84,16 @@ pub(super) fn predict_some(study: &Study, data: &Data, parameters: &[Parameter],
 /// # Errors
 /// As [`predict`].
 pub fn values(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
+    values_within(study, data, start, TIME_TOLERANCE)
+}
+
+/// The same, with logs run to another error in each time step, K.
+///
+/// # Errors
+/// As [`predict`].
+pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<Vec<f64>> {
     if data.is_transient() {
-        return run_logs(study, data, start, None);
+        return run_logs(study, data, start, None, tolerance);
     }
     let (distinct, index) = conditions(data);
     let solver = study.model.solver(&distinct[0])?;
@@ -116,13 +136,13 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
     Ok(prediction)
 }
 
-fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start) -> Result<Prediction> {
-    let values = run_logs(study, data, start, None)?;
+fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start, tolerance: f64) -> Result<Prediction> {
+    let values = run_logs(study, data, start, None, tolerance)?;
     let step =
         |p: &Parameter| if p.dimension.is_absolute() || p.kind == Kind::Offset { RUN_KELVIN } else { RUN_STEP * p.value.abs().max(1e-12) };
     let column = |p: &Parameter| -> Result<Vec<f64>> {
         let step = step(p);
-        let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None)?;
+        let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None, tolerance)?;
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
     let columns: Vec<Vec<f64>> = parameters.par_iter().map(column).collect::<Result<_>>()?;
@@ -133,7 +153,7 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
         if step == 0.0 || variable.name == schedule::TIME {
             return Ok(vec![0.0; values.len()]);
         }
-        let moved = run_logs(study, data, start, Some((v, step)))?;
+        let moved = run_logs(study, data, start, Some((v, step)), tolerance)?;
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
     let variables = if with_conditions { study.model.machine.variables.len() } else { 0 };
@@ -142,8 +162,25 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
     Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
 }
 
+/// The state a test begins with.
+fn beginning(rows: &[&crate::measure::Row], start: Start) -> Result<Start> {
+    if start != Start::Readings {
+        return Ok(start);
+    }
+    let first: Vec<f64> = rows.first().map_or(Vec::new(), |row| row.readings.iter().flatten().copied().collect());
+    if !first.is_empty() {
+        return Ok(Start::Uniform(first.iter().sum::<f64>() / first.len() as f64));
+    }
+    let error = Error::input("the first row of this test has no reading to begin with").at_key("--from");
+    let error = error.help("give its first row a reading, or begin with --from steady or a temperature");
+    Err(match rows.first().and_then(|row| row.line) {
+        Some(line) => error.at_line(line),
+        None => error,
+    })
+}
+
 /// Runs every test of a log; `shift` adds to one variable (SI) throughout.
-fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>) -> Result<Vec<f64>> {
+fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, tolerance: f64) -> Result<Vec<f64>> {
     let run = |test: &String| -> Result<Vec<Vec<f64>>> {
         let rows: Vec<&crate::measure::Row> = data.rows.iter().filter(|row| row.test == *test).collect();
         let moved = |row: &&crate::measure::Row| {
@@ -154,7 +191,8 @@ fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)
             schedule::Row { time: row.time.unwrap_or(0.0), values }
         };
         let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
-        let options = simulate::Options { start, tolerance: TIME_TOLERANCE, every: Some(f64::INFINITY), ..simulate::Options::default() };
+        let start = beginning(&rows, start)?;
+        let options = simulate::Options { start, tolerance, every: Some(f64::INFINITY), ..simulate::Options::default() };
         let history = simulate::run(&study.model, &schedule, &options, &mut |_| {})?;
         let at = |row: &&crate::measure::Row| {
             let time = row.time.unwrap_or(0.0);

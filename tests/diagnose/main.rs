@@ -1,5 +1,7 @@
 //! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
 
+mod logs;
+mod pipe;
 #[allow(dead_code)] // the benchmark uses all of it
 mod twin;
 

@@ -219,6 +219,7 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         bias: vec![bias; sensors.len()],
         variables: variables.iter().map(spread).collect(),
         model: 0.0,
+        timing: 0.0,
         file: None,
     };
     // The truth: another mesh, other films, heats, emissivities.
