@@ -602,8 +602,8 @@ impl Hypothesis {
                 }
             }
             Act::Lag(k) => {
-                // First-order lag behind the predicted course, row by row of each test.
-                let mut last: std::collections::BTreeMap<&str, (f64, f64)> = std::collections::BTreeMap::new();
+                // First-order lag behind the predicted course, which runs straight between the rows of each test.
+                let mut last: std::collections::BTreeMap<&str, (f64, f64, f64)> = std::collections::BTreeMap::new();
                 for (i, (r, own)) in places.iter().enumerate() {
                     if *own != k {
                         continue;
@@ -611,12 +611,13 @@ impl Hypothesis {
                     let row = &data.rows[*r];
                     let time = row.time.unwrap_or(0.0);
                     let shown = match last.get(row.test.as_str()) {
-                        Some((before, shown)) if amplitude > 0.0 => {
-                            predicted[i] + (shown - predicted[i]) * (-(time - before) / amplitude).exp()
+                        Some((before, told, shown)) if amplitude > 0.0 && time > *before => {
+                            let behind = amplitude * (predicted[i] - told) / (time - before);
+                            predicted[i] - behind + (shown - told + behind) * (-(time - before) / amplitude).exp()
                         }
                         _ => predicted[i],
                     };
-                    last.insert(&row.test, (time, shown));
+                    last.insert(&row.test, (time, predicted[i], shown));
                     found[i] = shown;
                 }
             }

@@ -17,7 +17,7 @@ use crate::measure::whiten;
 use crate::sensitivity::Parameter;
 
 /// Single causes that are fitted.
-const SINGLES: usize = 3;
+const SINGLES: usize = 4;
 /// Amplitudes, as a share of the prior's scale, below which a secant is no better than a slope.
 const SHORT: f64 = 1e-3;
 

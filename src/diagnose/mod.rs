@@ -60,7 +60,7 @@ pub struct Openness {
     pub heats: f64,
     /// Of all emissivities together.
     pub emissivities: f64,
-    /// Of all heat capacities together.
+    /// Of each heat capacity.
     pub capacities: f64,
     /// Of mesh and geometry, K, reading by reading; in logs it wanders with the time.
     pub model: f64,
@@ -214,13 +214,12 @@ impl Errors {
         common.push(sum(&|h| matches!(h.act, Act::Film(_)), problem.openness.films));
         common.push(sum(&|h| matches!(h.act, Act::Source(_)), problem.openness.heats));
         common.push(sum(&|h| matches!(h.act, Act::Emissivity(_)), problem.openness.emissivities));
-        let mut stored = vec![0.0; prediction.values.len()];
+        // Films follow one correlation; what parts store does not: each has its own shape and material.
         for (h, column) in catalogue.iter().zip(columns) {
             let Act::Capacity(g) = h.act else { continue };
-            let own = problem.openness.capacities * catalogue::capacity(&problem.study.model.network, g);
-            stored.iter_mut().zip(column).for_each(|(s, c)| *s += own * c);
+            let spread = problem.openness.capacities * catalogue::capacity(&problem.study.model.network, g);
+            common.push(column.iter().map(|c| spread * c).collect());
         }
-        common.push(stored);
         Self { deviation, common }
     }
 

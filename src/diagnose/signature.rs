@@ -51,21 +51,33 @@ pub fn signatures(
     } else {
         return steady(study, data, uncertain, hypotheses, scales, user);
     };
-    let column = |h: &Hypothesis| -> Vec<f64> {
-        let step = h.scale * if h.is_signed && !matches!(h.act, Act::Capacity(_)) { STEP } else { SECANT };
+    let residual = difference(&whiten::readings(data), &prediction.values);
+    let none = || vec![0.0; residual.len()];
+    let along = |h: &Hypothesis, step: f64| -> Vec<f64> {
         let moved = match h.sets(study, scales, user, step) {
             Ok(Some(sets)) if sets.is_empty() => Ok(prediction.values.clone()),
             Ok(Some(sets)) => study.edited(&sets).and_then(|study| identify::values_within(&study, data, start, TIME_TOLERANCE)),
-            _ => return vec![0.0; prediction.values.len()],
+            _ => return none(),
         };
-        let none = vec![0.0; prediction.values.len()];
-        let Ok(values) = moved else { return none };
+        let Ok(values) = moved else { return none() };
         let column: Vec<f64> = h.read(data, &values, step).iter().zip(&prediction.values).map(|(a, b)| (a - b) / step).collect();
         let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * TIME_TOLERANCE);
-        if shows { column } else { none }
+        if shows { column } else { none() }
+    };
+    let column = |h: &Hypothesis| -> Vec<f64> {
+        if !matches!(h.act, Act::Capacity(_)) {
+            return along(h, h.scale * if h.is_signed { STEP } else { SECANT });
+        }
+        // More and less bend differently: the secant of the sign that the readings ask for.
+        let explains = |column: &Vec<f64>, sign: f64| -> f64 {
+            let (dot, square) = column.iter().zip(&residual).fold((0.0, 0.0), |(d, s), (c, r)| (d + c * r, s + c * c));
+            if square > 0.0 { (sign * dot).max(0.0).powi(2) / square } else { 0.0 }
+        };
+        let (more, less) = (along(h, SECANT * h.scale), along(h, -SECANT * h.scale));
+        if explains(&less, -1.0) > explains(&more, 1.0) { less } else { more }
     };
     let columns = hypotheses.par_iter().map(column).collect();
-    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, columns })
+    Ok(Signatures { residual, prediction, columns })
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
