@@ -108,6 +108,7 @@ fn uncertainty(data: &Data, study: &Study, mesh: f64) -> Uncertainty {
         bias: vec![LIMIT.hypot(mesh); data.sensors.len()],
         variables,
         model: 0.02,
+        timing: 0.0,
         file: None,
     }
 }

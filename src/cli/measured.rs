@@ -44,10 +44,13 @@ pub fn uncertainty(table: Option<&Path>, machine_file: &Path, data: &Data, machi
 /// # Errors
 /// It is neither `steady` nor a temperature.
 pub fn start(text: &str) -> Result<Start> {
-    match text.trim() {
-        "steady" => Ok(Start::Steady),
-        text => Ok(Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| e.at_key("--from"))?)),
-    }
+    Ok(match text.trim() {
+        "steady" => Start::Steady,
+        "readings" => Start::Readings,
+        text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| {
+            e.at_key("--from").help("write --from steady, --from readings (each test at its own first readings) or --from \"20 degC\"")
+        })?),
+    })
 }
 
 /// Where a changed machine file goes: as `--out` says, or beside the machine file as `NAME.WORD.toml`. Said before the work,

@@ -6,7 +6,7 @@
 //! ([`Hypothesis::sets`], for refitting and for the extended machine).
 
 use crate::error::Result;
-use crate::machine::{Condition, Machine, Place};
+use crate::machine::{BoundaryLaw, Condition, Machine, Place, Property, Shape};
 use crate::measure::Data;
 use crate::network::Network;
 use crate::reader::{Leaf, quoted};
@@ -17,6 +17,15 @@ use crate::units;
 pub const REFERENCE: f64 = 293.15;
 /// Kelvin over which a drifting contact changes by its amplitude.
 pub const DRIFT: f64 = 10.0;
+/// Temperature a network's capacities are stated at, K.
+const STANDARD: f64 = 300.0;
+/// What solids store, J/(m³ K): steel 3.9e6, copper 3.4e6, aluminium 2.4e6, plastics 1.5e6 to 2.5e6. A part that stores much
+/// less in the model is not made of anything.
+const USUAL_STORE: f64 = 3.5e6;
+/// Film of free convection and radiation in a room, W/(m² K).
+const ROOM_FILM: f64 = 5.0;
+/// A part's heat capacity can fall to this share of the model's.
+const LEAST_STORE: f64 = 0.05;
 /// Name of what an extended machine file adds.
 const ADDED: &str = "diagnosed";
 
@@ -51,7 +60,11 @@ pub enum Act {
     Link(u32, u32),
     /// Exchange area between two groups, m².
     Radiate(u32, u32),
-    /// Heat capacity of a group, logarithm; logs only.
+    /// Film from the outer faces of a part that the model has adiabatic to the ambient temperature, W/(m² K).
+    Loss(usize),
+    /// Film of a boundary of the file, logarithm.
+    Boundary(usize),
+    /// Heat capacity of a group, J/K more than the model has; logs only.
     Capacity(u32),
     /// Offset of a sensor of the data, K.
     Bias(usize),
@@ -113,7 +126,7 @@ pub struct Hypothesis {
 }
 
 /// Where laws are one: largest motor speed and median coolant flow of the data, SI.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Scales {
     /// rad/s
     pub speed: f64,
@@ -207,7 +220,10 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
         }
         add("leak to the surroundings", name.clone(), vec![name.clone()], Law::Constant, Act::Leak(*g), 0.1, false, "W/K");
         if data.is_transient() {
-            add("heat capacity", name.clone(), vec![name.clone()], Law::Constant, Act::Capacity(*g), 0.5, true, "ln");
+            let (own, usual) = store(machine, network, *g);
+            // Half of what is there, or what a solid of this size stores where that is far more.
+            let scale = (0.5 * own).max(usual - own);
+            add("heat capacity", name.clone(), vec![name.clone()], Law::Constant, Act::Capacity(*g), scale, true, "J/K");
         }
     }
     for (s, source) in machine.sources.iter().enumerate() {
@@ -239,9 +255,27 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
             add("coolant line heat gain", circuit.name.clone(), through, Law::InverseFlow, Act::Inlet(c), 0.3, true, "K");
         }
     }
-    if !network.surfaces.is_empty() {
+    let is_in_vacuum = network.surfaces.iter().any(|s| s.emissive > 0.0);
+    if is_in_vacuum {
         add("chamber temperature", "chamber".into(), Vec::new(), Law::Constant, Act::Chamber, 0.7, true, "K");
         add("residual gas", "chamber".into(), Vec::new(), Law::Constant, Act::Gas, 1.0, false, "W/(m2 K)");
+    }
+    for (b, boundary) in machine.boundaries.iter().enumerate() {
+        if matches!(boundary.law, BoundaryLaw::Film(..)) && study.parameter(&film_key(&boundary.name)).is_ok() {
+            let mut parts: Vec<String> = boundary.faces.iter().map(|f| machine.parts[f.part].name.clone()).collect();
+            parts.dedup();
+            add("boundary film", boundary.name.clone(), parts, Law::Constant, Act::Boundary(b), 0.4, true, "ln");
+        }
+    }
+    // In a room, not in vacuum: where nothing radiates to a chamber, bare faces lose heat to the air.
+    if !is_in_vacuum {
+        for (p, part) in machine.parts.iter().enumerate() {
+            let is_bare = machine.boundaries.iter().all(|b| b.faces.iter().all(|f| f.part != p));
+            if is_bare && !outer_faces(machine, p).is_empty() {
+                let parts = vec![part.name.clone()];
+                add("loss to the surroundings", part.name.clone(), parts, Law::Constant, Act::Loss(p), ROOM_FILM, false, "W/(m2 K)");
+            }
+        }
     }
     let radiating: Vec<&(u32, String)> =
         groups.iter().filter(|(g, _)| network.surfaces.iter().any(|s| s.emissive > 0.0 && network.group[s.node as usize] == *g)).collect();
@@ -273,7 +307,7 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
             add("sensor lag", name.clone(), Vec::new(), Law::Constant, Act::Lag(k), 60.0, false, "s");
         }
         for (j, other) in data.names.iter().enumerate().skip(k + 1) {
-            add("swapped sensors", format!("{name} - {other}"), Vec::new(), Law::Constant, Act::Swap(k, j), 1.0, false, "of 1");
+            add("swapped sensors", format!("{name} - {other}"), Vec::new(), Law::Constant, Act::Swap(k, j), 1.0, true, "");
         }
     }
     for (u, kind) in user.iter().enumerate() {
@@ -296,6 +330,44 @@ fn groups(network: &Network) -> Vec<(u32, String)> {
     let is_free =
         |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));
     network.groups.iter().enumerate().filter(|(g, _)| is_free(*g)).map(|(g, name)| (g as u32, name.clone())).collect()
+}
+
+/// What a group stores (J/K) and, for a part, what a solid of its volume usually does.
+fn store(machine: &Machine, network: &Network, g: u32) -> (f64, f64) {
+    let own = capacity(network, g);
+    let part = machine.parts.iter().find(|p| p.name == network.groups[g as usize]);
+    let material = part.map(|p| &machine.materials[p.material]);
+    let usual = match material.map(|m| m.density * m.specific_heat.at(STANDARD)) {
+        Some(per_volume) if per_volume > 0.0 => own / per_volume * USUAL_STORE,
+        // A lumped node that stores nothing could store some of what the machine does.
+        _ if own <= 0.0 => 0.02 * network.capacity.iter().sum::<f64>(),
+        _ => own,
+    };
+    (own, usual)
+}
+
+/// Heat capacity of a group, J/K.
+pub fn capacity(network: &Network, g: u32) -> f64 {
+    (0..network.solids).filter(|n| network.group[*n] == g).map(|n| network.capacity[n]).sum()
+}
+
+/// The faces of a part's blocks that look outwards, as the machine file writes them; none for imported meshes.
+fn outer_faces(machine: &Machine, part: usize) -> Vec<String> {
+    let part = &machine.parts[part];
+    let of_block = |(i, block): (usize, &crate::machine::Block)| -> Vec<String> {
+        let sides: &[&str] = match &block.shape {
+            Shape::Box { .. } => &["-x", "+x", "-y", "+y", "-z", "+z"],
+            Shape::Cylinder { .. } => &["outer", "start", "end"],
+            Shape::Sphere { .. } => &["outer"],
+        };
+        let number = if part.blocks.len() > 1 { format!("[{}]", i + 1) } else { String::new() };
+        sides.iter().map(|side| format!("{}{number}.{side}", part.name)).collect()
+    };
+    part.blocks.iter().enumerate().flat_map(of_block).collect()
+}
+
+fn film_key(boundary: &str) -> String {
+    format!("boundary.{}.film", quoted(boundary))
 }
 
 fn touch(network: &Network, a: u32, b: u32) -> bool {
@@ -440,21 +512,45 @@ impl Hypothesis {
                 let held = format!("{{ temperature = {} }}", text("ambient_temperature".into()));
                 Some(vec![(format!("node.{}", quoted(&node)), held), (added("contact"), self.conductor(&[group(g), node], amplitude))])
             }
+            Act::Loss(p) => {
+                let faces: Vec<String> = outer_faces(machine, p).into_iter().map(text).collect();
+                let film = text(format!("{:?} W/(m2 K)", amplitude.max(1e-9)));
+                let value = format!("{{ faces = [{}], film = {film}, fluid_temperature = \"ambient_temperature\" }}", faces.join(", "));
+                Some(vec![(added("boundary"), value)])
+            }
+            Act::Boundary(b) => return scaled(&film_key(&machine.boundaries[b].name), amplitude.exp()),
             Act::Link(a, b) => Some(vec![(added("contact"), self.conductor(&[group(a), group(b)], amplitude))]),
             // A link of the file takes the faces it joins away from the chamber: it is not what this adds.
             Act::Radiate(..) => None,
             Act::Capacity(g) => {
                 let name = group(g);
-                if let Some(part) = machine.parts.iter().find(|p| p.name == name) {
-                    // Only a material of its own can change alone.
-                    let others = machine.parts.iter().filter(|p| p.material == part.material).count();
-                    let material = &machine.materials[part.material].name;
-                    if others > 1 {
-                        return Ok(None);
-                    }
-                    return scaled(&format!("material.{}.specific_heat", quoted(material)), amplitude.exp());
+                let own = capacity(network, g);
+                let factor = if own > 0.0 { (1.0 + amplitude / own).max(LEAST_STORE) } else { 1.0 };
+                let Some(part) = machine.parts.iter().find(|p| p.name == name) else {
+                    let key = format!("node.{}.capacity", quoted(&name));
+                    return if own > 0.0 {
+                        scaled(&key, factor)
+                    } else {
+                        Ok(Some(vec![(key, text(format!("{:?} J/K", amplitude.max(0.0))))]))
+                    };
+                };
+                let material = &machine.materials[part.material];
+                let key = format!("material.{}.specific_heat", quoted(&material.name));
+                let is_own = machine.parts.iter().filter(|p| p.material == part.material).count() == 1;
+                if is_own && study.parameter(&key).is_ok() {
+                    return scaled(&key, factor);
                 }
-                return scaled(&format!("node.{}.capacity", quoted(&name)), amplitude.exp());
+                // Others are made of it too: the part gets a material of its own.
+                let value = match &material.specific_heat {
+                    Property::Constant(c) => text(format!("{:?} J/(kg K)", c * factor)),
+                    Property::Table(rows) => {
+                        let row = |(t, c): &(f64, f64)| format!("[\"{:?} degC\", \"{:?} J/(kg K)\"]", t - 273.15, c * factor);
+                        format!("[{}]", rows.iter().map(row).collect::<Vec<_>>().join(", "))
+                    }
+                };
+                let new = format!("{ADDED} {name}");
+                let made = format!("{{ base = {}, specific_heat = {value} }}", text(material.name.clone()));
+                Some(vec![(format!("material.{}", quoted(&new)), made), (format!("part.{}.material", quoted(&name)), text(new))])
             }
             // The split follows from the branches' resistance: no number of the file is the flow of one.
             Act::Branch(_) => None,
@@ -466,6 +562,11 @@ impl Hypothesis {
         let [a, b] = ends.each_ref().map(|e| Leaf::Text(e.clone()).to_toml());
         // A stated area: the ends need not touch.
         format!("{{ between = [{a}, {b}], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * amplitude.max(1e-9))
+    }
+
+    /// Whether it is so or not, without an amplitude to fit: that amplitude is 1.
+    pub fn is_fixed(&self) -> bool {
+        matches!(self.act, Act::Swap(..))
     }
 
     /// Whether it is about a reading and not about the machine.
@@ -497,8 +598,8 @@ impl Hypothesis {
                 }
             }
             Act::Lag(k) => {
-                // First-order lag behind the predicted course, row by row of each test.
-                let mut last: std::collections::BTreeMap<&str, (f64, f64)> = std::collections::BTreeMap::new();
+                // First-order lag behind the predicted course, which runs straight between the rows of each test.
+                let mut last: std::collections::BTreeMap<&str, (f64, f64, f64)> = std::collections::BTreeMap::new();
                 for (i, (r, own)) in places.iter().enumerate() {
                     if *own != k {
                         continue;
@@ -506,12 +607,13 @@ impl Hypothesis {
                     let row = &data.rows[*r];
                     let time = row.time.unwrap_or(0.0);
                     let shown = match last.get(row.test.as_str()) {
-                        Some((before, shown)) if amplitude > 0.0 => {
-                            predicted[i] + (shown - predicted[i]) * (-(time - before) / amplitude).exp()
+                        Some((before, told, shown)) if amplitude > 0.0 && time > *before => {
+                            let behind = amplitude * (predicted[i] - told) / (time - before);
+                            predicted[i] - behind + (shown - told + behind) * (-(time - before) / amplitude).exp()
                         }
                         _ => predicted[i],
                     };
-                    last.insert(&row.test, (time, shown));
+                    last.insert(&row.test, (time, predicted[i], shown));
                     found[i] = shown;
                 }
             }

@@ -1,7 +1,7 @@
 //! From probabilities to an answer: consistent, explained, something else, or cannot tell.
 
 use super::probability::Posterior;
-use super::{Explanation, Misfit, SET_95};
+use super::{Explanation, Misfit, Part, SET_95};
 use crate::identify::chi_square_tail;
 
 /// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
@@ -40,7 +40,7 @@ impl Verdict {
 /// How far up the ladder an answer is certain: what is said, and its probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// `law`, `kind`, `place`, `region` or `nothing`.
+    /// `law`, `kind`, `one` (of two causes, with its kind), `place`, `region` or `nothing`.
     pub name: &'static str,
     /// What is certain on that level.
     pub what: String,
@@ -79,32 +79,46 @@ pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanatio
     (verdict, level, set)
 }
 
-/// Names of an explanation at a depth: law, kind, place.
-fn name(e: &Explanation, depth: &str) -> String {
-    let mut parts: Vec<String> = e
-        .parts
-        .iter()
-        .map(|p| {
-            let h = &p.hypothesis;
-            match depth {
-                "law" => format!("{} at {}, {}", h.kind, h.place, h.law.words()),
-                "kind" => format!("{} at {}", h.kind, h.place),
-                _ => h.place.clone(),
-            }
-        })
-        .collect();
-    parts.sort();
-    parts.join("; ")
+/// Names of an explanation's parts at a depth: law, kind, place.
+fn names(e: &Explanation, depth: &str) -> Vec<String> {
+    let name = |p: &Part| {
+        let h = &p.hypothesis;
+        match depth {
+            "law" => format!("{} at {}, {}", h.kind, h.place, h.law.words()),
+            "kind" => format!("{} at {}", h.kind, h.place),
+            _ => h.place.clone(),
+        }
+    };
+    let mut names: Vec<String> = e.parts.iter().map(name).collect();
+    names.sort();
+    names
 }
 
+/// What is certain of the best explanation. What counts is the probability that its causes act, alone or with others.
 fn ladder(explanations: &[Explanation]) -> Level {
-    for depth in ["law", "kind", "place"] {
-        let Some(best) = explanations.first() else { break };
-        let what = name(best, depth);
-        let probability: f64 = explanations.iter().filter(|e| name(e, depth) == what).map(|e| e.probability).sum();
+    let Some(best) = explanations.first() else { return region(explanations, CERTAIN) };
+    let acting = |what: &[String], depth: &str| -> f64 {
+        let has_all = |e: &&Explanation| what.iter().all(|w| names(e, depth).contains(w));
+        explanations.iter().filter(has_all).map(|e| e.probability).sum()
+    };
+    for depth in ["law", "kind"] {
+        let what = names(best, depth);
+        let probability = acting(&what, depth);
         if probability >= CERTAIN {
-            return Level { name: depth, what, probability };
+            return Level { name: depth, what: what.join("; "), probability };
         }
+    }
+    // One of two.
+    for what in names(best, "kind") {
+        let probability = acting(std::slice::from_ref(&what), "kind");
+        if best.parts.len() > 1 && probability >= CERTAIN {
+            return Level { name: "one", what, probability };
+        }
+    }
+    let what = names(best, "place");
+    let probability = acting(&what, "place");
+    if probability >= CERTAIN {
+        return Level { name: "place", what: what.join("; "), probability };
     }
     region(explanations, CERTAIN)
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::Problem;
 use super::catalogue::{Hypothesis, hypotheses};
 use super::probability::{self, Candidate, Posterior};
-use super::refine::{Bench, Extended, Fitted, fit};
+use super::refine::{Bench, Extended, Fitted, Used, fit};
 use super::screen::Screened;
 use super::signature::signatures;
 use super::view::{View, rescreened, screened};
@@ -23,6 +23,8 @@ const LEFT: f64 = 0.05;
 /// Causes beside which a second one is looked for, and how many of each are fitted.
 const FIRSTS: usize = 2;
 const SECONDS: usize = 3;
+/// Turns of fitting what leads unfitted.
+const MOST_TURNS: usize = 3;
 /// How often covariance and mesh are taken anew about the best explanation.
 const ROUNDS: usize = 2;
 
@@ -69,7 +71,7 @@ impl Finals<'_> {
         let mut now = Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), mesh: self.base.mesh.clone() };
         let mut about: Vec<usize> = Vec::new();
         let mut view = self.base.clone();
-        now.fitted = self.solve(&self.first(&now), &now.fitted, &view);
+        now.fitted = self.solve(&leading(&now.posterior, &now.screened, FINALISTS), &now.fitted, &view);
         self.weigh(&mut now);
         for round in 0..ROUNDS {
             let Some(best) = self.best(&now).filter(|best| best.0 != about) else { break };
@@ -82,11 +84,12 @@ impl Finals<'_> {
                 now.screened = rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue);
                 now.mesh.clone_from(&view.mesh);
                 now.posterior = probability::posterior(&now.screened, self.prior);
-                let mut chosen = self.first(&now);
+                let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
                 chosen.extend(self.again(&now, &chosen));
                 now.fitted = self.solve(&chosen, &now.fitted, &view);
                 self.weigh(&mut now);
             }
+            self.settle(&mut now, &view);
             if round == 0 && self.leaves_much(&now) {
                 progress("looking for a second cause beside the best ones");
                 let pairs = self.seconds(&now, &view)?;
@@ -95,9 +98,24 @@ impl Finals<'_> {
                 now.posterior.candidates.extend(pairs.into_iter().filter(|c| more.iter().any(|(m, _)| *m == c.members)));
                 now.fitted.extend(more);
                 self.weigh(&mut now);
+                self.settle(&mut now, &view);
             }
         }
         Ok(now)
+    }
+
+    /// Fits what slopes put ahead of all that is fitted, until what leads is fitted.
+    fn settle(&self, now: &mut Outcome, view: &View) {
+        for _ in 0..MOST_TURNS {
+            let is_open = |c: &&Candidate| c.probability > LEAST && !now.fitted.iter().any(|(m, _)| *m == c.members);
+            let open: Vec<Candidate> = now.posterior.candidates.iter().take(FINALISTS).filter(is_open).cloned().collect();
+            let more = self.solve(&open, &[], view);
+            if more.is_empty() {
+                break;
+            }
+            now.fitted.extend(more);
+            self.weigh(now);
+        }
     }
 
     fn of(&self, j: usize) -> &Hypothesis {
@@ -115,27 +133,6 @@ impl Finals<'_> {
         chi_square_tail(least, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
     }
 
-    /// Candidates worth a fit. Slopes serve only near the machine as it is: where even the best leaves more than noise,
-    /// differences of evidence count for as much less.
-    fn first(&self, now: &Outcome) -> Vec<Candidate> {
-        let candidates = &now.posterior.candidates;
-        let Some(best) = candidates.first() else { return Vec::new() };
-        let left = (now.screened.misfit() - best.gain) / self.base.readings.len() as f64;
-        let share = 1.0 / left.max(1.0);
-        let is_probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
-        let mut chosen: Vec<Candidate> = candidates.iter().filter(is_probable).take(FINALISTS).cloned().collect();
-        // Two must be held against the stronger one alone, which slopes put far behind where its effect bends.
-        for pair in chosen.clone().iter().filter(|c| c.members.len() > 1) {
-            let alone = candidates.iter().filter(|c| c.members.len() == 1 && pair.members.contains(&c.members[0]));
-            if let Some(single) = alone.max_by(|a, b| a.gain.total_cmp(&b.gain))
-                && !chosen.iter().any(|c| c.members == single.members)
-            {
-                chosen.push(single.clone());
-            }
-        }
-        chosen
-    }
-
     /// Those fitted before that are not chosen yet and still in the posterior, the better half of them.
     fn again(&self, now: &Outcome, chosen: &[Candidate]) -> Vec<Candidate> {
         let mut before: Vec<&Entry> = now.fitted.iter().filter(|(m, _)| !chosen.iter().any(|c| c.members == *m)).collect();
@@ -146,13 +143,14 @@ impl Finals<'_> {
 
     /// Fits, from amplitudes found before where there are any.
     fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &View) -> Vec<Entry> {
+        let all: Vec<usize> = (0..view.readings.len()).collect();
         let attempt = |c: &Candidate| -> Option<Entry> {
             let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
             let guess: Vec<f64> = match before.iter().find(|(m, _)| *m == c.members) {
                 Some((_, f)) => f.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            fit(self.bench, &members, &guess, &view.readings, &view.whitener).ok().map(|f| (c.members.clone(), f))
+            fit(self.bench, &members, &guess, Used { which: &all, readings: &view.readings, whitener: &view.whitener }).ok().map(|f| (c.members.clone(), f))
         };
         candidates.par_iter().filter_map(attempt).collect()
     }
@@ -209,12 +207,18 @@ impl Finals<'_> {
         let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
         let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
         let pair = |i: usize| -> Option<Candidate> {
-            let ([moved, other], gain) = second.pair(own, i);
-            // With the first one's amplitude free.
-            let share = second.gram[(own, i)] / second.gram[(own, own)];
+            // With the first one's amplitude free, where it has one.
+            let share = if h.is_fixed() { 0.0 } else { second.gram[(own, i)] / second.gram[(own, own)] };
+            let ([moved, other], gain) = if h.is_fixed() {
+                let (other, gain) = second.single(i);
+                ([0.0, other], gain)
+            } else {
+                second.pair(own, i)
+            };
             let g = second.gram[(i, i)] - share * second.gram[(own, i)];
             let b = second.along[i] - share * second.along[own];
-            let weight = 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() + self.prior[position[i]].ln();
+            let evidence = if second.fixed[i] { b - 0.5 * g } else { 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() };
+            let weight = evidence + self.prior[position[i]].ln();
             let mut both = [(first, fitted.amplitudes[0] / h.scale + moved), (position[i], other)];
             both.sort_by_key(|(j, _)| *j);
             (gain > 0.0).then(|| Candidate {
@@ -230,4 +234,25 @@ impl Finals<'_> {
         pairs.truncate(SECONDS);
         Ok(pairs)
     }
+}
+
+/// Candidates worth a fit, at most `most`. Slopes serve only near the machine as it is: where even the best leaves more than
+/// noise, differences of evidence count for as much less.
+pub fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<Candidate> {
+    let candidates = &posterior.candidates;
+    let Some(best) = candidates.first() else { return Vec::new() };
+    let left = (screened.misfit() - best.gain) / screened.residual.len() as f64;
+    let share = 1.0 / left.max(1.0);
+    let is_probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
+    let mut chosen: Vec<Candidate> = candidates.iter().filter(is_probable).take(most).cloned().collect();
+    // Two must be held against the stronger one alone, which slopes put far behind where its effect bends.
+    for pair in chosen.clone().iter().filter(|c| c.members.len() > 1) {
+        let alone = candidates.iter().filter(|c| c.members.len() == 1 && pair.members.contains(&c.members[0]));
+        if let Some(single) = alone.max_by(|a, b| a.gain.total_cmp(&b.gain))
+            && !chosen.iter().any(|c| c.members == single.members)
+        {
+            chosen.push(single.clone());
+        }
+    }
+    chosen
 }

@@ -1,17 +1,20 @@
 //! What the diagnosis gains on conditions that its selection never saw.
 
+use rayon::prelude::*;
+
 use super::catalogue::Hypothesis;
-use super::probability;
-use super::refine::Fitted;
-use super::screen::Screened;
-use super::signature::Signatures;
+use super::finalists::leading;
+use super::probability::{self, Candidate};
+use super::refine::{Bench, Used, fit};
 use super::view::{View, screened};
 use super::{Problem, decide, misfit};
 use crate::measure::whiten;
 use crate::random::Random;
 
 /// Most parts the conditions are cut into.
-const FOLDS: usize = 8;
+const FOLDS: usize = 5;
+/// Causes that are fitted in each.
+const FITTED: usize = 1;
 /// Resampled sets of conditions for the interval.
 const RESAMPLED: usize = 2000;
 
@@ -34,14 +37,7 @@ pub struct Gain {
 
 /// Cuts the conditions into folds; in each, everything from the screen to the amplitude is done again without it. With
 /// fewer than three conditions there is no such figure.
-pub fn gain(
-    problem: &Problem,
-    catalogue: &[Hypothesis],
-    base: &View,
-    fitted: &[(Vec<usize>, Fitted)],
-    whole: &Screened,
-    is_wrong: bool,
-) -> Option<Gain> {
+pub fn gain(problem: &Problem, bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, is_extended: bool) -> Option<Gain> {
     let (data, found, errors) = (&problem.data, &base.found, &base.errors);
     let places = whiten::places(data);
     let key = |r: usize| if data.is_transient() { data.rows[r].test.clone() } else { format!("{}#{r}", data.rows[r].test) };
@@ -61,31 +57,10 @@ pub fn gain(
     let mut sums = vec![(0.0, 0.0, 0.0); conditions.len()];
     for fold in 0..folds {
         let (kept, out): (Vec<usize>, Vec<usize>) = (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
-        let pick = |v: &Vec<f64>, which: &[usize]| which.iter().map(|i| v[*i]).collect::<Vec<f64>>();
-        let columns: Vec<Vec<f64>> = found.columns.iter().map(|c| pick(c, &kept)).collect();
-        let part = screened(&pick(&found.residual, &kept), &columns, &errors.whitener(&kept), catalogue);
-        let mut shift = vec![0.0; out.len()];
-        // Where all data together raise no alarm nothing is extended, so nothing is gained or lost.
-        if is_wrong && decide::is_wrong(&misfit(&part, problem.seed.wrapping_add(1 + fold as u64))) {
-            let posterior = probability::posterior(&part, &probability::prior(&part, catalogue));
-            if let Some(best) = posterior.candidates.first().filter(|b| b.probability > posterior.something_else.max(posterior.nothing)) {
-                for (j, amplitude) in best.members.iter().zip(&best.amplitudes) {
-                    let h = part.visible[*j];
-                    let amplitude = amplitude * catalogue[h].scale;
-                    // A cause that was fitted through the solver is followed along its secant, which bends as it does.
-                    let secant = fitted.iter().find(|(m, f)| m.len() == 1 && whole.visible[m[0]] == h && f.amplitudes[0].abs() > 1e-9);
-                    for (s, i) in shift.iter_mut().zip(&out) {
-                        *s += match secant {
-                            Some((_, f)) => {
-                                let slope = (f.values[*i] - found.prediction.values[*i]) / f.amplitudes[0];
-                                amplitude_along(amplitude, found, f, h, &kept) * slope
-                            }
-                            None => amplitude * found.columns[h][*i],
-                        };
-                    }
-                }
-            }
-        }
+        // Where all data together name no cause nothing is extended, so nothing is gained or lost.
+        let seed = problem.seed.wrapping_add(1 + fold as u64);
+        let change = if is_extended { found_without(bench, catalogue, base, &kept, seed) } else { None };
+        let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c[*i])).collect();
         for (s, i) in shift.iter().zip(&out) {
             readings[*i].1 = *s;
             let sum = &mut sums[condition_of[*i]];
@@ -116,13 +91,26 @@ pub fn gain(
     Some(Gain { before, after, interval: (at(0.05), at(0.95)), noise_floor, conditions: names, readings })
 }
 
-/// The amplitude that the kept readings ask for along a secant: by least squares beside the linear one.
-fn amplitude_along(linear: f64, found: &Signatures, fitted: &Fitted, h: usize, kept: &[usize]) -> f64 {
-    let (mut up, mut down) = (0.0, 0.0);
-    for i in kept {
-        let slope = (fitted.values[*i] - found.prediction.values[*i]) / fitted.amplitudes[0];
-        up += slope * linear * found.columns[h][*i];
-        down += slope * slope;
+/// What the cause that the kept readings point to changes in all predictions, K: screened and fitted with these alone.
+/// `None` where they raise no alarm, or point to no cause.
+fn found_without(bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, kept: &[usize], seed: u64) -> Option<Vec<f64>> {
+    let pick = |v: &Vec<f64>| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
+    let whitener = base.errors.whitener(kept);
+    let columns: Vec<Vec<f64>> = base.found.columns.iter().map(pick).collect();
+    let part = screened(&pick(&base.found.residual), &columns, &whitener, catalogue);
+    if !decide::is_wrong(&misfit(&part, seed)) {
+        return None;
     }
-    if down > 0.0 { up / down } else { linear }
+    let prior = probability::prior(&part, catalogue);
+    let posterior = probability::posterior(&part, &prior);
+    let readings = pick(&base.readings);
+    let of = |c: &Candidate| -> Option<(f64, Vec<f64>)> {
+        let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[part.visible[*j]]).collect();
+        let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
+        let fitted = fit(bench, &members, &guess, Used { which: kept, readings: &readings, whitener: &whitener }).ok()?;
+        Some((fitted.evidence + probability::prior_of(&c.members, &prior), fitted.values))
+    };
+    let tried: Vec<(f64, Vec<f64>)> = leading(&posterior, &part, FITTED).par_iter().filter_map(of).collect();
+    let (_, values) = tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    Some(values.iter().zip(&base.found.prediction.values).map(|(a, b)| a - b).collect())
 }

@@ -57,13 +57,15 @@ pub struct Openness {
     pub heats: f64,
     /// Of all emissivities together.
     pub emissivities: f64,
-    /// Of mesh and geometry, K, reading by reading.
+    /// Of each heat capacity.
+    pub capacities: f64,
+    /// Of mesh and geometry, K, reading by reading; in logs it wanders with the time.
     pub model: f64,
 }
 
 impl Default for Openness {
     fn default() -> Self {
-        Self { films: 0.07, heats: 0.02, emissivities: 0.1, model: 0.02 }
+        Self { films: 0.07, heats: 0.02, emissivities: 0.1, capacities: 0.03, model: 0.02 }
     }
 }
 
@@ -247,7 +249,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         None => None,
     };
     progress("gain on conditions kept out");
-    let gain = gain::gain(problem, &catalogue, &base, &fitted, &screened, is_wrong);
+    let gain = gain::gain(problem, &bench, &catalogue, &base, best.is_some());
     let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
         progress("what to measure next");
         advice::next(problem, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>(), &scales)?

@@ -75,18 +75,29 @@ pub fn prior_of(members: &[usize], prior: &[f64]) -> f64 {
 
 /// Logarithm of the evidence of one cause or two over that of nothing, in the linear model.
 pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
+    let (gram, along) = (&screened.gram, &screened.along);
+    let free = |g: f64, b: f64| 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln();
     match *members {
+        [j] if screened.fixed[j] => along[j] - 0.5 * gram[(j, j)],
         [j] => {
-            let (g, b) = (screened.gram[(j, j)], screened.along[j]);
+            let (g, b) = (gram[(j, j)], along[j]);
             let sided = if screened.signed[j] { 0.0 } else { sided(b / (1.0 + g), 1.0 / (1.0 + g).sqrt()) };
-            0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() + sided
+            free(g, b) + sided
         }
         [i, j] => {
-            // ½ bᵀ (G + 1)⁻¹ b - ½ ln det(G + 1)
-            let (a, b, c) = (screened.gram[(i, i)] + 1.0, screened.gram[(i, j)], screened.gram[(j, j)] + 1.0);
-            let determinant = a * c - b * b;
-            let (x, y) = (screened.along[i], screened.along[j]);
-            0.5 * (c * x * x - 2.0 * b * x * y + a * y * y) / determinant - 0.5 * determinant.ln()
+            let (a, b, c) = (gram[(i, i)], gram[(i, j)], gram[(j, j)]);
+            match (screened.fixed[i], screened.fixed[j]) {
+                (true, true) => along[i] + along[j] - b - 0.5 * (a + c),
+                (true, false) => along[i] - 0.5 * a + free(c, along[j] - b),
+                (false, true) => along[j] - 0.5 * c + free(a, along[i] - b),
+                (false, false) => {
+                    // ½ bᵀ (G + 1)⁻¹ b - ½ ln det(G + 1)
+                    let (a, c) = (a + 1.0, c + 1.0);
+                    let determinant = a * c - b * b;
+                    let (x, y) = (along[i], along[j]);
+                    0.5 * (c * x * x - 2.0 * b * x * y + a * y * y) / determinant - 0.5 * determinant.ln()
+                }
+            }
         }
         _ => f64::NEG_INFINITY,
     }

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::catalogue::{Hypothesis, Scales, UserKind};
+use super::signature::TIME_TOLERANCE;
 use crate::error::{Error, Result};
 use crate::identify;
 use crate::measure::{Data, Whitener};
@@ -12,10 +13,16 @@ use crate::simulate::Start;
 /// Steps with the same slopes, and how often slopes are renewed.
 const MOST_STEPS: usize = 3;
 const MOST_RENEWALS: usize = 4;
+/// In logs every step has slopes of its own.
+const MOST_RENEWALS_OF_LOGS: usize = 6;
+/// A step shorter than this share of the standard deviation is none.
+const SMALL: f64 = 0.05;
 /// Slopes are renewed until they moved the fit by less than this share of its standard deviation.
 const RENEWED: f64 = 0.3;
 /// Difference step, as a share of the prior's scale.
 const STEP: f64 = 0.02;
+/// The same to both sides in logs, where a front in the water is known to a part of a station and of a time step only.
+const STEP_OF_LOGS: f64 = 0.25;
 
 /// What is needed to predict with a hypothesis in force.
 #[derive(Debug, Clone, Copy)]
@@ -67,18 +74,27 @@ impl Bench<'_> {
     /// # Errors
     /// The machine file has no words for one of them, or the machine with them cannot be solved.
     pub fn predict(&self, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
-        let mut values = if members.iter().all(|(h, _)| h.is_sensor()) {
-            self.predicted.to_vec()
+        Ok(self.predict_near(members, &[])?.0)
+    }
+
+    /// The same with the temperatures of all nodes, from those of a machine much like it; see [`identify::steady_near`].
+    fn predict_near(&self, members: &[(&Hypothesis, f64)], near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+        let (mut values, fields) = if members.iter().all(|(h, _)| h.is_sensor()) {
+            (self.predicted.to_vec(), Vec::new())
         } else {
             let Some(Extended { study, .. }) = self.extended(members)? else {
                 return Err(Error::input("the machine file has no words for this cause"));
             };
-            identify::values(&study, self.data, self.start)?
+            if self.data.is_transient() {
+                (identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, Vec::new())
+            } else {
+                identify::steady_near(&study, self.data, near)?
+            }
         };
         for (h, amplitude) in members.iter().filter(|(h, _)| h.is_sensor()) {
             values = h.read(self.data, &values, *amplitude);
         }
-        Ok(values)
+        Ok((values, fields))
     }
 }
 
@@ -97,94 +113,166 @@ pub struct Fitted {
     pub evidence: f64,
 }
 
+/// Readings that a fit may use.
+#[derive(Debug, Clone, Copy)]
+pub struct Used<'a> {
+    /// Which, as positions among all readings.
+    pub which: &'a [usize],
+    /// These readings, K.
+    pub readings: &'a [f64],
+    /// What makes their residuals independent.
+    pub whitener: &'a Whitener,
+}
+
+/// A point of a fit.
+struct Point {
+    amplitudes: Vec<f64>,
+    values: Vec<f64>,
+    fields: Vec<Vec<f64>>,
+    residual: Vec<f64>,
+    cost: f64,
+}
+
+/// The fit of one explanation.
+struct Fit<'a> {
+    bench: &'a Bench<'a>,
+    members: &'a [&'a Hypothesis],
+    used: Used<'a>,
+}
+
+impl Fit<'_> {
+    fn at(&self, amplitudes: Vec<f64>, near: &[Vec<f64>]) -> Result<Point> {
+        let members: Vec<(&Hypothesis, f64)> = self.members.iter().copied().zip(amplitudes.iter().copied()).collect();
+        let (values, fields) = self.bench.predict_near(&members, near)?;
+        let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
+        let residual = self.used.whitener.apply(&apart);
+        let cost = square(&residual) + self.prior(&amplitudes);
+        Ok(Point { amplitudes, values, fields, residual, cost })
+    }
+
+    fn prior(&self, amplitudes: &[f64]) -> f64 {
+        amplitudes.iter().zip(self.members).filter(|(_, h)| !h.is_fixed()).map(|(a, h)| (a / h.scale).powi(2)).sum()
+    }
+
+    fn bounded(&self, j: usize, amplitude: f64) -> f64 {
+        let h = self.members[j];
+        if h.is_fixed() {
+            return 1.0;
+        }
+        let most = if h.unit.starts_with("ln") { 4.0 } else { 50.0 * h.scale };
+        amplitude.clamp(if h.is_signed { -most } else { 0.0 }, most)
+    }
+
+    /// Whitened slopes with respect to every amplitude, one column each; none where an amplitude is not free.
+    fn slopes(&self, here: &Point) -> Result<DMatrix<f64>> {
+        let is_log = self.bench.data.is_transient();
+        let mut jacobian = DMatrix::zeros(here.residual.len(), self.members.len());
+        for (j, h) in self.members.iter().enumerate().filter(|(_, h)| !h.is_fixed()) {
+            let step = if is_log { STEP_OF_LOGS } else { STEP } * h.scale;
+            let moved = |by: f64| -> Result<(Option<Point>, f64)> {
+                let mut to = here.amplitudes.clone();
+                to[j] = self.bounded(j, to[j] + by);
+                let by = to[j] - here.amplitudes[j];
+                Ok((if by == 0.0 { None } else { Some(self.at(to, &here.fields)?) }, by))
+            };
+            let (above, up) = moved(step)?;
+            // Fronts bend: to both sides.
+            let (below, down) = if is_log { moved(-step)? } else { (None, 0.0) };
+            let (Some(above), true) = (above, up > down) else { continue };
+            let below = below.as_ref().map_or(&here.residual, |p| &p.residual);
+            let column = below.iter().zip(&above.residual).map(|(b, a)| (b - a) / (up - down));
+            jacobian.set_column(j, &DVector::from_iterator(here.residual.len(), column));
+        }
+        Ok(jacobian)
+    }
+
+    /// Curvature with priors: its inverse is the covariance.
+    fn covariance(&self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut matrix = jacobian.transpose() * jacobian;
+        for (j, h) in self.members.iter().enumerate() {
+            matrix[(j, j)] += if h.is_fixed() { 1.0 } else { 1.0 / (h.scale * h.scale) };
+        }
+        let k = matrix.nrows();
+        matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k))
+    }
+
+    /// One step of Gauss and Newton's method, shortened until it leads down; `None` where none does or it is too small.
+    fn step(&self, here: &Point, jacobian: &DMatrix<f64>, covariance: &DMatrix<f64>) -> Option<Point> {
+        let mut right = jacobian.transpose() * DVector::from_vec(here.residual.clone());
+        for (j, h) in self.members.iter().enumerate() {
+            right[j] = if h.is_fixed() { 0.0 } else { right[j] - here.amplitudes[j] / (h.scale * h.scale) };
+        }
+        let step = covariance * right;
+        if step.iter().enumerate().all(|(j, s)| s.abs() < SMALL * covariance[(j, j)].sqrt()) {
+            return None;
+        }
+        let mut share = 1.0;
+        for _ in 0..3 {
+            let to: Vec<f64> = (0..step.len()).map(|j| self.bounded(j, here.amplitudes[j] + share * step[j])).collect();
+            if to == here.amplitudes {
+                return None;
+            }
+            if let Ok(there) = self.at(to, &here.fields)
+                && there.cost <= here.cost
+            {
+                return Some(there);
+            }
+            share *= 0.4;
+        }
+        None
+    }
+
+    /// Where to begin: the guess, nearer to nothing where the machine cannot be solved with it.
+    fn begin(&self, guess: &[f64]) -> Result<Point> {
+        let mut at: Vec<f64> = guess.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect();
+        let mut here = self.at(at.clone(), &[]);
+        for _ in 0..4 {
+            if here.is_ok() {
+                break;
+            }
+            at.iter_mut().for_each(|a| *a *= 0.5);
+            here = self.at(at.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect(), &[]);
+        }
+        let here = here?;
+        if !self.bench.data.is_transient() {
+            return Ok(here);
+        }
+        // A front that is off by more than its width gives a slope that leads nowhere: the prior's scale may lie nearer.
+        let sided = |(j, a): (usize, &f64)| self.bounded(j, if *a < 0.0 { -self.members[j].scale } else { self.members[j].scale });
+        let far = self.at(here.amplitudes.iter().enumerate().map(sided).collect(), &[]);
+        Ok(far.ok().filter(|far| far.cost < here.cost).unwrap_or(here))
+    }
+}
+
 /// Fits amplitudes by Gauss and Newton's method from a first guess.
 ///
 /// # Errors
 /// As [`Bench::predict`].
-pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], readings: &[f64], whitener: &Whitener) -> Result<Fitted> {
-    let k = members.len();
-    let at = |a: &[f64]| -> Result<Vec<f64>> { bench.predict(&members.iter().copied().zip(a.iter().copied()).collect::<Vec<_>>()) };
-    let whiten = |values: &[f64]| -> Vec<f64> { whitener.apply(&readings.iter().zip(values).map(|(r, v)| r - v).collect::<Vec<_>>()) };
-    let prior = |a: &[f64]| -> f64 { a.iter().zip(members).map(|(a, h)| (a / h.scale).powi(2)).sum() };
-    let bounded = |a: f64, h: &Hypothesis| {
-        let most = if h.unit.starts_with("ln") { 4.0 } else { 50.0 * h.scale };
-        a.clamp(if h.is_signed { -most } else { 0.0 }, most)
-    };
-    let mut here: Vec<f64> = guess.iter().zip(members).map(|(a, h)| bounded(*a, h)).collect();
-    // A first guess from a slope may lie where the machine cannot be solved.
-    let mut values = at(&here);
-    for _ in 0..4 {
-        if values.is_ok() {
-            break;
-        }
-        here.iter_mut().for_each(|a| *a *= 0.5);
-        values = at(&here);
-    }
-    let mut values = values?;
-    let mut residual = whiten(&values);
-    let square = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>();
-    let mut covariance = DMatrix::identity(k, k);
-    for _ in 0..MOST_RENEWALS {
-        let jacobian = slopes(&at, members, &here, &values, whitener)?;
-        let mut matrix = jacobian.transpose() * &jacobian;
-        members.iter().enumerate().for_each(|(j, h)| matrix[(j, j)] += 1.0 / (h.scale * h.scale));
-        covariance = matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k));
-        let begun = here.clone();
-        for _ in 0..MOST_STEPS {
-            let mut right = jacobian.transpose() * DVector::from_vec(residual.clone());
-            members.iter().enumerate().for_each(|(j, h)| right[j] -= here[j] / (h.scale * h.scale));
-            let step = &covariance * right;
-            if (0..k).all(|j| step[j].abs() < 0.05 * covariance[(j, j)].sqrt()) {
-                break;
-            }
-            let before = square(&residual) + prior(&here);
-            let mut share = 1.0;
-            let mut moved = false;
-            for _ in 0..3 {
-                let to: Vec<f64> = (0..k).map(|j| bounded(here[j] + share * step[j], members[j])).collect();
-                if to == here {
-                    break;
-                }
-                if let Ok(found) = at(&to) {
-                    let left = whiten(&found);
-                    if square(&left) + prior(&to) <= before {
-                        (here, values, residual) = (to, found, left);
-                        moved = true;
-                        break;
-                    }
-                }
-                share *= 0.4;
-            }
-            if !moved {
-                break;
-            }
+pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], used: Used<'_>) -> Result<Fitted> {
+    let fit = Fit { bench, members, used };
+    let mut here = fit.begin(guess)?;
+    let (renewals, steps) = if bench.data.is_transient() { (MOST_RENEWALS_OF_LOGS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
+    let mut covariance = DMatrix::identity(members.len(), members.len());
+    for _ in 0..renewals {
+        let jacobian = fit.slopes(&here)?;
+        covariance = fit.covariance(&jacobian);
+        let begun = here.amplitudes.clone();
+        for _ in 0..steps {
+            let Some(there) = fit.step(&here, &jacobian, &covariance) else { break };
+            here = there;
         }
         // Slopes, and with them the interval, are those of where the fit ended.
-        if (0..k).all(|j| (here[j] - begun[j]).abs() < RENEWED * covariance[(j, j)].sqrt()) {
+        if begun.iter().enumerate().all(|(j, b)| (here.amplitudes[j] - b).abs() < RENEWED * covariance[(j, j)].sqrt()) {
             break;
         }
     }
-    let misfit = square(&residual);
-    let scale: f64 = members.iter().map(|h| h.scale.ln()).sum();
-    let evidence = -0.5 * misfit - 0.5 * prior(&here) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
-    Ok(Fitted { deviations: (0..k).map(|j| covariance[(j, j)].max(0.0).sqrt()).collect(), amplitudes: here, misfit, values, evidence })
+    let misfit = square(&here.residual);
+    let scale: f64 = members.iter().filter(|h| !h.is_fixed()).map(|h| h.scale.ln()).sum();
+    let evidence = -0.5 * misfit - 0.5 * fit.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
+    let deviation = |j: usize| if members[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
+    Ok(Fitted { deviations: (0..members.len()).map(deviation).collect(), amplitudes: here.amplitudes, misfit, values: here.values, evidence })
 }
 
-/// Whitened slopes of the predictions with respect to every amplitude, one column each.
-fn slopes(
-    at: &dyn Fn(&[f64]) -> Result<Vec<f64>>,
-    members: &[&Hypothesis],
-    here: &[f64],
-    values: &[f64],
-    whitener: &Whitener,
-) -> Result<DMatrix<f64>> {
-    let mut jacobian = DMatrix::zeros(values.len(), members.len());
-    for (j, h) in members.iter().enumerate() {
-        let step = STEP * h.scale;
-        let mut moved = here.to_vec();
-        moved[j] += step;
-        let column: Vec<f64> = at(&moved)?.iter().zip(values).map(|(a, b)| (a - b) / step).collect();
-        jacobian.set_column(j, &DVector::from_vec(whitener.apply(&column)));
-    }
-    Ok(jacobian)
+fn square(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum()
 }

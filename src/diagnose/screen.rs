@@ -25,23 +25,26 @@ pub struct Screened {
     pub gram: DMatrix<f64>,
     /// Whether a negative amplitude means something.
     pub signed: Vec<bool>,
+    /// Whether there is no amplitude: it is so or not.
+    pub fixed: Vec<bool>,
 }
 
 impl Screened {
     /// From whitened vectors; `columns` are all hypotheses', scaled to their prior.
-    pub fn new(residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool]) -> Self {
+    pub fn new(residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool], fixed: &[bool]) -> Self {
         let length = |c: &Vec<f64>| c.iter().map(|v| v * v).sum::<f64>().sqrt();
         let is_visible = |h: &usize| length(&columns[*h]) > FAINT && columns[*h].iter().all(|v| v.is_finite());
-        Self::of((0..columns.len()).filter(is_visible).collect(), residual, columns, signed)
+        Self::of((0..columns.len()).filter(is_visible).collect(), residual, columns, signed, fixed)
     }
 
     /// Of these hypotheses alone.
-    pub fn of(visible: Vec<usize>, residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool]) -> Self {
+    pub fn of(visible: Vec<usize>, residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool], fixed: &[bool]) -> Self {
         let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| columns[visible[j]][i]);
         let gram = matrix.transpose() * &matrix;
         let along = (0..visible.len()).map(|j| matrix.column(j).iter().zip(&residual).map(|(s, r)| s * r).sum()).collect();
         let signed = visible.iter().map(|h| signed[*h]).collect();
-        Self { residual, visible, columns: matrix, along, gram, signed }
+        let fixed = visible.iter().map(|h| fixed[*h]).collect();
+        Self { residual, visible, columns: matrix, along, gram, signed, fixed }
     }
 
     /// Whitened misfit of the machine as it is.
@@ -49,33 +52,51 @@ impl Screened {
         self.residual.iter().map(|r| r * r).sum()
     }
 
-    /// Best amplitude of a hypothesis (in its prior's scale) and the misfit it takes away.
+    /// Best amplitude of a hypothesis (in its prior's scale) and the misfit it takes away, never less than nothing.
     pub fn single(&self, j: usize) -> (f64, f64) {
-        let a = self.along[j] / self.gram[(j, j)];
-        if a < 0.0 && !self.signed[j] { (0.0, 0.0) } else { (a, a * self.along[j]) }
+        let (g, b) = (self.gram[(j, j)], self.along[j]);
+        if self.fixed[j] {
+            return (1.0, (2.0 * b - g).max(0.0));
+        }
+        let a = b / g;
+        if a < 0.0 && !self.signed[j] { (0.0, 0.0) } else { (a, a * b) }
     }
 
     /// The same of two together.
     pub fn pair(&self, i: usize, j: usize) -> ([f64; 2], f64) {
         let (a, b, c) = (self.gram[(i, i)], self.gram[(i, j)], self.gram[(j, j)]);
-        let determinant = a * c - b * b;
-        if determinant < 1e-6 * a * c {
-            return ([0.0; 2], 0.0);
-        }
-        let x = (c * self.along[i] - b * self.along[j]) / determinant;
-        let y = (a * self.along[j] - b * self.along[i]) / determinant;
-        if (x < 0.0 && !self.signed[i]) || (y < 0.0 && !self.signed[j]) {
-            return ([0.0; 2], 0.0);
-        }
-        ([x, y], x * self.along[i] + y * self.along[j])
+        let ([x, y], gain) = match (self.fixed[i], self.fixed[j]) {
+            (false, false) => {
+                let determinant = a * c - b * b;
+                if determinant < 1e-6 * a * c {
+                    return ([0.0; 2], 0.0);
+                }
+                let x = (c * self.along[i] - b * self.along[j]) / determinant;
+                let y = (a * self.along[j] - b * self.along[i]) / determinant;
+                ([x, y], x * self.along[i] + y * self.along[j])
+            }
+            (true, true) => ([1.0, 1.0], 2.0 * (self.along[i] + self.along[j] - b) - a - c),
+            (true, false) => {
+                let left = self.along[j] - b;
+                ([1.0, left / c], 2.0 * self.along[i] - a + left * left / c)
+            }
+            (false, true) => {
+                let left = self.along[i] - b;
+                ([left / a, 1.0], 2.0 * self.along[j] - c + left * left / a)
+            }
+        };
+        if (x < 0.0 && !self.signed[i]) || (y < 0.0 && !self.signed[j]) { ([0.0; 2], 0.0) } else { ([x, y], gain.max(0.0)) }
     }
 
     /// Standard deviations of the amplitudes of one or two together, in their priors' scale, priors included.
     pub fn deviations(&self, members: &[usize]) -> Vec<f64> {
         let at = |i: usize, j: usize| self.gram[(members[i], members[j])] + f64::from(u8::from(i == j));
-        DMatrix::from_fn(members.len(), members.len(), at)
-            .try_inverse()
-            .map_or(vec![1.0; members.len()], |inverse| inverse.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect())
+        let free: Vec<usize> = (0..members.len()).filter(|i| !self.fixed[members[*i]]).collect();
+        let mut found = vec![0.0; members.len()];
+        if let Some(inverse) = DMatrix::from_fn(free.len(), free.len(), |i, j| at(free[i], free[j])).try_inverse() {
+            free.iter().enumerate().for_each(|(i, k)| found[*k] = inverse[(i, i)].max(0.0).sqrt());
+        }
+        found
     }
 
     /// Probability that pure noise lets some hypothesis take away as much misfit as the best one does.
@@ -88,6 +109,9 @@ impl Screened {
             let noise: Vec<f64> = (0..n).map(|_| random.normal()).collect();
             (0..self.visible.len()).any(|j| {
                 let along: f64 = self.columns.column(j).iter().zip(&noise).map(|(c, z)| c * z).sum::<f64>() / unit[j];
+                if self.fixed[j] {
+                    return 2.0 * along * unit[j] - unit[j] * unit[j] >= best;
+                }
                 (along > 0.0 || self.signed[j]) && along * along >= best
             })
         };

@@ -13,8 +13,14 @@ use crate::network::Network;
 use crate::sensitivity::{Adjoint, Derivatives, Effect, Screen, Study, Target};
 use crate::simulate::Start;
 
-/// Amplitudes of differences, as a share of the prior's scale.
-const STEP: f64 = 0.05;
+/// Amplitudes of differences of logs, as a share of the prior's scale: what acts one way only, or moves a front, is followed
+/// along a secant about as long as it is likely to be; the rest along a slope.
+const SECANT: f64 = 0.5;
+const STEP: f64 = 0.1;
+/// Error allowed in each time step of a log, K, well below what every model leaves open.
+pub const TIME_TOLERANCE: f64 = 0.01;
+/// What changes no reading by more than this many of them, for an amplitude of the prior's scale, is the solver's own error.
+const VISIBLE: f64 = 3.0;
 
 /// The machine as it is beside the data, and the slope of every hypothesis.
 #[derive(Debug, Clone)]
@@ -41,24 +47,37 @@ pub fn signatures(
     user: &[UserKind],
 ) -> Result<Signatures> {
     let prediction = if data.is_transient() {
-        identify::predict(study, data, uncertain, start)?
+        identify::predict_within(study, data, uncertain, start, TIME_TOLERANCE)?
     } else {
         return steady(study, data, uncertain, hypotheses, scales, user);
     };
-    let column = |h: &Hypothesis| -> Vec<f64> {
-        let step = STEP * h.scale;
+    let residual = difference(&whiten::readings(data), &prediction.values);
+    let none = || vec![0.0; residual.len()];
+    let along = |h: &Hypothesis, step: f64| -> Vec<f64> {
         let moved = match h.sets(study, scales, user, step) {
             Ok(Some(sets)) if sets.is_empty() => Ok(prediction.values.clone()),
-            Ok(Some(sets)) => study.edited(&sets).and_then(|study| identify::values(&study, data, start)),
-            _ => return vec![0.0; prediction.values.len()],
+            Ok(Some(sets)) => study.edited(&sets).and_then(|study| identify::values_within(&study, data, start, TIME_TOLERANCE)),
+            _ => return none(),
         };
-        match moved {
-            Ok(values) => h.read(data, &values, step).iter().zip(&prediction.values).map(|(a, b)| (a - b) / step).collect(),
-            Err(_) => vec![0.0; prediction.values.len()],
+        let Ok(values) = moved else { return none() };
+        let column: Vec<f64> = h.read(data, &values, step).iter().zip(&prediction.values).map(|(a, b)| (a - b) / step).collect();
+        let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * TIME_TOLERANCE);
+        if shows { column } else { none() }
+    };
+    let column = |h: &Hypothesis| -> Vec<f64> {
+        if !matches!(h.act, Act::Capacity(_)) {
+            return along(h, h.scale * if h.is_signed { STEP } else { SECANT });
         }
+        // More and less bend differently: the secant of the sign that the readings ask for.
+        let explains = |column: &Vec<f64>, sign: f64| -> f64 {
+            let (dot, square) = column.iter().zip(&residual).fold((0.0, 0.0), |(d, s), (c, r)| (d + c * r, s + c * c));
+            if square > 0.0 { (sign * dot).max(0.0).powi(2) / square } else { 0.0 }
+        };
+        let (more, less) = (along(h, SECANT * h.scale), along(h, -SECANT * h.scale));
+        if explains(&less, -1.0) > explains(&more, 1.0) { less } else { more }
     };
     let columns = hypotheses.par_iter().map(column).collect();
-    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, columns })
+    Ok(Signatures { residual, prediction, columns })
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
@@ -215,6 +234,25 @@ fn effect(
             }
         }
         Act::Emissivity(g) => screen.emissivity(screen.surfaces_of(g)),
+        Act::Boundary(b) => screen.boundary(b as u32),
+        Act::Loss(_) => {
+            // The file's own words say which faces are open.
+            let h = Hypothesis {
+                kind: "",
+                place: String::new(),
+                parts: Vec::new(),
+                law: super::Law::Constant,
+                act,
+                scale: 1.0,
+                is_signed: false,
+                unit: "",
+            };
+            let sets = h.sets(study, &Scales::default(), &[], 1.0).ok()??;
+            let edited = study.edited(&sets).ok()?;
+            let law = (edited.model.machine.boundaries.len() - 1) as u32;
+            let open = edited.model.network.surfaces.iter().filter(|s| s.law == law);
+            Effect { rows: open.map(|s| (s.node, s.area * (temperatures[s.node as usize] - load.chamber))).collect(), inlets: Vec::new() }
+        }
         Act::Gas => screen.film(
             (0..network.surfaces.len()).filter(|s| network.surfaces[*s].gas_area > 0.0 || network.surfaces[*s].emissive > 0.0),
             load.chamber,

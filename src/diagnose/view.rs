@@ -4,13 +4,13 @@ use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::catalogue::{Act, Hypothesis, Law, Scales, hypotheses};
+use super::catalogue::{Act, Hypothesis, Law, Scales, capacity, hypotheses};
 use super::screen::Screened;
 use super::signature::{Signatures, signatures};
 use super::{Openness, Problem};
 use crate::error::Result;
 use crate::identify::{self, Prediction};
-use crate::measure::{Whitener, whiten};
+use crate::measure::{Whitener, wander, whiten};
 use crate::sensitivity::{Parameter, Study};
 
 /// Cells of the finer mesh that predictions are corrected with, over those of the model.
@@ -43,7 +43,7 @@ impl View {
         let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
         let mesh = mesh_correction(problem, study, &found.prediction.values)?;
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
-        let mut errors = Errors::new(problem, &found.prediction, catalogue, &found.columns);
+        let mut errors = Errors::new(problem, study, &found.prediction, catalogue, &found.columns);
         errors.common.push(mesh.iter().map(|m| MESH * m).collect());
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
@@ -57,7 +57,8 @@ impl View {
     pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
         let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind, h.place.as_str())).collect();
         let mut common = hypotheses(study, &problem.data, &problem.user);
-        common.retain(|h| openness_of(h, &problem.openness).is_some() && own.contains(&(h.kind, h.place.as_str())));
+        let is_open = |h: &Hypothesis| openness_of(h, &problem.openness).is_some() || matches!(h.act, Act::Capacity(_));
+        common.retain(|h| is_open(h) && own.contains(&(h.kind, h.place.as_str())));
         Self::of(problem, study, &common, scales)
     }
 
@@ -69,12 +70,12 @@ impl View {
 
 /// Whitened residual beside whitened signatures.
 pub fn screened(residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
-    Screened::new(whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue))
+    Screened::new(whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue), &fixed(catalogue))
 }
 
 /// The same of given hypotheses alone.
 pub fn rescreened(visible: &[usize], residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
-    Screened::of(visible.to_vec(), whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue))
+    Screened::of(visible.to_vec(), whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue), &fixed(catalogue))
 }
 
 fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Vec<Vec<f64>> {
@@ -84,6 +85,10 @@ fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -
 
 fn signed(catalogue: &[Hypothesis]) -> Vec<bool> {
     catalogue.iter().map(|h| h.is_signed).collect()
+}
+
+fn fixed(catalogue: &[Hypothesis]) -> Vec<bool> {
+    catalogue.iter().map(Hypothesis::is_fixed).collect()
 }
 
 /// What a mesh of more cells changes in every prediction, K; nothing for logs, whose runs take long.
@@ -116,9 +121,14 @@ pub struct Errors {
 }
 
 impl Errors {
-    fn new(problem: &Problem, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> Self {
-        let deviation = whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect();
+    fn new(problem: &Problem, study: &Study, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> Self {
+        let deviation = if problem.data.is_transient() {
+            whiten::noise(&problem.data, &problem.uncertainty)
+        } else {
+            whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect()
+        };
         let mut common = whiten::common_errors(&problem.data, &problem.uncertainty, &prediction.conditions);
+        common.extend(wander::errors(&problem.data, &problem.uncertainty, problem.openness.model, &prediction.values));
         for (k, (_, spread)) in problem.uncertain.iter().enumerate() {
             common.push(prediction.slopes.iter().map(|row| row[k] * spread).collect());
         }
@@ -128,6 +138,12 @@ impl Errors {
             factors[factor].iter_mut().zip(column).for_each(|(s, c)| *s += spread * c);
         }
         common.extend(factors);
+        // Films follow one correlation; what parts store does not: each has its own shape and material.
+        for (h, column) in catalogue.iter().zip(columns) {
+            let Act::Capacity(g) = h.act else { continue };
+            let spread = problem.openness.capacities * capacity(&study.model.network, g);
+            common.push(column.iter().map(|c| spread * c).collect());
+        }
         Self { deviation, common }
     }
 

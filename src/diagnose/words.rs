@@ -55,11 +55,16 @@ pub fn sentence(part: &Part) -> String {
         Act::Radiate(..) => {
             format!("{} see each other, which the model lacks: {}", h.place.replace(" - ", " and "), range(&same, " m2 of exchange area"))
         }
-        Act::Capacity(_) => format!("the heat capacity of {} is {} times the model's", h.place, range(&factor, "")),
+        Act::Capacity(_) if a >= 0.0 => format!("{} stores more heat than the model has: {}", h.place, range(&same, " J/K")),
+        Act::Capacity(_) => format!("{} stores less heat than the model has: {}", h.place, range(&same, " J/K")),
+        Act::Loss(_) => {
+            format!("{} loses heat to the surroundings, which the model lacks: {} over its outer faces", h.place, range(&same, " W/(m2 K)"))
+        }
+        Act::Boundary(_) => format!("the film of the boundary {} is {} times the model's", h.place, range(&factor, "")),
         Act::Bias(_) => format!("the sensor {} reads too high by {}", h.place, range(&same, " K")),
         Act::Gain(_) => format!("the sensor {} has a gain of {}", h.place, range(&grown, "")),
         Act::Lag(_) => format!("the sensor {} lags by {}", h.place, range(&same, " s")),
-        Act::Swap(..) => format!("the sensors {} are exchanged ({} of an exchange)", h.place.replace(" - ", " and "), range(&same, "")),
+        Act::Swap(..) => format!("the sensors {} are exchanged", h.place.replace(" - ", " and ")),
     }
 }
 
@@ -90,9 +95,10 @@ impl Part {
             Act::UserHeat(_) => as_is("amplitude", "1"),
             Act::Source(_) | Act::Gain(_) => grown("factor"),
             Act::Contact(_) if self.hypothesis.law != Law::Constant => factor("factor_per_10_K"),
-            Act::Contact(_) | Act::Film(_) | Act::Flow(_) | Act::Branch(_) | Act::Emissivity(_) | Act::Capacity(_) => factor("factor"),
+            Act::Contact(_) | Act::Film(_) | Act::Flow(_) | Act::Branch(_) | Act::Emissivity(_) | Act::Boundary(_) => factor("factor"),
+            Act::Capacity(_) => as_is("heat_capacity", "J/K"),
             Act::Inlet(_) | Act::Chamber | Act::Bias(_) => as_is("offset", "K"),
-            Act::Gas => as_is("film", "W/(m2 K)"),
+            Act::Gas | Act::Loss(_) => as_is("film", "W/(m2 K)"),
             Act::Leak(_) | Act::Link(..) => as_is("conductance", "W/K"),
             Act::Radiate(..) => as_is("exchange_area", "m2"),
             Act::Lag(_) => as_is("time_constant", "s"),

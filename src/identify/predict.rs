@@ -6,12 +6,14 @@ use crate::error::{Error, Result};
 use crate::machine::Condition;
 use crate::measure::Data;
 use crate::measure::whiten::places;
+use crate::network::Load;
 use crate::schedule::{self, Schedule};
 use crate::sensitivity::{Derivatives, Kind, Parameter, Study, Target, Variation};
 use crate::simulate::{self, Start};
+use crate::solve::Solver;
 
-/// Error allowed in each time step of a log, K: differences are taken of these.
-const TIME_TOLERANCE: f64 = 1e-3;
+/// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
+pub const TIME_TOLERANCE: f64 = 1e-3;
 /// Relative step of parameters where only differences of whole runs give the slope.
 const RUN_STEP: f64 = 0.02;
 /// The same of temperatures, K.
@@ -62,9 +64,21 @@ pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Star
     predict_some(study, data, parameters, true, start)
 }
 
+/// The same, with logs run to another error in each time step, K.
+///
+/// # Errors
+/// As [`predict`].
+pub fn predict_within(study: &Study, data: &Data, parameters: &[Parameter], start: Start, tolerance: f64) -> Result<Prediction> {
+    if data.is_transient() { logs(study, data, parameters, true, start, tolerance) } else { steady(study, data, parameters, true) }
+}
+
 /// The same; without `conditions` the slopes with respect to the condition variables are left out (empty rows).
 pub(super) fn predict_some(study: &Study, data: &Data, parameters: &[Parameter], conditions: bool, start: Start) -> Result<Prediction> {
-    if data.is_transient() { logs(study, data, parameters, conditions, start) } else { steady(study, data, parameters, conditions) }
+    if data.is_transient() {
+        logs(study, data, parameters, conditions, start, TIME_TOLERANCE)
+    } else {
+        steady(study, data, parameters, conditions)
+    }
 }
 
 /// Predictions alone.
@@ -72,17 +86,43 @@ pub(super) fn predict_some(study: &Study, data: &Data, parameters: &[Parameter],
 /// # Errors
 /// As [`predict`].
 pub fn values(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
+    values_within(study, data, start, TIME_TOLERANCE)
+}
+
+/// The same, with logs run to another error in each time step, K.
+///
+/// # Errors
+/// As [`predict`].
+pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<Vec<f64>> {
     if data.is_transient() {
-        return run_logs(study, data, start, None);
+        return run_logs(study, data, start, None, tolerance);
     }
+    Ok(steady_near(study, data, &[])?.0)
+}
+
+/// Predictions of a steady table, and the temperatures of every node at each distinct condition, K; solved from the
+/// temperatures `near` of a machine much like this one where it has as many nodes.
+///
+/// # Errors
+/// As [`predict`].
+pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
     let (distinct, index) = conditions(data);
-    let solver = study.model.solver(&distinct[0])?;
-    let read = |c: &Condition| -> Result<Vec<f64>> {
-        let state = study.model.solve(&solver, c)?;
-        Ok(study.model.network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect())
+    let model = &study.model;
+    let near = if near.len() == distinct.len() && near[0].len() == model.network.nodes { near } else { &[] };
+    let solver = match near.first() {
+        Some(first) => Solver::near(&model.network, &Load::at(&model.machine, &distinct[0])?, first.clone())?,
+        None => model.solver(&distinct[0])?,
     };
-    let found: Vec<Vec<f64>> = distinct.par_iter().map(read).collect::<Result<_>>()?;
-    Ok(places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect())
+    let read = |(i, c): (usize, &Condition)| -> Result<(Vec<f64>, Vec<f64>)> {
+        let load = Load::at(&model.machine, c)?;
+        let solution = match near.get(i) {
+            Some(from) => solver.steady_from(&load, from)?,
+            None => solver.steady(&load)?,
+        };
+        Ok((model.network.sensors.iter().map(|s| s.read(&solution.temperatures, &load)).collect(), solution.temperatures))
+    };
+    let (found, fields): (Vec<Vec<f64>>, Vec<Vec<f64>>) = distinct.par_iter().enumerate().map(read).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    Ok((places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect(), fields))
 }
 
 fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool) -> Result<Prediction> {
@@ -116,13 +156,13 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
     Ok(prediction)
 }
 
-fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start) -> Result<Prediction> {
-    let values = run_logs(study, data, start, None)?;
+fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start, tolerance: f64) -> Result<Prediction> {
+    let values = run_logs(study, data, start, None, tolerance)?;
     let step =
         |p: &Parameter| if p.dimension.is_absolute() || p.kind == Kind::Offset { RUN_KELVIN } else { RUN_STEP * p.value.abs().max(1e-12) };
     let column = |p: &Parameter| -> Result<Vec<f64>> {
         let step = step(p);
-        let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None)?;
+        let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None, tolerance)?;
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
     let columns: Vec<Vec<f64>> = parameters.par_iter().map(column).collect::<Result<_>>()?;
@@ -133,7 +173,7 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
         if step == 0.0 || variable.name == schedule::TIME {
             return Ok(vec![0.0; values.len()]);
         }
-        let moved = run_logs(study, data, start, Some((v, step)))?;
+        let moved = run_logs(study, data, start, Some((v, step)), tolerance)?;
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
     let variables = if with_conditions { study.model.machine.variables.len() } else { 0 };
@@ -142,8 +182,25 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
     Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
 }
 
+/// The state a test begins with.
+fn beginning(rows: &[&crate::measure::Row], start: Start) -> Result<Start> {
+    if start != Start::Readings {
+        return Ok(start);
+    }
+    let first: Vec<f64> = rows.first().map_or(Vec::new(), |row| row.readings.iter().flatten().copied().collect());
+    if !first.is_empty() {
+        return Ok(Start::Uniform(first.iter().sum::<f64>() / first.len() as f64));
+    }
+    let error = Error::input("the first row of this test has no reading to begin with").at_key("--from");
+    let error = error.help("give its first row a reading, or begin with --from steady or a temperature");
+    Err(match rows.first().and_then(|row| row.line) {
+        Some(line) => error.at_line(line),
+        None => error,
+    })
+}
+
 /// Runs every test of a log; `shift` adds to one variable (SI) throughout.
-fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>) -> Result<Vec<f64>> {
+fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, tolerance: f64) -> Result<Vec<f64>> {
     let run = |test: &String| -> Result<Vec<Vec<f64>>> {
         let rows: Vec<&crate::measure::Row> = data.rows.iter().filter(|row| row.test == *test).collect();
         let moved = |row: &&crate::measure::Row| {
@@ -154,7 +211,8 @@ fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)
             schedule::Row { time: row.time.unwrap_or(0.0), values }
         };
         let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
-        let options = simulate::Options { start, tolerance: TIME_TOLERANCE, every: Some(f64::INFINITY), ..simulate::Options::default() };
+        let start = beginning(&rows, start)?;
+        let options = simulate::Options { start, tolerance, every: Some(f64::INFINITY), ..simulate::Options::default() };
         let history = simulate::run(&study.model, &schedule, &options, &mut |_| {})?;
         let at = |row: &&crate::measure::Row| {
             let time = row.time.unwrap_or(0.0);

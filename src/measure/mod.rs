@@ -5,6 +5,7 @@
 //! how uncertain readings and conditions are ([`Uncertainty`]).
 
 mod uncertainty;
+pub mod wander;
 pub mod whiten;
 
 use std::collections::HashMap;

@@ -14,6 +14,8 @@ const RECTANGULAR: f64 = 0.577_350_269_189_625_8;
 /// flow meter +-0.05 L/min, ambient +-0.1 K.
 const USUAL_KELVIN: f64 = 0.1;
 const USUAL_FLOW: f64 = 0.05 / 60_000.0;
+/// A limit of the clock of a log, s: what a scanner takes to go through its channels.
+const USUAL_SECONDS: f64 = 1.0;
 
 /// Standard deviation of a condition variable: the larger part counts where both are given.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -35,6 +37,9 @@ pub struct Uncertainty {
     pub variables: Vec<VariableUncertainty>,
     /// Of the model's own numbers (mesh, solver), K, independent from reading to reading.
     pub model: f64,
+    /// Of the time readings of a log belong to, s: of its clock, the same all through a test, and of what sensors and
+    /// fronts take to follow, which wanders; see [`super::wander`].
+    pub timing: f64,
     /// The file it was read from, or `None` where the usual values stand in.
     pub file: Option<PathBuf>,
 }
@@ -66,6 +71,7 @@ impl Uncertainty {
             bias: vec![RECTANGULAR * USUAL_KELVIN; data.sensors.len()],
             variables: machine.variables.iter().map(variable).collect(),
             model: 0.0,
+            timing: RECTANGULAR * USUAL_SECONDS,
             file: None,
         }
     }
@@ -77,6 +83,7 @@ impl Uncertainty {
     /// noise = "0.1 K"                 # from reading to reading
     /// bias = "0.1 K"                  # of a sensor, the same in all its readings
     /// model = "0.05 K"                # of mesh and solver; a standard deviation always
+    /// timing = "1 s"                  # of a log's clock and of how soon sensors follow
     /// [condition]
     /// coolant_temperature = "0.1 K"
     /// coolant_flow = "0.05 L/min"     # or "2 %"
@@ -116,6 +123,13 @@ impl Uncertainty {
         }
         if let Some(model) = spread(&root, "model")? {
             found.model = model;
+        }
+        if let Some(value) = root.opt("timing") {
+            let seconds = value.quantity(Dimension::TIME)?;
+            if !(0.0..f64::INFINITY).contains(&seconds) {
+                return Err(value.error("an uncertainty is a finite number and not negative"));
+            }
+            found.timing = scale * seconds;
         }
         if let Some(value) = root.opt("condition") {
             let section = value.section()?;

@@ -62,6 +62,11 @@ pub fn deviations(data: &Data, uncertainty: &Uncertainty) -> Vec<f64> {
     places(data).iter().map(|(_, k)| uncertainty.noise[*k].hypot(uncertainty.model)).collect()
 }
 
+/// The part of it that is new in every reading: what is left of it in logs, whose other errors wander ([`super::wander`]), K.
+pub fn noise(data: &Data, uncertainty: &Uncertainty) -> Vec<f64> {
+    places(data).iter().map(|(_, k)| uncertainty.noise[*k]).collect()
+}
+
 /// Errors that several readings share, each of unit variance: sensors' own and those of conditions; see [`Whitener::of`].
 pub fn common_errors(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let places = places(data);

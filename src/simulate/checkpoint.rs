@@ -36,6 +36,7 @@ impl Identity {
         let start = match options.start {
             Start::Steady => "steady".to_string(),
             Start::Uniform(temperature) => format!("{temperature} K"),
+            Start::Readings => "readings".to_string(),
         };
         let entries = [
             ("version of the program", env!("CARGO_PKG_VERSION").to_string()),

@@ -32,6 +32,8 @@ pub enum Start {
     Steady,
     /// Everything, water included, at one temperature, K.
     Uniform(f64),
+    /// Of a measured log: everything at the mean of its own first readings. A schedule has none.
+    Readings,
 }
 
 /// How to run.
@@ -160,6 +162,9 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut d
             let mut state = match options.start {
                 Start::Steady => transient.from_steady(&first)?,
                 Start::Uniform(temperature) => transient.uniform(&first, temperature),
+                Start::Readings => {
+                    return Err(Error::input("a schedule has no readings to begin with").at_key("--from").help("give a temperature"));
+                }
             };
             state.time = schedule.start();
             let last = load_of(&schedule.last_condition(), schedule.end())?;

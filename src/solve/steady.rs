@@ -61,8 +61,15 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// Some node has no path to any given temperature, or water leaves its property range.
     pub fn new(network: &'a Network, reference: &Load) -> Result<Self> {
+        Self::near(network, reference, initial(network, reference))
+    }
+
+    /// The same, beginning with temperatures (K, one per node) that resemble the reference's solution.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn near(network: &'a Network, reference: &Load, start: Vec<f64>) -> Result<Self> {
         let system = System::new(network);
-        let start = initial(network, reference);
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
         let is_symmetric =
@@ -79,7 +86,7 @@ impl<'a> Solver<'a> {
         let mut solver =
             Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
-        solver.reference.1 = solver.iterate(reference)?;
+        solver.reference.1 = solver.steady_from(reference, &solver.reference.1.temperatures)?;
         Ok(solver)
     }
 
@@ -107,14 +114,12 @@ impl<'a> Solver<'a> {
         if *load == self.reference.0 { Ok(self.reference.1.clone()) } else { self.iterate(load) }
     }
 
-    /// Newton's method from the reference temperatures.
+    /// From the reference temperatures, or what known states make of them.
     fn iterate(&self, load: &Load) -> Result<Solution> {
         let network = self.network;
         let mut temperatures = self.reference.1.temperatures.clone();
-        for (node, index) in &network.fixed {
-            temperatures[*node as usize] = load.fixed[*index as usize];
-        }
         if !self.anchors.is_empty() {
+            hold(network, load, &mut temperatures);
             for _ in 0..ANCHOR_PASSES {
                 let streams = network.stream_states(load, &temperatures)?;
                 let residual = self.system.residual(network, load, &streams, &temperatures);
@@ -122,6 +127,17 @@ impl<'a> Solver<'a> {
                 self.anchors.improve(&jacobian, &residual, &mut temperatures);
             }
         }
+        self.steady_from(load, &temperatures)
+    }
+
+    /// Solves one condition by Newton's method from given temperatures (K, one per node).
+    ///
+    /// # Errors
+    /// As [`Solver::steady`].
+    pub fn steady_from(&self, load: &Load, start: &[f64]) -> Result<Solution> {
+        let network = self.network;
+        let mut temperatures = start.to_vec();
+        hold(network, load, &mut temperatures);
         let (mut newton, mut krylov) = (0, 0);
         let (mut assembling, mut solving) = (0.0, 0.0);
         let mut work = (self.multigrid.workspace(), Scratch::default());
@@ -230,6 +246,13 @@ impl<'a> Solver<'a> {
                 }
             }
         }
+    }
+}
+
+/// Nodes that are held at what the load says.
+fn hold(network: &Network, load: &Load, temperatures: &mut [f64]) {
+    for (node, index) in &network.fixed {
+        temperatures[*node as usize] = load.fixed[*index as usize];
     }
 }
 

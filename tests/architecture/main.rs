@@ -24,7 +24,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("schedule", &["error", "units", "machine", "table"]),
     ("simulate", &["error", "files", "units", "machine", "table", "model", "network", "solve", "schedule"]),
     ("measure", &["error", "units", "reader", "machine", "table"]),
-    ("identify", &["error", "units", "random", "reader", "machine", "measure", "schedule", "simulate", "sensitivity"]),
+    ("identify", &["error", "units", "random", "reader", "machine", "measure", "network", "schedule", "simulate", "solve", "sensitivity"]),
     (
         "diagnose",
         &["error", "units", "random", "reader", "machine", "measure", "identify", "sensitivity", "simulate", "network", "physics"],

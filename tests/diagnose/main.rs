@@ -1,6 +1,8 @@
 //! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
 
 mod command;
+mod logs;
+mod pipe;
 #[allow(dead_code)] // the benchmark uses all of it
 mod twin;
 

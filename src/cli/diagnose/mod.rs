@@ -39,7 +39,7 @@ pub struct Args {
     /// Do not try a kind of cause, for example "radiative link"; may be repeated
     #[arg(long, value_name = "KIND")]
     without: Vec<String>,
-    /// The state logs begin with: "steady", or a temperature such as "20 degC"
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
     /// Write the extended machine here (default: beside the machine file, as NAME.extended.toml); never over a file
@@ -160,6 +160,7 @@ impl Found<'_> {
             ),
             Verdict::CannotTell => {
                 let certain = match found.level.name {
+                    "one" => format!("certain is {}, and something acts beside it", found.level.what),
                     "place" => format!("it is at {}", found.level.what),
                     "region" => format!("it touches {}", found.level.what),
                     _ => "not even its place is certain".into(),

@@ -296,6 +296,7 @@ fn explanations(section: &mut Section, found: &Found<'_>) -> Result<()> {
     let level = &diagnosis.level;
     if diagnosis.verdict == Verdict::CannotTell {
         section.paragraph(match level.name {
+            "one" => format!("Certain with probability {:.2}: {}; something acts beside it.", level.probability, level.what),
             "place" => format!("Certain with probability {:.2}: the place, {}.", level.probability, level.what),
             "region" => format!("Certain with probability {:.2}: the part it touches, {}.", level.probability, level.what),
             _ => "Neither kind nor place is certain.".to_string(),

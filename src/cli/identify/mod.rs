@@ -44,7 +44,7 @@ pub struct Args {
     /// Leave out profile likelihoods and advice on further tests
     #[arg(long)]
     brief: bool,
-    /// The state logs begin with: "steady", or a temperature such as "20 degC"
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
     /// Write the identified machine here (default: beside the machine file, as NAME.identified.toml); never over a file

@@ -15,7 +15,7 @@ use coldplate::reader::Document;
 use coldplate::sensitivity::Study;
 use coldplate::simulate::Start;
 
-#[allow(unused_imports)] // the benchmark names the type
+
 pub use score::Score;
 pub use score::score;
 
@@ -259,6 +259,7 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         bias: vec![bias; sensors.len()],
         variables: variables.iter().map(spread).collect(),
         model: 0.0,
+        timing: 0.0,
         file: None,
     };
     // The truth: another mesh, other films, heats, emissivities.
@@ -373,12 +374,13 @@ fn perturbed(study: &Study, random: &mut Random) -> Vec<(String, String)> {
         }
     }
     let emissivities = (1.0 + 0.07 * random.normal()).clamp(0.8, 1.2);
-    for part in &machine.parts {
-        for key in ["effective_emissivity", "emissivity"] {
-            if let Ok(p) = study.parameter(&format!("part.{}.surface.{key}", part.name)) {
-                lines.extend(p.to_set((p.value * emissivities).min(1.0), machine).unwrap());
-                break;
-            }
+    let own = machine.parts.iter().flat_map(|p| ["effective_emissivity", "emissivity"].map(|key| format!("part.{}.surface.{key}", p.name)));
+    for key in own.chain(["surfaces.effective_emissivity".to_string()]) {
+        // Only where the file has the number itself: some parts name a surface, most have the common one.
+        if matches!(study.document().leaf(&key), Ok(Some(_)))
+            && let Ok(p) = study.parameter(&key)
+        {
+            lines.extend(p.to_set((p.value * emissivities).min(1.0), machine).unwrap());
         }
     }
     lines
