@@ -11,7 +11,8 @@ mod twin;
 use std::time::Instant;
 
 use coldplate::diagnose::{Verdict, diagnose};
-use twin::{Family, Score};
+use twin::Family;
+use twin::score::{Score, score};
 
 /// Families in turn.
 const FAMILIES: [Family; 12] = [
@@ -54,7 +55,7 @@ fn main() {
                 continue;
             }
         };
-        let score = twin::score(&case, &found);
+        let score = score(&case, &found);
         let wrong = match family {
             Family::Clean => score.detected,
             Family::One => !score.exact && (score.d > 12.0 || score.misnamed),

@@ -83,7 +83,8 @@ impl Finals<'_> {
                 let base = &self.base.found;
                 now.screened = rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue);
                 now.mesh.clone_from(&view.mesh);
-                now.posterior = probability::posterior(&now.screened, self.prior);
+                // A front that moved makes the slopes of two at once worthless: in logs a second cause is looked for beside the first.
+                now.posterior = probability::posterior(&now.screened, self.prior, !self.problem.data.is_transient());
                 let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
                 chosen.extend(self.again(&now, &chosen));
                 now.fitted = self.solve(&chosen, &now.fitted, &view);

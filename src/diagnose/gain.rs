@@ -102,7 +102,7 @@ fn found_without(bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, kept:
         return None;
     }
     let prior = probability::prior(&part, catalogue);
-    let posterior = probability::posterior(&part, &prior);
+    let posterior = probability::posterior(&part, &prior, !bench.data.is_transient());
     let readings = pick(&base.readings);
     let of = |c: &Candidate| -> Option<(f64, Vec<f64>)> {
         let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[part.visible[*j]]).collect();

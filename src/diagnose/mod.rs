@@ -200,7 +200,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let screened = base.screen(&catalogue);
     let misfit = misfit(&screened, problem.seed);
     let prior = probability::prior(&screened, &catalogue);
-    let posterior = probability::posterior(&screened, &prior);
+    let posterior = probability::posterior(&screened, &prior, !data.is_transient());
     let is_wrong = decide::is_wrong(&misfit);
     let predicted = &base.found.prediction.values;
     let bench = Bench { study, data, predicted, start: problem.start, scales: &scales, user: &problem.user };

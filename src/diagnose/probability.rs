@@ -103,8 +103,8 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
     }
 }
 
-/// Probabilities from the linear model.
-pub fn posterior(screened: &Screened, prior: &[f64]) -> Posterior {
+/// Probabilities from the linear model; pairs only where slopes serve for more than the first step.
+pub fn posterior(screened: &Screened, prior: &[f64], with_pairs: bool) -> Posterior {
     let n = screened.visible.len();
     let mut candidates: Vec<Candidate> = (0..n)
         .map(|j| {
@@ -114,7 +114,7 @@ pub fn posterior(screened: &Screened, prior: &[f64]) -> Posterior {
         })
         .collect();
     let best_single = candidates.iter().map(|c| c.weight).fold(f64::NEG_INFINITY, f64::max);
-    let pairs: Vec<Candidate> = (0..n)
+    let pairs: Vec<Candidate> = (0..if with_pairs { n } else { 0 })
         .into_par_iter()
         .flat_map_iter(|i| {
             (i + 1..n).filter_map(move |j| {

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::catalogue::{Act, Hypothesis, Law, Scales, capacity, hypotheses};
 use super::screen::Screened;
-use super::signature::{Signatures, signatures};
+use super::signature::{Signatures, TIME_TOLERANCE, signatures};
 use super::{Openness, Problem};
 use crate::error::Result;
 use crate::identify::{self, Prediction};
@@ -91,14 +91,11 @@ fn fixed(catalogue: &[Hypothesis]) -> Vec<bool> {
     catalogue.iter().map(Hypothesis::is_fixed).collect()
 }
 
-/// What a mesh of more cells changes in every prediction, K; nothing for logs, whose runs take long.
+/// What a mesh of more cells changes in every prediction, K.
 fn mesh_correction(problem: &Problem, study: &Study, coarse: &[f64]) -> Result<Vec<f64>> {
-    if problem.data.is_transient() {
-        return Ok(vec![0.0; coarse.len()]);
-    }
     let cells = (FINER * study.model.mesh.cells as f64) as usize;
     let fine = Study::new(study.document().clone(), Some(cells))?;
-    let values = identify::values(&fine, &problem.data, problem.start)?;
+    let values = identify::values_within(&fine, &problem.data, problem.start, TIME_TOLERANCE)?;
     Ok(values.iter().zip(coarse).map(|(f, c)| f - c).collect())
 }
 

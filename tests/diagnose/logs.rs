@@ -1,10 +1,10 @@
 //! Twins over time: nothing where there is nothing, a wrong heat capacity and a slow sensor by name.
 
-use coldplate::diagnose::random::Normal;
 use coldplate::diagnose::{Diagnosis, Openness, Problem, Verdict, diagnose};
 use coldplate::identify;
 use coldplate::machine::Condition;
 use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate::random::Random;
 use coldplate::reader::Document;
 use coldplate::sensitivity::Study;
 use coldplate::simulate::Start;
@@ -127,7 +127,7 @@ struct Hidden {
 
 /// What the program finds where the truth has other cells, other films, heats and capacities, and what is hidden.
 fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
-    let mut random = Normal::new(seed.wrapping_mul(104_729).wrapping_add(7));
+    let mut random = Random::new(seed.wrapping_mul(104_729).wrapping_add(7));
     let model = study(CELLS, &[]);
     let machine = &model.model.machine;
     let mut lines = Vec::new();
@@ -138,9 +138,9 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
         ("material.\"wound iron\".specific_heat", 0.02),
     ] {
         let p = model.parameter(key).unwrap();
-        lines.extend(p.to_set(p.value * (1.0 + spread * random.draw()), machine).unwrap());
+        lines.extend(p.to_set(p.value * (1.0 + spread * random.normal()), machine).unwrap());
     }
-    let heats = 1.0 + 0.01 * random.draw();
+    let heats = 1.0 + 0.01 * random.normal();
     for key in ["source.motor.power", "source.gear.power"] {
         let p = model.parameter(key).unwrap();
         lines.extend(p.to_set(p.value * heats, machine).unwrap());
@@ -152,7 +152,7 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
     let fine = data(logs(&truth, ROW / FINE as f64));
     let values = identify::values(&truth, &fine, Start::Steady).unwrap();
     let mut coarse = data(logs(&model, ROW));
-    let bias: Vec<f64> = (0..4).map(|_| 0.05 * random.draw()).collect();
+    let bias: Vec<f64> = (0..4).map(|_| 0.05 * random.normal()).collect();
     for k in 0..4 {
         // The sensor follows on the fine rows, which the program never sees.
         let mut shown: Option<(String, f64, f64, f64)> = None;
@@ -167,7 +167,7 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
             };
             shown = Some((row.test.clone(), time, true_value, value));
             if let Some(own) = coarse.rows.iter_mut().find(|r| r.test == row.test && r.time == row.time) {
-                own.readings[k] = Some(value + bias[k] + 0.05 * random.draw());
+                own.readings[k] = Some(value + bias[k] + 0.05 * random.normal());
             }
         }
     }
@@ -200,7 +200,8 @@ fn told(seed: u64, found: &Diagnosis) -> String {
         (e.probability, e.misfit, parts)
     });
     let best: Vec<_> = best.collect();
-    format!("seed {seed}: {:?} {:?} {best:?} gain {:?} in {:.1} s", found.verdict, found.misfit, found.gain, found.seconds)
+    let gain = found.gain.as_ref().map(|g| (g.before, g.after, g.noise_floor));
+    format!("seed {seed}: {:?} {:?} {best:?} gain {gain:?} in {:.1} s", found.verdict, found.misfit, found.seconds)
 }
 
 /// The first explanation is this cause alone, and nearly all of the probability is with explanations that hold it.

@@ -9,7 +9,8 @@ mod twin;
 use coldplate::diagnose::{Act, Scales, Verdict, diagnose, hypotheses, signatures};
 use coldplate::identify;
 use coldplate::simulate::Start;
-use twin::{Family, case, score};
+use twin::score::score;
+use twin::{Family, case};
 
 /// Seeds of clean twins on the small machine, taken in order, none left out.
 #[test]

@@ -61,7 +61,7 @@ fn a_pipe_whose_wall_was_forgotten() {
     assert_eq!(report["verdict"], "explained");
     let cause = &report["causes"][0];
     assert_eq!((&cause["kind"], &cause["place"]), (&"heat capacity".into(), &"pipe".into()));
-    let stored = cause["parameters"]["amplitude"]["value"].as_f64().unwrap() + 0.027_02 * 7850.0 * 25.0;
+    let stored = cause["parameters"]["heat_capacity"]["value"].as_f64().unwrap() + 0.027_02 * 7850.0 * 25.0;
     println!("the wall stores {stored:.0} J/K, documented {DOCUMENTED}");
     assert!((stored / DOCUMENTED - 1.0).abs() < 0.25, "{stored} J/K");
     let unseen = table("unseen", &["151204_1"]);
@@ -75,7 +75,7 @@ fn a_pipe_whose_wall_was_forgotten() {
     assert_eq!(report["verdict"], "explained");
     let cause = &report["causes"][0];
     assert_eq!((&cause["kind"], &cause["place"]), (&"loss to the surroundings".into(), &"pipe".into()));
-    let film = cause["parameters"]["amplitude"]["value"].as_f64().unwrap();
+    let film = cause["parameters"]["film"]["value"].as_f64().unwrap();
     assert!((film / DOCUMENTED_FILM - 1.0).abs() < 0.3, "{film} W/(m2 K)");
     let rest = table("rest", &["160104_2"]);
     let (before, after) = (error(&wall, &rest, 6000.0), error(&loss, &rest, 6000.0));

@@ -4,7 +4,7 @@
 //! readings get noise of every kind in the covariance, and some sensors are lost. What was hidden stays here.
 
 mod effects;
-mod score;
+pub mod score;
 
 use coldplate::diagnose::{Law, Openness, Problem, Scales};
 use coldplate::identify;
@@ -16,8 +16,6 @@ use coldplate::sensitivity::Study;
 use coldplate::simulate::Start;
 
 
-pub use score::Score;
-pub use score::score;
 
 /// What was hidden.
 #[derive(Debug, Clone, PartialEq)]
