@@ -151,7 +151,9 @@ impl Finals<'_> {
                 Some((_, f)) => f.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            fit(self.bench, &members, &guess, Used { which: &all, readings: &view.readings, whitener: &view.whitener }).ok().map(|f| (c.members.clone(), f))
+            fit(self.bench, &members, &guess, Used { which: &all, readings: &view.readings, whitener: &view.whitener })
+                .ok()
+                .map(|f| (c.members.clone(), f))
         };
         candidates.par_iter().filter_map(attempt).collect()
     }

@@ -12,6 +12,7 @@
 mod advice;
 mod catalogue;
 mod decide;
+mod edits;
 mod finalists;
 mod gain;
 mod missing;

@@ -270,7 +270,13 @@ pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], used: Used
     let scale: f64 = members.iter().filter(|h| !h.is_fixed()).map(|h| h.scale.ln()).sum();
     let evidence = -0.5 * misfit - 0.5 * fit.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
     let deviation = |j: usize| if members[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
-    Ok(Fitted { deviations: (0..members.len()).map(deviation).collect(), amplitudes: here.amplitudes, misfit, values: here.values, evidence })
+    Ok(Fitted {
+        deviations: (0..members.len()).map(deviation).collect(),
+        amplitudes: here.amplitudes,
+        misfit,
+        values: here.values,
+        evidence,
+    })
 }
 
 fn square(v: &[f64]) -> f64 {

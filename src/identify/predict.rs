@@ -121,7 +121,8 @@ pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec
         };
         Ok((model.network.sensors.iter().map(|s| s.read(&solution.temperatures, &load)).collect(), solution.temperatures))
     };
-    let (found, fields): (Vec<Vec<f64>>, Vec<Vec<f64>>) = distinct.par_iter().enumerate().map(read).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    let (found, fields): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
+        distinct.par_iter().enumerate().map(read).collect::<Result<Vec<_>>>()?.into_iter().unzip();
     Ok((places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect(), fields))
 }
 

@@ -118,6 +118,9 @@ fn folder(name: &str, planted: &[(&str, &str)]) -> (PathBuf, String, String) {
 /// Heat that no source of the file gives: at the bracket, which has none.
 const HEAT: (&str, &str) = ("source.hidden", "{ in = \"bracket\", power = \"6 W\" }");
 
+/// Name, machine, table, further arguments, what the message must say.
+type Refused<'a> = (&'a str, &'a str, String, Vec<&'a str>, Vec<&'a str>);
+
 #[test]
 fn a_hidden_heat_is_named_written_reported_and_fitted() {
     let (folder, machine, table) = folder("heat", &[HEAT]);
@@ -345,8 +348,7 @@ fn bad_input_is_refused_with_its_place() {
         kinds("k3.toml", "[kind.a]\nheat_into = [\"bracket\"]\nper_unit = \"1\"\nscale = -1.0\n"),
     );
     let below = file_below.to_str().unwrap();
-    // Name, machine, table, further arguments, what the message must say.
-    let cases: Vec<(&str, &str, String, Vec<&str>, Vec<&str>)> = vec![
+    let cases: Vec<Refused<'_>> = vec![
         ("no such machine", "nowhere.toml", good.clone(), vec![], vec!["nowhere.toml", "check the path"]),
         ("no such table", &machine, missing, vec![], vec!["missing.csv"]),
         ("empty file", &machine, table("empty.csv", String::new()), vec![], vec!["empty.csv"]),

@@ -15,8 +15,6 @@ use coldplate::reader::Document;
 use coldplate::sensitivity::Study;
 use coldplate::simulate::Start;
 
-
-
 /// What was hidden.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
