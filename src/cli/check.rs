@@ -28,7 +28,7 @@ pub struct Args {
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
     /// Also say which coolant flow takes up the heat of all sources with this rise, such as "1 K"
-    #[arg(long, value_name = "KELVIN")]
+    #[arg(long, value_name = "KELVIN", allow_hyphen_values = true)]
     rise: Option<String>,
 }
 

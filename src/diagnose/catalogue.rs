@@ -163,12 +163,14 @@ impl Scales {
 
     /// The law as an expression of a machine file's formulas.
     pub(super) fn expression(&self, law: Law) -> String {
-        let rpm = self.speed * 60.0 / std::f64::consts::TAU;
+        // As a person would write it: nine digits.
+        let rounded = |v: f64| format!("{v:.8e}").parse().unwrap_or(v);
+        let rpm: f64 = rounded(self.speed * 60.0 / std::f64::consts::TAU);
         match law {
             Law::Constant | Law::Temperature => "1".into(),
             Law::Speed => format!("motor_speed_rpm / {rpm:?}"),
             Law::SpeedSquared => format!("(motor_speed_rpm / {rpm:?})^2"),
-            Law::InverseFlow => format!("{:?} / coolant_flow_L_min", self.flow * 60_000.0),
+            Law::InverseFlow => format!("{:?} / coolant_flow_L_min", rounded(self.flow * 60_000.0)),
         }
     }
 }

@@ -91,8 +91,11 @@ fn fixed(catalogue: &[Hypothesis]) -> Vec<bool> {
     catalogue.iter().map(Hypothesis::is_fixed).collect()
 }
 
-/// What a mesh of more cells changes in every prediction, K.
+/// What a mesh of more cells changes in every prediction, K; nothing where there are none, but lumped nodes alone.
 fn mesh_correction(problem: &Problem, study: &Study, coarse: &[f64]) -> Result<Vec<f64>> {
+    if study.model.mesh.cells == 0 {
+        return Ok(vec![0.0; coarse.len()]);
+    }
     let cells = (FINER * study.model.mesh.cells as f64) as usize;
     let fine = Study::new(study.document().clone(), Some(cells))?;
     let values = identify::values_within(&fine, &problem.data, problem.start, TIME_TOLERANCE)?;
