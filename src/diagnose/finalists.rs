@@ -85,6 +85,7 @@ impl Finals<'_> {
                 now.mesh.clone_from(&view.mesh);
                 // A front that moved makes the slopes of two at once worthless: in logs a second cause is looked for beside the first.
                 now.posterior = probability::posterior(&now.screened, self.prior, !self.problem.data.is_transient());
+                self.keep(&mut now);
                 let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
                 chosen.extend(self.again(&now, &chosen));
                 now.fitted = self.solve(&chosen, &now.fitted, &view);
@@ -134,7 +135,25 @@ impl Finals<'_> {
         chi_square_tail(least, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
     }
 
-    /// Those fitted before that are not chosen yet and still in the posterior, the better half of them.
+    /// What was fitted and is not among the linear candidates (a second cause found beside the first) stays one.
+    fn keep(&self, now: &mut Outcome) {
+        for (members, f) in &now.fitted {
+            if now.posterior.candidates.iter().any(|c| c.members == *members) {
+                continue;
+            }
+            let amplitudes = members.iter().zip(&f.amplitudes).map(|(j, a)| a / self.of(*j).scale).collect();
+            let gain = now.screened.misfit() - f.misfit;
+            now.posterior.candidates.push(Candidate {
+                members: members.clone(),
+                amplitudes,
+                gain,
+                weight: f64::NEG_INFINITY,
+                probability: 0.0,
+            });
+        }
+    }
+
+    /// Those fitted before that are not chosen yet, the better ones.
     fn again(&self, now: &Outcome, chosen: &[Candidate]) -> Vec<Candidate> {
         let mut before: Vec<&Entry> = now.fitted.iter().filter(|(m, _)| !chosen.iter().any(|c| c.members == *m)).collect();
         before.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
