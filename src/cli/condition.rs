@@ -70,7 +70,8 @@ pub fn to_json(machine: &Machine, condition: &Condition) -> Map<String, Value> {
     machine.variables.iter().zip(condition.si()).map(|(v, si)| (v.name.clone(), Value::String(value(v, *si, 6)))).collect()
 }
 
-fn value(variable: &Variable, si: f64, digits: usize) -> String {
+/// A variable's value in its own unit.
+pub fn value(variable: &Variable, si: f64, digits: usize) -> String {
     let shown = express(si, &variable.unit, variable.dimension).unwrap_or(si);
     format!("{} {}", significant(shown, digits), variable.unit)
 }

@@ -1,10 +1,12 @@
-//! What to measure next: the condition and the sensors that set the surviving explanations furthest apart.
+//! What to measure next: the conditions, interventions and sensors that set the surviving explanations furthest apart.
 
 use rayon::prelude::*;
 
 use super::catalogue::Scales;
+use super::refine::Bench;
 use super::signature::signatures;
-use super::{Explanation, Hypothesis, Problem};
+use super::trial::{Trial, trials};
+use super::{Act, Explanation, Hypothesis, Problem, Verdict};
 use crate::error::Result;
 use crate::machine::Condition;
 use crate::measure::{Data, Row, Whitener};
@@ -13,11 +15,17 @@ use crate::measure::{Data, Row, Whitener};
 const MOST: usize = 6;
 /// Most conditions that are tried.
 const CONDITIONS: usize = 40;
+/// Steady conditions, and interventions, that are proposed.
+const PROPOSED: usize = 3;
+/// Least distance worth an intervention, in standard deviations.
+const TELLING: f64 = 1.0;
 
-/// A steady test worth making.
+/// A test worth making.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Next {
-    /// The condition.
+    /// What is done.
+    pub trial: Trial,
+    /// The condition it is done at, or begins with.
     pub condition: Condition,
     /// Distance of the two explanations it tells apart least, in standard deviations, over all sensors of the data.
     pub separation: f64,
@@ -27,91 +35,142 @@ pub struct Next {
     pub sensor: Option<(String, f64)>,
 }
 
-/// Ranks feasible conditions; empty where fewer than two explanations survive.
+/// What a test would show of the explanations, reading by reading, K.
+#[derive(Debug, Clone)]
+pub(super) struct Outlook {
+    /// Readings under each explanation, counted from any common base.
+    pub shown: Vec<Vec<f64>>,
+    /// What the amplitudes of each explanation leave open in them, one column per part.
+    pub open: Vec<Vec<Vec<f64>>>,
+    /// Standard deviation of each reading's own error.
+    pub deviation: Vec<f64>,
+    /// Errors that readings share, each of unit variance.
+    pub common: Vec<Vec<f64>>,
+}
+
+impl Outlook {
+    /// Distance of two explanations over some readings, in standard deviations: what their amplitudes could still make up for
+    /// does not count.
+    fn distance(&self, (a, b): (usize, usize), readings: &[usize]) -> f64 {
+        let pick = |v: &Vec<f64>| readings.iter().map(|i| v[*i]).collect::<Vec<f64>>();
+        let shared = self.common.iter().chain(&self.open[a]).chain(&self.open[b]).map(pick).collect::<Vec<_>>();
+        let whitener = Whitener::new(&pick(&self.deviation), &shared);
+        let apart: Vec<f64> = readings.iter().map(|i| self.shown[a][*i] - self.shown[b][*i]).collect();
+        whitener.apply(&apart).iter().map(|v| v * v).sum::<f64>().sqrt()
+    }
+
+    /// The least distance of two explanations, and the mean one, weighted with their probabilities.
+    pub fn apart(&self, probabilities: &[f64], readings: &[usize]) -> (f64, f64) {
+        let (mut least, mut sum, mut weight) = (f64::INFINITY, 0.0, 0.0);
+        for a in 0..self.shown.len() {
+            for b in a + 1..self.shown.len() {
+                let distance = self.distance((a, b), readings);
+                let both = probabilities[a] * probabilities[b];
+                least = least.min(distance);
+                sum += both * distance;
+                weight += both;
+            }
+        }
+        (least, if weight > 0.0 { sum / weight } else { 0.0 })
+    }
+}
+
+/// Ranks feasible tests, the most telling first; empty where fewer than two explanations survive. Interventions are only proposed
+/// where one of the explanations is right: they are solved with each in force.
 ///
 /// # Errors
 /// As [`signatures`].
-pub fn next(problem: &Problem, explanations: &[&Explanation], scales: &Scales) -> Result<Vec<Next>> {
-    let alive: Vec<&Explanation> =
-        explanations.iter().copied().take(MOST).filter(|e| e.parts.iter().all(|p| p.deviation.is_finite())).collect();
+pub(super) fn next(bench: &Bench<'_>, problem: &Problem, verdict: Verdict, explanations: &[&Explanation]) -> Result<Vec<Next>> {
+    let is_finite = |e: &&Explanation| e.parts.iter().all(|p| p.deviation.is_finite());
+    let alive: Vec<&Explanation> = explanations.iter().copied().take(MOST).filter(is_finite).collect();
     if alive.len() < 2 {
         return Ok(Vec::new());
     }
+    let mut found = steady(problem, &alive, bench.scales)?;
+    found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+    found.truncate(PROPOSED);
+    if verdict == Verdict::CannotTell {
+        let mut more = trials(bench, problem, &alive);
+        more.retain(|n| n.mean >= TELLING);
+        more.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+        more.truncate(PROPOSED);
+        found.extend(more);
+        found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+    }
+    Ok(found)
+}
+
+/// Steady tests at conditions within the machine's ranges, from slopes.
+fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<Vec<Next>> {
     let machine = &problem.study.model.machine;
-    let sensors: Vec<usize> = (0..machine.sensors.len()).collect();
     let mut conditions = candidates(problem);
     // Some cannot be run: water out of its range, no flow where heat needs it.
     conditions.retain(|c| problem.study.model.solver(c).is_ok());
     if conditions.is_empty() {
         return Ok(Vec::new());
     }
-    let rows = conditions.iter().enumerate().map(|(i, c)| Row {
-        test: format!("candidate {i}"),
-        time: None,
-        condition: c.clone(),
+    let rows = conditions.iter().enumerate().map(|(i, c)| (format!("candidate {i}"), None, c.clone()));
+    let data = all_sensors(problem, rows);
+    let parts = alive.iter().flat_map(|e| &e.parts);
+    let hypotheses: Vec<Hypothesis> = parts.map(|p| moved(p.hypothesis.clone(), problem)).collect();
+    let found = signatures(&problem.study, &data, problem.start, &[], &hypotheses, scales, &problem.user)?;
+    let sensors = data.sensors.len();
+    let deviation = deviations(problem);
+    let probabilities: Vec<f64> = alive.iter().map(|e| e.probability).collect();
+    let rate = |c: usize| -> Next {
+        let range = c * sensors..(c + 1) * sensors;
+        let mut columns = found.columns.iter().map(|column| &column[range.clone()]);
+        let (mut shown, mut open) = (Vec::new(), Vec::new());
+        for e in alive {
+            let (mut sum, mut own) = (vec![0.0; sensors], Vec::new());
+            for (part, column) in e.parts.iter().zip(columns.by_ref()) {
+                sum.iter_mut().zip(column).for_each(|(s, v)| *s += part.amplitude * v);
+                own.push(column.iter().map(|v| part.deviation * v).collect());
+            }
+            shown.push(sum);
+            open.push(own);
+        }
+        let slopes = &found.prediction.conditions[range];
+        let errors = problem.uncertainty.at(&conditions[c]);
+        let common = errors.iter().enumerate().map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect()).collect();
+        let outlook = Outlook { shown, open, deviation: deviation.clone(), common };
+        let own = &problem.data.sensors;
+        let (separation, mean) = outlook.apart(&probabilities, own);
+        let extra = (0..sensors).filter(|s| !own.contains(s)).map(|s| (outlook.distance((0, 1), &[s]), s));
+        let sensor = extra.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(d, _)| *d > 0.5).map(|(d, s)| (machine.sensors[s].name.clone(), d));
+        Next { trial: Trial::Steady, condition: conditions[c].clone(), separation, mean, sensor }
+    };
+    Ok((0..conditions.len()).into_par_iter().map(rate).collect())
+}
+
+/// Rows (test, time, condition) to be predicted for all of the machine's sensors.
+pub(super) fn all_sensors(problem: &Problem, rows: impl Iterator<Item = (String, Option<f64>, Condition)>) -> Data {
+    let machine = &problem.study.model.machine;
+    let sensors: Vec<usize> = (0..machine.sensors.len()).collect();
+    let names = machine.sensors.iter().map(|s| s.name.clone()).collect();
+    let row = |(test, time, condition): (String, Option<f64>, Condition)| Row {
+        test,
+        time,
+        condition,
         readings: vec![Some(300.0); sensors.len()],
         line: None,
-    });
-    let names = machine.sensors.iter().map(|s| s.name.clone()).collect();
-    let data = Data { source: String::new(), sensors: sensors.clone(), names, rows: rows.collect(), notes: Vec::new() };
-    let hypotheses: Vec<Hypothesis> =
-        alive.iter().flat_map(|e| e.parts.iter().map(|p| p.hypothesis.clone())).map(|h| moved(h, problem, &data)).collect();
-    let found = signatures(&problem.study, &data, problem.start, &[], &hypotheses, scales, &problem.user)?;
-    let n = sensors.len();
-    let deviation: Vec<f64> = sensors
-        .iter()
-        .map(|s| {
-            let k = problem.data.sensors.iter().position(|own| own == s).unwrap_or(0);
-            problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(problem.openness.model)
-        })
-        .collect();
-    let rate = |c: usize| -> Next {
-        let range = c * n..(c + 1) * n;
-        let mut next = 0;
-        let shifts: Vec<Vec<f64>> = alive
-            .iter()
-            .map(|e| {
-                let mut sum = vec![0.0; n];
-                for part in &e.parts {
-                    sum.iter_mut().zip(&found.columns[next][range.clone()]).for_each(|(s, v)| *s += part.amplitude * v);
-                    next += 1;
-                }
-                sum
-            })
-            .collect();
-        let errors = problem.uncertainty.at(&conditions[c]);
-        let common = |which: &[usize]| -> Vec<Vec<f64>> {
-            errors.iter().enumerate().map(|(v, e)| which.iter().map(|k| found.prediction.conditions[c * n + k][v] * e).collect()).collect()
-        };
-        let distance = |which: &[usize], a: &[f64], b: &[f64]| -> f64 {
-            let whitener = Whitener::new(&which.iter().map(|k| deviation[*k]).collect::<Vec<_>>(), &common(which));
-            whitener.apply(&which.iter().map(|k| a[*k] - b[*k]).collect::<Vec<_>>()).iter().map(|v| v * v).sum::<f64>().sqrt()
-        };
-        let own: Vec<usize> = problem.data.sensors.clone();
-        let (mut least, mut sum, mut weight) = (f64::INFINITY, 0.0, 0.0);
-        for i in 0..alive.len() {
-            for j in i + 1..alive.len() {
-                let d = distance(&own, &shifts[i], &shifts[j]);
-                let w = alive[i].probability * alive[j].probability;
-                least = least.min(d);
-                sum += w * d;
-                weight += w;
-            }
-        }
-        let extra = sensors.iter().filter(|s| !own.contains(s)).map(|s| (distance(&[*s], &shifts[0], &shifts[1]), *s));
-        let sensor = extra.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(d, _)| *d > 0.5).map(|(d, s)| (machine.sensors[s].name.clone(), d));
-        Next { condition: conditions[c].clone(), separation: least, mean: if weight > 0.0 { sum / weight } else { 0.0 }, sensor }
     };
-    let mut rated: Vec<Next> = (0..conditions.len()).into_par_iter().map(rate).collect();
-    rated.sort_by(|a, b| b.mean.total_cmp(&a.mean));
-    rated.truncate(3);
-    Ok(rated)
+    let rows = rows.map(row).collect();
+    Data { source: String::new(), sensors, names, rows, notes: Vec::new() }
+}
+
+/// Standard deviation of a reading of each of the machine's sensors: noise, its own error, and what every model leaves open, K.
+fn deviations(problem: &Problem) -> Vec<f64> {
+    let of = |s: usize| {
+        let k = problem.data.sensors.iter().position(|own| *own == s).unwrap_or(0);
+        problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(problem.openness.model)
+    };
+    (0..problem.study.model.machine.sensors.len()).map(of).collect()
 }
 
 /// A sensor's own error refers to the columns of the data; here all of the machine's sensors are columns.
-fn moved(mut h: Hypothesis, problem: &Problem, data: &Data) -> Hypothesis {
-    use super::Act;
-    let to = |k: usize| data.sensors.iter().position(|s| *s == problem.data.sensors[k]).unwrap_or(0);
+pub(super) fn moved(mut h: Hypothesis, problem: &Problem) -> Hypothesis {
+    let to = |k: usize| problem.data.sensors[k];
     h.act = match h.act {
         Act::Bias(k) => Act::Bias(to(k)),
         Act::Gain(k) => Act::Gain(to(k)),

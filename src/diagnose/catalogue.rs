@@ -7,7 +7,8 @@
 
 use crate::machine::{BoundaryLaw, Condition, Machine, Place, Shape};
 use crate::measure::Data;
-use crate::network::Network;
+use crate::network::stream::members;
+use crate::network::{Load, Network};
 use crate::reader::{Leaf, quoted};
 use crate::sensitivity::Study;
 
@@ -42,7 +43,7 @@ pub enum Act {
     Film(usize),
     /// Flow of a circuit, logarithm.
     Flow(usize),
-    /// Flow of one of parallel channels, logarithm.
+    /// Loss coefficient of one of parallel channels, more than the model has.
     Branch(usize),
     /// Inlet temperature of a circuit, K.
     Inlet(usize),
@@ -205,7 +206,7 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
     let total: f64 = data
         .rows
         .iter()
-        .filter_map(|row| crate::network::Load::at(machine, &row.condition).ok())
+        .filter_map(|row| Load::at(machine, &row.condition).ok())
         .map(|load| load.powers.iter().map(|p| p.abs()).sum::<f64>())
         .fold(0.0, f64::max);
     let heat = (0.05 * total).max(1.0);
@@ -242,9 +243,10 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
     for (c, channel) in machine.channels.iter().enumerate() {
         let parts = vec![machine.parts[channel.part].name.clone()];
         add("film coefficient", channel.name.clone(), parts.clone(), Law::Constant, Act::Film(c), 0.4, true, "ln");
-        let is_parallel = network.streams.iter().enumerate().any(|(s, stream)| stream.name == channel.name && shares_flow(network, s));
-        if is_parallel {
-            add("uneven split", channel.name.clone(), parts, Law::Constant, Act::Branch(c), 0.4, true, "ln");
+        // Less flow in one of parallel channels is more in the others.
+        if let Some(resistance) = branch_resistance(machine, network, c) {
+            // Four times the resistance is half the flow.
+            add("uneven split", channel.name.clone(), parts, Law::Constant, Act::Branch(c), 3.0 * resistance, false, "1");
         }
     }
     for (c, circuit) in machine.circuits.iter().enumerate() {
@@ -376,11 +378,21 @@ fn touch(network: &Network, a: u32, b: u32) -> bool {
 }
 
 /// Whether a stream is one of several that share a flow.
-fn shares_flow(network: &Network, s: usize) -> bool {
-    network.circuits.iter().any(|tree| {
-        let members: Vec<usize> = crate::network::stream::members(&tree.layout).into_iter().collect();
-        members.contains(&s) && members.iter().any(|m| *m != s && network.streams[*m].upstream == network.streams[s].upstream)
-    })
+/// Loss coefficients of a channel that shares its flow with others, all together, at the default condition; none of others.
+fn branch_resistance(machine: &Machine, network: &Network, s: usize) -> Option<f64> {
+    let stream = network.streams.get(s)?;
+    let tree = network.circuits.get(stream.circuit)?;
+    let shares_flow = members(&tree.layout).into_iter().any(|m| m != s && network.streams[m].upstream == stream.upstream);
+    if !shares_flow {
+        return None;
+    }
+    let load = Load::at(machine, &machine.condition(&[]).ok()?).ok()?;
+    let inlet = load.inlets[stream.circuit];
+    let states = network.stream_states(&load, &vec![inlet; network.nodes]).ok()?;
+    let liquid = tree.circuit.liquid.at(inlet).ok()?;
+    let area = 0.25 * std::f64::consts::PI * stream.diameter * stream.diameter;
+    let pressure = 0.5 * liquid.density * (states[s].flow / area).powi(2);
+    (pressure > 0.0).then(|| states[s].pressure_drop / pressure)
 }
 
 fn circuit_parts(network: &Network, machine: &Machine, c: usize) -> Vec<String> {

@@ -7,6 +7,7 @@ use super::catalogue::{
 use crate::error::Result;
 use crate::machine::Property;
 use crate::measure::Data;
+use crate::physics::radiation::SIGMA;
 use crate::reader::{Leaf, quoted};
 use crate::sensitivity::Study;
 use crate::units;
@@ -98,8 +99,14 @@ impl Hypothesis {
                 let parameter = study.parameter(&key)?;
                 parameter.to_set((parameter.value * amplitude.exp()).clamp(1e-4, 1.0), machine)?.map(|set| vec![set])
             }
-            // About 1 W/(m² K) per pascal while molecules fly freely.
-            Act::Gas => Some(vec![("chamber.pressure".into(), text(format!("{:?} Pa", amplitude.max(0.0))))]),
+            // About 1 W/(m² K) per pascal while molecules fly freely, beside what the file has.
+            Act::Gas => {
+                let own = match study.document().leaf("chamber.pressure")? {
+                    Some(_) => study.parameter("chamber.pressure")?.value,
+                    None => 0.0,
+                };
+                Some(vec![("chamber.pressure".into(), text(format!("{:?} Pa", own + amplitude.max(0.0))))])
+            }
             Act::Leak(g) => {
                 let node = format!("{ADDED} surroundings of {}", group(g));
                 let held = format!("{{ temperature = {} }}", text("ambient_temperature".into()));
@@ -113,8 +120,19 @@ impl Hypothesis {
             }
             Act::Boundary(b) => return scaled(&film_key(&machine.boundaries[b].name), amplitude.exp()),
             Act::Link(a, b) => Some(vec![(added("contact"), self.conductor(&[group(a), group(b)], amplitude))]),
-            // A link of the file takes the faces it joins away from the chamber: it is not what this adds.
-            Act::Radiate(..) => None,
+            // A link of the file takes the faces it joins away from the chamber: it is not what this adds. Between temperatures
+            // as near as those of a machine, radiation is a conductance with the cube of their mean.
+            Act::Radiate(a, b) => {
+                let row = |celsius: i32| {
+                    let mean = f64::from(celsius) + 273.15;
+                    format!("[\"{celsius} degC\", \"{:.6} W/(m2 K)\"]", 4.0 * SIGMA * mean.powi(3))
+                };
+                let rows: Vec<String> = (-5..=30).map(|i| row(5 * i)).collect();
+                let ends = [a, b].map(|g| text(group(g)));
+                let area = amplitude.max(1e-9);
+                let table = format!("temperature_table = [{}], area = \"{area:?} m2\"", rows.join(", "));
+                Some(vec![(added("contact"), format!("{{ between = [{}], {table} }}", ends.join(", ")))])
+            }
             Act::Capacity(g) => {
                 let name = group(g);
                 let own = capacity(network, g);
@@ -145,8 +163,11 @@ impl Hypothesis {
                 let made = format!("{{ base = {}, specific_heat = {value} }}", text(material.name.clone()));
                 Some(vec![(format!("material.{}", quoted(&new)), made), (format!("part.{}.material", quoted(&name)), text(new))])
             }
-            // The split follows from the branches' resistance: no number of the file is the flow of one.
-            Act::Branch(_) => None,
+            Act::Branch(c) => {
+                let channel = &machine.channels[c];
+                let key = format!("channel.{}.minor_loss", quoted(&channel.name));
+                Some(vec![(key, format!("{:?}", channel.minor_loss + amplitude.max(0.0)))])
+            }
             Act::Bias(_) | Act::Gain(_) | Act::Lag(_) | Act::Swap(..) => Some(Vec::new()),
         })
     }

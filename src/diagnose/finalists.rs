@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::Problem;
-use super::catalogue::{Hypothesis, hypotheses};
+use super::catalogue::{Act, Hypothesis, hypotheses};
 use super::probability::{self, Candidate, Posterior};
 use super::refine::{Bench, Extended, Fitted, Used, fit};
 use super::screen::Screened;
@@ -76,10 +76,8 @@ impl Finals<'_> {
         for round in 0..ROUNDS {
             let Some(best) = self.best(&now).filter(|best| best.0 != about) else { break };
             about.clone_from(&best.0);
-            if !best.0.iter().all(|j| self.of(*j).is_sensor()) {
-                let members: Vec<(&Hypothesis, f64)> = best.0.iter().map(|j| self.of(*j)).zip(best.1.amplitudes.iter().copied()).collect();
-                let Some(Extended { study, .. }) = self.bench.extended(&members)? else { break };
-                view = View::about(self.problem, &study, self.catalogue, self.bench.scales)?;
+            if let Some(about_best) = self.about(&best)? {
+                view = about_best;
                 let base = &self.base.found;
                 now.screened = rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue);
                 now.mesh.clone_from(&view.mesh);
@@ -104,6 +102,21 @@ impl Finals<'_> {
             }
         }
         Ok(now)
+    }
+
+    /// Covariance and mesh with an explanation in force; `None` where it changes neither, or the machine file has no words for it.
+    fn about(&self, (members, fitted): &Entry) -> Result<Option<View>> {
+        let members: Vec<(&Hypothesis, f64)> = members.iter().map(|j| self.of(*j)).zip(fitted.amplitudes.iter().copied()).collect();
+        let mut view = None;
+        if !members.iter().all(|(h, _)| h.is_sensor()) {
+            let Some(Extended { study, .. }) = self.bench.extended(&members)? else { return Ok(None) };
+            view = Some(View::about(self.problem, &study, self.catalogue, self.bench.scales)?);
+        }
+        for (h, _) in members {
+            let Act::Swap(a, b) = h.act else { continue };
+            view = Some(view.as_ref().unwrap_or(self.base).exchanged(self.problem, (a, b)));
+        }
+        Ok(view)
     }
 
     /// Fits what slopes put ahead of all that is fitted, until what leads is fitted.

@@ -7,7 +7,7 @@ use super::finalists::leading;
 use super::probability::{self, Candidate};
 use super::refine::{Bench, Used, fit};
 use super::view::{View, screened};
-use super::{Problem, decide, misfit};
+use super::{Problem, is_wrong};
 use crate::measure::whiten;
 use crate::random::Random;
 
@@ -98,7 +98,7 @@ fn found_without(bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, kept:
     let whitener = base.errors.whitener(kept);
     let columns: Vec<Vec<f64>> = base.found.columns.iter().map(pick).collect();
     let part = screened(&pick(&base.found.residual), &columns, &whitener, catalogue);
-    if !decide::is_wrong(&misfit(&part, seed)) {
+    if !is_wrong(&part, seed) {
         return None;
     }
     let prior = probability::prior(&part, catalogue);

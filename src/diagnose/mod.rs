@@ -20,6 +20,7 @@ mod probability;
 mod refine;
 mod screen;
 mod signature;
+mod trial;
 mod view;
 mod words;
 
@@ -37,6 +38,7 @@ pub use gain::Gain;
 pub use missing::MissingHeat;
 pub use refine::{Bench, Extended, Fitted, fit};
 pub use signature::{Signatures, signatures};
+pub use trial::Trial;
 pub use words::{Shown, sentence};
 
 use finalists::{Finals, Outcome};
@@ -204,7 +206,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let posterior = probability::posterior(&screened, &prior, !data.is_transient());
     let is_wrong = decide::is_wrong(&misfit);
     let predicted = &base.found.prediction.values;
-    let bench = Bench { study, data, predicted, start: problem.start, scales: &scales, user: &problem.user };
+    let bench = Bench { study, data, predicted, fields: &base.found.fields, start: problem.start, scales: &scales, user: &problem.user };
     let sheet = Sheet {
         predicted: predicted.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
         whitened: screened.residual.clone(),
@@ -253,7 +255,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let gain = gain::gain(problem, &bench, &catalogue, &base, best.is_some());
     let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
         progress("what to measure next");
-        advice::next(problem, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>(), &scales)?
+        advice::next(&bench, problem, verdict, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>())?
     } else {
         Vec::new()
     };
@@ -277,6 +279,15 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
 }
 
 fn misfit(screened: &Screened, seed: u64) -> Misfit {
+    Misfit { look_elsewhere: screened.look_elsewhere(seed), ..of_the_whole(screened) }
+}
+
+fn of_the_whole(screened: &Screened) -> Misfit {
     let (chi2, freedom) = (screened.misfit(), screened.residual.len());
-    Misfit { chi2, freedom, probability: crate::identify::chi_square_tail(chi2, freedom), look_elsewhere: screened.look_elsewhere(seed) }
+    Misfit { chi2, freedom, probability: crate::identify::chi_square_tail(chi2, freedom), look_elsewhere: 1.0 }
+}
+
+/// Whether a screen raises the alarm; noise is simulated only where the misfit of the whole does not.
+fn is_wrong(screened: &Screened, seed: u64) -> bool {
+    decide::is_wrong(&of_the_whole(screened)) || decide::is_wrong(&misfit(screened, seed))
 }

@@ -4,6 +4,8 @@
 //! kind, then over its laws, so that a kind with many places is not favoured. Something else is a residual larger all
 //! round than its covariance says, by a factor that is not known.
 
+use std::collections::HashMap;
+
 use rayon::prelude::*;
 
 use super::catalogue::Hypothesis;
@@ -48,20 +50,17 @@ pub struct Posterior {
 
 /// Prior of every visible hypothesis, summing to one.
 pub fn prior(screened: &Screened, hypotheses: &[Hypothesis]) -> Vec<f64> {
-    let of = |j: usize| &hypotheses[screened.visible[j]];
-    let n = screened.visible.len();
-    let mut kinds: Vec<&str> = (0..n).map(|j| of(j).kind).collect();
-    kinds.sort_unstable();
-    kinds.dedup();
-    (0..n)
-        .map(|j| {
-            let mut places: Vec<&str> = (0..n).filter(|i| of(*i).kind == of(j).kind).map(|i| of(i).place.as_str()).collect();
-            places.sort_unstable();
-            places.dedup();
-            let laws = (0..n).filter(|i| of(*i).kind == of(j).kind && of(*i).place == of(j).place).count();
-            1.0 / (kinds.len() * places.len() * laws) as f64
-        })
-        .collect()
+    let mut laws: HashMap<(&str, &str), usize> = HashMap::new();
+    let mut places: HashMap<&str, usize> = HashMap::new();
+    let all = || screened.visible.iter().map(|i| &hypotheses[*i]);
+    for h in all() {
+        let of_place = laws.entry((h.kind, &h.place)).or_default();
+        if *of_place == 0 {
+            *places.entry(h.kind).or_default() += 1;
+        }
+        *of_place += 1;
+    }
+    all().map(|h| 1.0 / (places.len() * places[h.kind] * laws[&(h.kind, h.place.as_str())]) as f64).collect()
 }
 
 /// Logarithm of the prior of one cause or two.

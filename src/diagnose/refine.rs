@@ -33,6 +33,8 @@ pub struct Bench<'a> {
     pub data: &'a Data,
     /// What the machine as it is predicts for them, K.
     pub predicted: &'a [f64],
+    /// Its temperatures of all nodes at each distinct condition, K, where solves begin; none of logs.
+    pub fields: &'a [Vec<f64>],
     /// State logs begin with.
     pub start: Start,
     /// Where laws are one.
@@ -74,27 +76,29 @@ impl Bench<'_> {
     /// # Errors
     /// The machine file has no words for one of them, or the machine with them cannot be solved.
     pub fn predict(&self, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
-        Ok(self.predict_near(members, &[])?.0)
+        let (values, _) = self.solve_near(members, self.fields)?;
+        Ok(self.read(members, values))
     }
 
-    /// The same with the temperatures of all nodes, from those of a machine much like it; see [`identify::steady_near`].
-    fn predict_near(&self, members: &[(&Hypothesis, f64)], near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-        let (mut values, fields) = if members.iter().all(|(h, _)| h.is_sensor()) {
-            (self.predicted.to_vec(), Vec::new())
-        } else {
-            let Some(Extended { study, .. }) = self.extended(members)? else {
-                return Err(Error::input("the machine file has no words for this cause"));
-            };
-            if self.data.is_transient() {
-                (identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, Vec::new())
-            } else {
-                identify::steady_near(&study, self.data, near)?
-            }
-        };
-        for (h, amplitude) in members.iter().filter(|(h, _)| h.is_sensor()) {
-            values = h.read(self.data, &values, *amplitude);
+    /// What the machine comes to, before its sensors' own errors, with the temperatures of all nodes; from those of a machine
+    /// much like it, see [`identify::steady_near`].
+    fn solve_near(&self, members: &[(&Hypothesis, f64)], near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+        if members.iter().all(|(h, _)| h.is_sensor()) {
+            return Ok((self.predicted.to_vec(), Vec::new()));
         }
-        Ok((values, fields))
+        let Some(Extended { study, .. }) = self.extended(members)? else {
+            return Err(Error::input("the machine file has no words for this cause"));
+        };
+        if self.data.is_transient() {
+            Ok((identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, Vec::new()))
+        } else {
+            identify::steady_near(&study, self.data, near)
+        }
+    }
+
+    /// What the sensors make of it.
+    fn read(&self, members: &[(&Hypothesis, f64)], values: Vec<f64>) -> Vec<f64> {
+        members.iter().filter(|(h, _)| h.is_sensor()).fold(values, |values, (h, amplitude)| h.read(self.data, &values, *amplitude))
     }
 }
 
@@ -127,10 +131,19 @@ pub struct Used<'a> {
 /// A point of a fit.
 struct Point {
     amplitudes: Vec<f64>,
+    /// Predictions before the sensors' own errors, and temperatures of all nodes, K.
+    solved: (Vec<f64>, Vec<Vec<f64>>),
     values: Vec<f64>,
-    fields: Vec<Vec<f64>>,
     residual: Vec<f64>,
     cost: f64,
+}
+
+/// Slopes at a point, per unit of every amplitude: none where one is not free.
+struct Slopes {
+    /// Of the whitened predictions, one column each.
+    whitened: DMatrix<f64>,
+    /// Of the temperatures of all nodes.
+    fields: Vec<Vec<Vec<f64>>>,
 }
 
 /// The fit of one explanation.
@@ -141,13 +154,22 @@ struct Fit<'a> {
 }
 
 impl Fit<'_> {
+    fn with(&self, amplitudes: &[f64]) -> Vec<(&Hypothesis, f64)> {
+        self.members.iter().copied().zip(amplitudes.iter().copied()).collect()
+    }
+
     fn at(&self, amplitudes: Vec<f64>, near: &[Vec<f64>]) -> Result<Point> {
-        let members: Vec<(&Hypothesis, f64)> = self.members.iter().copied().zip(amplitudes.iter().copied()).collect();
-        let (values, fields) = self.bench.predict_near(&members, near)?;
+        let solved = self.bench.solve_near(&self.with(&amplitudes), near)?;
+        Ok(self.seen(amplitudes, solved))
+    }
+
+    /// A point where the machine is solved already.
+    fn seen(&self, amplitudes: Vec<f64>, solved: (Vec<f64>, Vec<Vec<f64>>)) -> Point {
+        let values = self.bench.read(&self.with(&amplitudes), solved.0.clone());
         let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
         let residual = self.used.whitener.apply(&apart);
         let cost = square(&residual) + self.prior(&amplitudes);
-        Ok(Point { amplitudes, values, fields, residual, cost })
+        Point { amplitudes, solved, values, residual, cost }
     }
 
     fn prior(&self, amplitudes: &[f64]) -> f64 {
@@ -163,17 +185,22 @@ impl Fit<'_> {
         amplitude.clamp(if h.is_signed { -most } else { 0.0 }, most)
     }
 
-    /// Whitened slopes with respect to every amplitude, one column each; none where an amplitude is not free.
-    fn slopes(&self, here: &Point) -> Result<DMatrix<f64>> {
+    fn slopes(&self, here: &Point) -> Result<Slopes> {
         let is_log = self.bench.data.is_transient();
-        let mut jacobian = DMatrix::zeros(here.residual.len(), self.members.len());
+        let mut slopes =
+            Slopes { whitened: DMatrix::zeros(here.residual.len(), self.members.len()), fields: vec![Vec::new(); self.members.len()] };
         for (j, h) in self.members.iter().enumerate().filter(|(_, h)| !h.is_fixed()) {
             let step = if is_log { STEP_OF_LOGS } else { STEP } * h.scale;
             let moved = |by: f64| -> Result<(Option<Point>, f64)> {
                 let mut to = here.amplitudes.clone();
                 to[j] = self.bounded(j, to[j] + by);
                 let by = to[j] - here.amplitudes[j];
-                Ok((if by == 0.0 { None } else { Some(self.at(to, &here.fields)?) }, by))
+                Ok(match by {
+                    0.0 => (None, by),
+                    // The machine stays as it is.
+                    _ if h.is_sensor() => (Some(self.seen(to, (here.solved.0.clone(), Vec::new()))), by),
+                    _ => (Some(self.at(to, &here.solved.1)?), by),
+                })
             };
             let (above, up) = moved(step)?;
             // Fronts bend: to both sides.
@@ -181,9 +208,23 @@ impl Fit<'_> {
             let (Some(above), true) = (above, up > down) else { continue };
             let below = below.as_ref().map_or(&here.residual, |p| &p.residual);
             let column = below.iter().zip(&above.residual).map(|(b, a)| (b - a) / (up - down));
-            jacobian.set_column(j, &DVector::from_iterator(here.residual.len(), column));
+            slopes.whitened.set_column(j, &DVector::from_iterator(here.residual.len(), column));
+            let of_field = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) / up).collect();
+            slopes.fields[j] = above.solved.1.iter().zip(&here.solved.1).map(of_field).collect();
         }
-        Ok(jacobian)
+        Ok(slopes)
+    }
+
+    /// Temperatures of all nodes, K, as slopes continue them: where the next solve begins.
+    fn continued(here: &Point, slopes: &Slopes, to: &[f64]) -> Vec<Vec<f64>> {
+        let mut fields = here.solved.1.clone();
+        for (j, of_amplitude) in slopes.fields.iter().enumerate() {
+            let by = to[j] - here.amplitudes[j];
+            for (field, slope) in fields.iter_mut().zip(of_amplitude) {
+                field.iter_mut().zip(slope).for_each(|(t, s)| *t += by * s);
+            }
+        }
+        fields
     }
 
     /// Curvature with priors: its inverse is the covariance.
@@ -197,8 +238,8 @@ impl Fit<'_> {
     }
 
     /// One step of Gauss and Newton's method, shortened until it leads down; `None` where none does or it is too small.
-    fn step(&self, here: &Point, jacobian: &DMatrix<f64>, covariance: &DMatrix<f64>) -> Option<Point> {
-        let mut right = jacobian.transpose() * DVector::from_vec(here.residual.clone());
+    fn step(&self, here: &Point, slopes: &Slopes, covariance: &DMatrix<f64>) -> Option<Point> {
+        let mut right = slopes.whitened.transpose() * DVector::from_vec(here.residual.clone());
         for (j, h) in self.members.iter().enumerate() {
             right[j] = if h.is_fixed() { 0.0 } else { right[j] - here.amplitudes[j] / (h.scale * h.scale) };
         }
@@ -212,7 +253,8 @@ impl Fit<'_> {
             if to == here.amplitudes {
                 return None;
             }
-            if let Ok(there) = self.at(to, &here.fields)
+            let near = Self::continued(here, slopes, &to);
+            if let Ok(there) = self.at(to, &near)
                 && there.cost <= here.cost
             {
                 return Some(there);
@@ -225,13 +267,14 @@ impl Fit<'_> {
     /// Where to begin: the guess, nearer to nothing where the machine cannot be solved with it.
     fn begin(&self, guess: &[f64]) -> Result<Point> {
         let mut at: Vec<f64> = guess.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect();
-        let mut here = self.at(at.clone(), &[]);
+        let near = self.bench.fields;
+        let mut here = self.at(at.clone(), near);
         for _ in 0..4 {
             if here.is_ok() {
                 break;
             }
             at.iter_mut().for_each(|a| *a *= 0.5);
-            here = self.at(at.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect(), &[]);
+            here = self.at(at.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect(), near);
         }
         let here = here?;
         if !self.bench.data.is_transient() {
@@ -239,7 +282,7 @@ impl Fit<'_> {
         }
         // A front that is off by more than its width gives a slope that leads nowhere: the prior's scale may lie nearer.
         let sided = |(j, a): (usize, &f64)| self.bounded(j, if *a < 0.0 { -self.members[j].scale } else { self.members[j].scale });
-        let far = self.at(here.amplitudes.iter().enumerate().map(sided).collect(), &[]);
+        let far = self.at(here.amplitudes.iter().enumerate().map(sided).collect(), near);
         Ok(far.ok().filter(|far| far.cost < here.cost).unwrap_or(here))
     }
 }
@@ -254,11 +297,11 @@ pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], used: Used
     let (renewals, steps) = if bench.data.is_transient() { (MOST_RENEWALS_OF_LOGS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
     let mut covariance = DMatrix::identity(members.len(), members.len());
     for _ in 0..renewals {
-        let jacobian = fit.slopes(&here)?;
-        covariance = fit.covariance(&jacobian);
+        let slopes = fit.slopes(&here)?;
+        covariance = fit.covariance(&slopes.whitened);
         let begun = here.amplitudes.clone();
         for _ in 0..steps {
-            let Some(there) = fit.step(&here, &jacobian, &covariance) else { break };
+            let Some(there) = fit.step(&here, &slopes, &covariance) else { break };
             here = there;
         }
         // Slopes, and with them the interval, are those of where the fit ended.

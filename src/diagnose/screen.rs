@@ -7,6 +7,8 @@ use crate::random::Random;
 
 /// Simulated data sets of pure noise.
 const SIMULATIONS: usize = 2000;
+/// How many of them go through the screen as one matrix.
+const BATCH: usize = 125;
 /// A signature shorter than this, whitened and for an amplitude of its prior's scale, cannot show.
 const FAINT: f64 = 0.05;
 
@@ -102,20 +104,24 @@ impl Screened {
     /// Probability that pure noise lets some hypothesis take away as much misfit as the best one does.
     pub fn look_elsewhere(&self, seed: u64) -> f64 {
         let best = (0..self.visible.len()).map(|j| self.single(j).1).fold(0.0, f64::max);
-        let unit: Vec<f64> = (0..self.visible.len()).map(|j| self.gram[(j, j)].sqrt()).collect();
         let n = self.residual.len();
-        let exceeds = |s: usize| -> bool {
-            let mut random = Random::new(seed.wrapping_add(s as u64));
-            let noise: Vec<f64> = (0..n).map(|_| random.normal()).collect();
-            (0..self.visible.len()).any(|j| {
-                let along: f64 = self.columns.column(j).iter().zip(&noise).map(|(c, z)| c * z).sum::<f64>() / unit[j];
-                if self.fixed[j] {
-                    return 2.0 * along * unit[j] - unit[j] * unit[j] >= best;
-                }
-                (along > 0.0 || self.signed[j]) && along * along >= best
-            })
+        let signatures = self.columns.transpose();
+        let exceeding = |batch: usize| -> usize {
+            let first = batch * BATCH;
+            let width = BATCH.min(SIMULATIONS - first);
+            let mut noise = DMatrix::zeros(n, width);
+            for (s, mut column) in noise.column_iter_mut().enumerate() {
+                let mut random = Random::new(seed.wrapping_add((first + s) as u64));
+                column.iter_mut().for_each(|z| *z = random.normal());
+            }
+            let along = &signatures * noise;
+            let exceeds = |j: usize, b: f64| match (self.fixed[j], self.gram[(j, j)]) {
+                (true, g) => 2.0 * b - g >= best,
+                (false, g) => (b > 0.0 || self.signed[j]) && b * b / g >= best,
+            };
+            along.column_iter().filter(|column| column.iter().enumerate().any(|(j, b)| exceeds(j, *b))).count()
         };
-        let count = (0..SIMULATIONS).into_par_iter().filter(|s| exceeds(*s)).count();
+        let count: usize = (0..SIMULATIONS.div_ceil(BATCH)).into_par_iter().map(exceeding).sum();
         (1 + count) as f64 / (SIMULATIONS + 1) as f64
     }
 }

@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::identify::{self, Prediction, conditions, states};
 use crate::measure::{Data, whiten};
 use crate::network::Network;
+use crate::reader::quoted;
 use crate::sensitivity::{Adjoint, Derivatives, Effect, Screen, Study, Target};
 use crate::simulate::Start;
 
@@ -17,6 +18,8 @@ use crate::simulate::Start;
 /// along a secant about as long as it is likely to be; the rest along a slope.
 const SECANT: f64 = 0.5;
 const STEP: f64 = 0.1;
+/// Relative residual of adjoint fields: causes are compared, and what is named is fitted.
+const ADJOINT: f64 = 1e-9;
 /// Error allowed in each time step of a log, K, well below what every model leaves open.
 pub const TIME_TOLERANCE: f64 = 0.01;
 /// What changes no reading by more than this many of them, for an amplitude of the prior's scale, is the solver's own error.
@@ -29,6 +32,8 @@ pub struct Signatures {
     pub residual: Vec<f64>,
     /// Predictions of the machine as it is, and their slopes with respect to uncertain parameters and conditions.
     pub prediction: Prediction,
+    /// Temperatures of all nodes at each distinct condition, K; none of logs.
+    pub fields: Vec<Vec<f64>>,
     /// One column per hypothesis, K per unit of its amplitude; zeros where it does nothing.
     pub columns: Vec<Vec<f64>>,
 }
@@ -77,7 +82,7 @@ pub fn signatures(
         if explains(&less, -1.0) > explains(&more, 1.0) { less } else { more }
     };
     let columns = hypotheses.par_iter().map(column).collect();
-    Ok(Signatures { residual, prediction, columns })
+    Ok(Signatures { residual, prediction, fields: Vec::new(), columns })
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
@@ -107,7 +112,8 @@ fn steady(
         effects: Vec<Vec<f64>>,
     }
     let of = |(c, at): (usize, &Derivatives<'_>)| -> Result<At> {
-        let adjoints: Vec<Adjoint> = data.sensors.par_iter().map(|s| at.adjoint(Target::Sensor(*s))).collect::<Result<_>>()?;
+        let adjoints: Vec<Adjoint> =
+            data.sensors.par_iter().map(|s| at.adjoint_within(Target::Sensor(*s), ADJOINT)).collect::<Result<_>>()?;
         let slopes = wanted
             .iter()
             .map(|p| {
@@ -149,7 +155,8 @@ fn steady(
         places.iter().map(|(r, k)| all[index[*r]].effects[at][*k] * scales.factor(h.law, &data.rows[*r].condition)).collect()
     };
     let columns = hypotheses.par_iter().map(column).collect();
-    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, columns })
+    let fields = states.iter().map(|at| at.state.solution.temperatures.clone()).collect();
+    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, fields, columns })
 }
 
 /// Heat per unit amplitude of the user's kinds at every condition, W; zero where the expression cannot be read.
@@ -195,6 +202,11 @@ fn effect(
         e.rows.iter_mut().for_each(|(_, r)| *r *= by);
         e
     };
+    let along = |key: &str| -> Option<Effect> {
+        let partial = at.partial(&study.parameter(key).ok()?).ok()?;
+        let rows = partial.residual.iter().enumerate().filter(|(_, r)| **r != 0.0).map(|(n, r)| (n as u32, *r));
+        Some(Effect { rows: rows.collect(), inlets: Vec::new() })
+    };
     let stream = |channel: usize| network.streams.iter().position(|s| s.name == machine.channels[channel].name);
     Some(match act {
         Act::Heat(g) => screen.source(&shares(network, g)),
@@ -222,17 +234,10 @@ fn effect(
             scaled(whole, if area > 0.0 { (sum / area - REFERENCE) / DRIFT } else { 0.0 })
         }
         Act::Film(channel) => screen.stream_film(stream(channel)?),
-        Act::Branch(channel) => screen.stream_rate(stream(channel)?),
+        Act::Branch(channel) => along(&format!("channel.{}.minor_loss", quoted(&machine.channels[channel].name)))?,
         Act::Flow(circuit) => screen.flow(circuit).ok()?,
         Act::Inlet(circuit) => screen.inlet(circuit).ok()?,
-        Act::Chamber => {
-            let parameter = study.parameter("chamber.temperature").ok()?;
-            let partial = at.partial(&parameter).ok()?;
-            Effect {
-                rows: partial.residual.iter().enumerate().filter(|(_, r)| **r != 0.0).map(|(n, r)| (n as u32, *r)).collect(),
-                inlets: Vec::new(),
-            }
-        }
+        Act::Chamber => along("chamber.temperature")?,
         Act::Emissivity(g) => screen.emissivity(screen.surfaces_of(g)),
         Act::Boundary(b) => screen.boundary(b as u32),
         Act::Loss(_) => {

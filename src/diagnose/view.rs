@@ -1,6 +1,6 @@
 //! The data held against one machine: predictions, what a finer mesh changes in them, and the covariance of what is left.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use rayon::prelude::*;
 
@@ -60,6 +60,29 @@ impl View {
         let is_open = |h: &Hypothesis| openness_of(h, &problem.openness).is_some() || matches!(h.act, Act::Capacity(_));
         common.retain(|h| is_open(h) && own.contains(&(h.kind, h.place.as_str())));
         Self::of(problem, study, &common, scales)
+    }
+
+    /// The same where two sensors of the data are exchanged: what is uncertain of one reading's place is of the other's.
+    pub fn exchanged(&self, problem: &Problem, (a, b): (usize, usize)) -> Self {
+        let places = whiten::places(&problem.data);
+        let position: HashMap<(usize, usize), usize> = places.iter().enumerate().map(|(i, place)| (*place, i)).collect();
+        let of = |(i, (r, k)): (usize, &(usize, usize))| {
+            let other = if *k == a {
+                b
+            } else if *k == b {
+                a
+            } else {
+                *k
+            };
+            position.get(&(*r, other)).copied().unwrap_or(i)
+        };
+        let from: Vec<usize> = places.iter().enumerate().map(of).collect();
+        let pick = |v: &Vec<f64>| from.iter().map(|i| v[*i]).collect::<Vec<f64>>();
+        let errors = Errors { deviation: pick(&self.errors.deviation), common: self.errors.common.iter().map(pick).collect() };
+        let mesh = pick(&self.mesh);
+        let readings = self.readings.iter().zip(&self.mesh).zip(&mesh).map(|((r, before), after)| r + before - after).collect();
+        let all: Vec<usize> = (0..mesh.len()).collect();
+        Self { found: self.found.clone(), whitener: errors.whitener(&all), mesh, errors, readings }
     }
 
     /// Signatures held against the residual.

@@ -44,7 +44,9 @@ pub fn sentence(part: &Part) -> String {
         Act::Contact(_) => format!("the contact {} changes with its temperature: {} times per 10 K", h.place, range(&factor, "")),
         Act::Film(_) => format!("the film of channel {} is {} times the model's (below 1: fouling)", h.place, range(&factor, "")),
         Act::Flow(_) => format!("the flow through {} is {} times what is stated", h.place, range(&factor, "")),
-        Act::Branch(_) => format!("channel {} gets {} times its share of the flow", h.place, range(&factor, "")),
+        Act::Branch(_) => {
+            format!("channel {} is narrowed and gets less of the flow: a loss coefficient of {} more", h.place, range(&same, ""))
+        }
         Act::Inlet(_) if h.law == Law::Constant => format!("the water enters {} warmer than stated by {}", h.place, range(&same, " K")),
         Act::Inlet(_) => format!("the line to {} warms the water by {} at the middle flow, less at more flow", h.place, range(&same, " K")),
         Act::Chamber => format!("the chamber wall is warmer than stated by {}", range(&same, " K")),
@@ -95,12 +97,13 @@ impl Part {
             Act::UserHeat(_) => as_is("amplitude", "1"),
             Act::Source(_) | Act::Gain(_) => grown("factor"),
             Act::Contact(_) if self.hypothesis.law != Law::Constant => factor("factor_per_10_K"),
-            Act::Contact(_) | Act::Film(_) | Act::Flow(_) | Act::Branch(_) | Act::Emissivity(_) | Act::Boundary(_) => factor("factor"),
+            Act::Contact(_) | Act::Film(_) | Act::Flow(_) | Act::Emissivity(_) | Act::Boundary(_) => factor("factor"),
             Act::Capacity(_) => as_is("heat_capacity", "J/K"),
             Act::Inlet(_) | Act::Chamber | Act::Bias(_) => as_is("offset", "K"),
             Act::Gas | Act::Loss(_) => as_is("film", "W/(m2 K)"),
             Act::Leak(_) | Act::Link(..) => as_is("conductance", "W/K"),
             Act::Radiate(..) => as_is("exchange_area", "m2"),
+            Act::Branch(_) => as_is("loss_coefficient", "1"),
             Act::Lag(_) => as_is("time_constant", "s"),
             Act::Swap(..) => as_is("share", "1"),
         }

@@ -113,12 +113,24 @@ impl<'a> Derivatives<'a> {
     /// # Errors
     /// As [`Tangent::solve_transposed`].
     pub fn adjoint(&self, target: Target) -> Result<Adjoint> {
+        self.adjoint_by(target, |right| self.tangent.solve_transposed(right))
+    }
+
+    /// The same to a relative residual `aim`, where a comparison of causes needs no more.
+    ///
+    /// # Errors
+    /// As [`Tangent::solve_transposed`].
+    pub fn adjoint_within(&self, target: Target, aim: f64) -> Result<Adjoint> {
+        self.adjoint_by(target, |right| self.tangent.solve_transposed_within(right, aim))
+    }
+
+    fn adjoint_by(&self, target: Target, solve: impl Fn(&[f64]) -> Result<Vec<f64>>) -> Result<Adjoint> {
         let terms = self.terms(target);
         let network = &self.study.model.network;
         let mut right = vec![0.0; network.nodes];
         terms.nodes.iter().for_each(|(node, w)| right[*node as usize] += w);
         network.fixed.iter().for_each(|(node, _)| right[*node as usize] = 0.0);
-        Ok(Adjoint { terms, field: self.tangent.solve_transposed(&right)? })
+        Ok(Adjoint { terms, field: solve(&right)? })
     }
 
     /// Derivative of an adjoint's target with respect to a parameter, K per SI unit: one scalar product.

@@ -244,29 +244,6 @@ impl<'a> Screen<'a> {
         self.effect(self.exchange(s, |k| self.network.exchange_slopes(s, k, state, &self.solution.temperatures).log_film))
     }
 
-    /// The capacity rate of one stream at the same films, as if part of its flow by-passed what follows; per relative change.
-    pub fn stream_rate(&self, s: usize) -> Effect {
-        let (stream, state) = (&self.network.streams[s], &self.solution.streams[s]);
-        let rate = state.capacity_rate;
-        if rate <= 0.0 {
-            return Effect::default();
-        }
-        // E = C (1 - exp(-UA/C)): dE/d ln C = E - UA exp(-UA/C).
-        let slope = |k: usize| {
-            let e = state.exchange[k];
-            let ua = -rate * (-e / rate).ln_1p();
-            e - ua * (1.0 - e / rate)
-        };
-        let mut rows = self.exchange(s, slope);
-        let mut entering = self.network.entering(s, self.load, &self.solution.streams, &self.solution.temperatures);
-        for k in 0..stream.stations.len() {
-            let own = stream.first_node + k as u32;
-            rows.push((own, rate * (self.t(own) - entering)));
-            entering = self.t(own);
-        }
-        self.effect(rows)
-    }
-
     /// Rows that follow from a change of every station's exchange, W/K.
     fn exchange(&self, s: usize, slope: impl Fn(usize) -> f64) -> Vec<(u32, f64)> {
         let stream = &self.network.streams[s];

@@ -121,7 +121,8 @@ impl Study {
         let mut machine = Machine::from_document(&document)?;
         let keys: Vec<&str> = sets.iter().map(|(key, _)| key.as_str()).collect();
         // What the file did not have before may change the network's shape.
-        let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))));
+        let is_channel = |key: &str| matches!(Reach::of(key, &machine), Reach::Channel(_));
+        let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))) || is_channel(key));
         let kept = if is_known { self.kept(&machine, &keys) } else { None };
         let (mesh, network) = match kept {
             Some(network) => (self.model.mesh.clone(), network),
@@ -139,7 +140,7 @@ impl Study {
         let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
         let network = match Reach::of(&parameter.name, &self.model.machine) {
             Reach::Load => None,
-            Reach::Contact(_) => self.kept(&machine, &[&parameter.name]),
+            Reach::Contact(_) | Reach::Channel(_) => self.kept(&machine, &[&parameter.name]),
             Reach::Network => {
                 let moved = self.moved(&mut machine)?;
                 let network = Network::build(&machine, moved.as_ref().unwrap_or(&self.model.mesh))?;
@@ -158,11 +159,19 @@ impl Study {
         }
         let mut network = self.model.network.clone();
         for reach in reaches {
-            let Reach::Contact(c) = reach else { continue };
-            let contact = machine.contacts.get(c)?;
-            let far = format!("{} (far side)", contact.name);
-            let groups = network.contacts.iter_mut().filter(|g| g.name == contact.name || g.name == far);
-            groups.for_each(|group| group.law = contact.law.clone());
+            match reach {
+                Reach::Contact(c) => {
+                    let contact = machine.contacts.get(c)?;
+                    let far = format!("{} (far side)", contact.name);
+                    let groups = network.contacts.iter_mut().filter(|g| g.name == contact.name || g.name == far);
+                    groups.for_each(|group| group.law = contact.law.clone());
+                }
+                Reach::Channel(c) => {
+                    let (stream, channel) = (network.streams.get_mut(c)?, machine.channels.get(c)?);
+                    (stream.film_factor, stream.minor_loss) = (channel.film_factor, channel.minor_loss);
+                }
+                Reach::Load | Reach::Network => {}
+            }
         }
         Some(network)
     }
@@ -206,6 +215,8 @@ enum Reach {
     Load,
     /// The law of a contact.
     Contact(usize),
+    /// The factor on a channel's film, or its loss coefficient.
+    Channel(usize),
     /// Anything of the network.
     Network,
 }
@@ -223,6 +234,9 @@ impl Reach {
             | ["drive" | "limit" | "measurement", ..] => Self::Load,
             ["contact", name, law, ..] if !matches!(*law, "area" | "between") => {
                 machine.contacts.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Contact)
+            }
+            ["channel", name, "film_factor" | "minor_loss"] => {
+                machine.channels.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Channel)
             }
             _ => Self::Network,
         }

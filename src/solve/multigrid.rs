@@ -25,6 +25,8 @@ const COARSEST: usize = 400;
 const STRENGTH: f64 = 0.08;
 /// Blocks are coarsened while that leaves less than this share of the rows.
 const WORTHWHILE: f64 = 0.6;
+/// Cells in a line of a block, on the mean, below which a list of neighbours costs less than tables of the line.
+const SHORT: usize = 8;
 /// Products with the matrix in each smoothing.
 const DEGREE: usize = 4;
 
@@ -333,15 +335,18 @@ fn network_level(matrix: &Symmetric<'_>, capacity: &[f64], transfer: Transfer) -
         (2.0 * held[i] + own[i] + values.iter().map(|v| v.abs()).sum::<f32>()) / (held[i] + own[i])
     });
     let bound = excess.fold(2.0, f32::max);
-    Level {
-        inverse_diagonal: held.iter().zip(&own).map(|(h, o)| 1.0 / (h + o)).collect(),
-        own,
-        steady: None,
-        bound,
-        capacity: capacity.to_vec(),
-        operator: Operator::Network { blocks: matrix.blocks.to_vec(), profiles, rest },
-        step: Step::Blocks(transfer),
-    }
+    let inverse_diagonal = held.iter().zip(&own).map(|(h, o)| 1.0 / (h + o)).collect();
+    let (operator, own) = if has_short_lines(matrix.blocks) {
+        (Operator::Rows(rows_of(matrix).to_single()), vec![0.0; rows])
+    } else {
+        (Operator::Network { blocks: matrix.blocks.to_vec(), profiles, rest }, own)
+    };
+    Level { inverse_diagonal, own, steady: None, bound, capacity: capacity.to_vec(), operator, step: Step::Blocks(transfer) }
+}
+
+fn has_short_lines(blocks: &[Block]) -> bool {
+    let lines: usize = blocks.iter().map(|b| b.cells[1] * b.cells[2]).sum();
+    blocks.iter().map(Block::len).sum::<usize>() < SHORT * lines
 }
 
 fn conduction_diagonal(rows: usize, blocks: &[Block], profiles: &[Profile<f32>]) -> Vec<f32> {
@@ -357,28 +362,39 @@ fn conduction_diagonal(rows: usize, blocks: &[Block], profiles: &[Profile<f32>])
     diagonal
 }
 
-/// A network without blocks as compressed rows.
+/// The network as compressed rows.
 fn rows_of(matrix: &Symmetric<'_>) -> Csr {
-    let rows = matrix.to_given.len();
-    let mut entries: Vec<(u32, u32, f64)> =
-        matrix.couplings.iter().flat_map(|(a, b, g)| [(*a, *b, -g), (*b, *a, -g), (*a, *a, *g), (*b, *b, *g)]).collect();
-    entries.extend(matrix.to_given.iter().enumerate().map(|(i, g)| (i as u32, i as u32, *g)));
-    entries.sort_by_key(|(i, j, _)| (*i, *j));
-    let (mut lengths, mut cols, mut values) = (vec![0usize; rows], Vec::new(), Vec::new());
-    let mut last = None;
-    for (i, j, v) in entries {
-        if last == Some((i, j)) {
-            if let Some(sum) = values.last_mut() {
-                *sum += v;
-            }
-        } else {
-            lengths[i as usize] += 1;
-            cols.push(j);
-            values.push(v);
-            last = Some((i, j));
+    let n = matrix.to_given.len();
+    let mut rows: Vec<Vec<(u32, f64)>> = matrix.to_given.iter().enumerate().map(|(i, g)| vec![(i as u32, *g)]).collect();
+    let mut join = |a: u32, b: u32, g: f64| {
+        rows[a as usize].push((b, -g));
+        rows[a as usize][0].1 += g;
+    };
+    for (a, b, g) in &matrix.couplings {
+        join(*a, *b, *g);
+        join(*b, *a, *g);
+    }
+    for (block, profile) in matrix.blocks.iter().zip(&matrix.profiles) {
+        for segment in block.segments(block.nodes()) {
+            segment.each_face(block.cells[0], |at, axis, other, _, owner| {
+                // Along the first axis an entry belongs to the face below a cell.
+                join((segment.node + at) as u32, other as u32, profile[axis][owner + usize::from(axis == 0)]);
+            });
         }
     }
-    Csr::from_chunks(rows, vec![(lengths, cols, values)])
+    let (mut lengths, mut cols, mut values) = (vec![0usize; n], Vec::new(), Vec::new());
+    for (row, length) in rows.iter_mut().zip(&mut lengths) {
+        row.sort_unstable_by_key(|(col, _)| *col);
+        row.dedup_by(|next, kept| {
+            let is_same = next.0 == kept.0;
+            kept.1 += if is_same { next.1 } else { 0.0 };
+            is_same
+        });
+        *length = row.len();
+        cols.extend(row.iter().map(|(col, _)| *col));
+        values.extend(row.iter().map(|(_, value)| *value));
+    }
+    Csr::from_chunks(n, vec![(lengths, cols, values)])
 }
 
 fn diagonal(matrix: &Csr) -> Vec<f64> {

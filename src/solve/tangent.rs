@@ -116,7 +116,7 @@ impl<'a> Tangent<'a> {
     /// to the rounding of the matrix-vector product where it can.
     pub fn solve(&self, b: &[f64]) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
-        self.gmres(b, |x, y| self.multiply(x, y), |r, z| self.downstream(r, z, &mut work))
+        self.gmres(b, AIM, |x, y| self.multiply(x, y), |r, z| self.downstream(r, z, &mut work))
     }
 
     /// x with Jᵀ x = b.
@@ -124,8 +124,16 @@ impl<'a> Tangent<'a> {
     /// # Errors
     /// As [`Tangent::solve`].
     pub fn solve_transposed(&self, b: &[f64]) -> Result<Vec<f64>> {
+        self.solve_transposed_within(b, AIM)
+    }
+
+    /// The same, to a given relative residual.
+    ///
+    /// # Errors
+    /// As [`Tangent::solve`].
+    pub fn solve_transposed_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
-        self.gmres(b, |x, y| self.multiply_transposed(x, y), |r, z| self.upstream(r, z, &mut work))
+        self.gmres(b, aim, |x, y| self.multiply_transposed(x, y), |r, z| self.upstream(r, z, &mut work))
     }
 
     /// Preconditioner: solids by one V-cycle, then the water that follows from them.
@@ -181,10 +189,11 @@ impl<'a> Tangent<'a> {
         self.multigrid.apply(solid_right, solid, work);
     }
 
-    /// Restarted GMRES with right preconditioning, from zero (Saad, Iterative Methods, alg. 9.5).
+    /// Restarted GMRES to a relative residual `aim` with right preconditioning, from zero (Saad, Iterative Methods, alg. 9.5).
     fn gmres(
         &self,
         b: &[f64],
+        aim: f64,
         multiply: impl Fn(&[f64], &mut [f64]),
         mut precondition: impl FnMut(&[f64], &mut [f64]),
     ) -> Result<Vec<f64>> {
@@ -197,7 +206,7 @@ impl<'a> Tangent<'a> {
             let beta = norm(&r);
             // No iteration brings the residual below the rounding of J x.
             let scaled: Vec<f64> = self.diagonal.iter().zip(&x).map(|(d, x)| d * x).collect();
-            let target = (AIM * size).max(2.0 * f64::EPSILON * norm(&scaled));
+            let target = (aim * size).max(2.0 * f64::EPSILON * norm(&scaled));
             let has_settled = beta > 0.5 * before || iterations >= MOST_KRYLOV;
             if beta <= target || (has_settled && beta <= TOLERANCE * size) {
                 return Ok(x);

@@ -1,7 +1,10 @@
 //! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
 
 mod command;
+mod hidden;
+mod kinds;
 mod logs;
+mod next;
 mod pipe;
 #[allow(dead_code)] // the benchmark uses all of it
 mod twin;

@@ -4,15 +4,11 @@ use serde_json::{Map, Value, json};
 
 use super::super::condition;
 use super::energy::Balance;
-use super::{Found, name};
-use crate::diagnose::{Explanation, Next, Part, Verdict, sentence};
+use super::{Found, name, next, number};
+use crate::diagnose::{Explanation, Part, Verdict, sentence};
 use crate::measure::whiten;
 use crate::model::Flows;
 use crate::units::celsius;
-
-fn number(value: f64) -> Value {
-    if value.is_finite() { json!(value) } else { Value::Null }
-}
 
 /// The whole answer.
 pub(super) fn json(found: &Found<'_>) -> Value {
@@ -28,7 +24,7 @@ pub(super) fn json(found: &Found<'_>) -> Value {
         "probabilities": {"nothing": number(diagnosis.others.0), "something_else": number(diagnosis.others.1)},
         "causes": causes,
         "set": found.open().into_iter().map(|e| cause(found, e)).collect::<Vec<_>>(),
-        "next_measurement": next(found),
+        "next_measurement": next::json(found),
         "gain": diagnosis.gain.as_ref().map(|g| json!({
             "rmse_before_K": g.before, "rmse_after_K": g.after, "low": g.interval.0, "high": g.interval.1,
             "noise_floor_K": g.noise_floor, "held_out": g.conditions,
@@ -66,24 +62,6 @@ fn cause(found: &Found<'_>, explanation: &Explanation) -> Vec<Value> {
         })
     };
     explanation.parts.iter().map(of).collect()
-}
-
-/// The best next measurement with the others inside it, or null.
-fn next(found: &Found<'_>) -> Value {
-    let machine = &found.problem.study.model.machine;
-    let one = |n: &Next| -> Map<String, Value> {
-        let mut map = Map::new();
-        map.insert("condition".into(), Value::Object(condition::to_json(machine, &n.condition)));
-        map.insert("separation_sigma".into(), number(n.mean));
-        map.insert("least_sigma".into(), number(n.separation));
-        map.insert("sensor".into(), json!(n.sensor.as_ref().map(|s| &s.0)));
-        map.insert("sensor_sigma".into(), n.sensor.as_ref().map_or(Value::Null, |s| number(s.1)));
-        map
-    };
-    let Some((best, others)) = found.diagnosis.next.split_first() else { return Value::Null };
-    let mut best = one(best);
-    best.insert("others".into(), others.iter().map(|n| Value::Object(one(n))).collect());
-    Value::Object(best)
 }
 
 fn balance(found: &Found<'_>, balance: &Balance) -> Value {

@@ -4,6 +4,7 @@ mod energy;
 mod extended;
 mod figures;
 mod json;
+mod next;
 mod refit;
 mod report;
 mod text;
@@ -193,6 +194,10 @@ fn words(explanation: &Explanation) -> String {
 /// An explanation by kind and place.
 fn name(explanation: &Explanation) -> String {
     explanation.parts.iter().map(|p| format!("{} at {}", p.hypothesis.kind, p.hypothesis.place)).collect::<Vec<_>>().join("; ")
+}
+
+fn number(value: f64) -> serde_json::Value {
+    if value.is_finite() { serde_json::json!(value) } else { serde_json::Value::Null }
 }
 
 fn capital(text: &str) -> String {

@@ -1,8 +1,8 @@
 //! A diagnosis as one HTML file, for readers who were not there.
 
-use super::super::condition::words as condition_words;
 use super::super::text::short;
 use super::energy::Balance;
+use super::next::test_words;
 use super::{Found, capital, figures, name, words};
 use crate::diagnose::Verdict;
 use crate::error::Result;
@@ -332,7 +332,7 @@ fn next(section: &mut Section, found: &Found<'_>) {
     );
     section.list(next.iter().map(|n| {
         let sensor = n.sensor.as_ref().map_or(String::new(), |(s, d)| format!("; a sensor at {s} alone would give {d:.1}"));
-        format!("A steady test at {}: {:.1}{sensor}", condition_words(&found.problem.study.model.machine, &n.condition), n.mean)
+        format!("{}: {:.1}{sensor}", capital(&test_words(&found.problem.study.model.machine, n)), n.mean)
     }));
 }
 

@@ -1,7 +1,7 @@
 //! A diagnosis as text.
 
-use super::super::condition::words as condition_words;
 use super::super::text::{short, table};
+use super::next::test_words;
 use super::{Found, words};
 use crate::diagnose::Verdict;
 
@@ -49,12 +49,9 @@ pub(super) fn text(found: &Found<'_>) -> String {
         None => text += "too few conditions to keep some out: the gain on unseen ones is not known\n",
     }
     for (i, next) in diagnosis.next.iter().enumerate() {
-        text += &format!(
-            "{} {}: sets them {:.1} standard deviations apart",
-            if i == 0 { "\nwhat to measure next:\n  a steady test at" } else { "  or at" },
-            condition_words(&problem.study.model.machine, &next.condition),
-            next.mean
-        );
+        let test = test_words(&problem.study.model.machine, next);
+        let before = if i == 0 { "\nwhat to measure next:\n  " } else { "  or " };
+        text += &format!("{before}{test}: sets them {:.1} standard deviations apart", next.mean);
         if let Some((sensor, d)) = &next.sensor {
             text += &format!("; a sensor at {sensor} alone {d:.1}");
         }

@@ -1,0 +1,71 @@
+//! Kinds that the twins do not draw: an uneven split of parallel channels, and surfaces that see each other.
+
+use coldplate::diagnose::{Diagnosis, Verdict, diagnose};
+use coldplate::reader::Document;
+
+use super::hidden::Hidden;
+use super::twin::SMALL;
+
+fn in_set(found: &Diagnosis, kind: &str, place: &str) -> bool {
+    found.set.iter().any(|i| found.explanations[*i].parts.iter().any(|p| p.hypothesis.kind == kind && p.hypothesis.place == place))
+}
+
+fn machine_with(changes: &[(&str, &str)], base: Document) -> Document {
+    let mut machine = base;
+    for (key, value) in changes {
+        machine.apply_set(key, value).unwrap();
+    }
+    machine
+}
+
+/// A narrowed channel beside another: its loss coefficient is found, and stands in the extended machine's file.
+#[test]
+fn an_uneven_split() {
+    let small = Document::parse(SMALL, "small.toml").unwrap();
+    let machine = machine_with(&[("circuit.water.layout", "[[\"first\", \"second\"]]")], small);
+    let hidden = Hidden {
+        machine: &machine,
+        cells: (300, 500),
+        lines: &[("channel.second.minor_loss", "20.0")],
+        conditions: Hidden::conditions(&machine, 10, 5, &[]),
+        seed: 6,
+    };
+    let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
+    let best = &found.explanations[0];
+    println!("{:?} {:?} {:?}", found.verdict, found.level, best);
+    assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell));
+    assert!(best.is_fitted && in_set(&found, "uneven split", "second"));
+    assert_eq!((best.parts[0].hypothesis.kind, best.parts[0].hypothesis.place.as_str()), ("uneven split", "second"));
+    let (low, high) = best.parts[0].interval();
+    assert!(low < 20.0 && 20.0 < high && low > 10.0, "{low} {high}");
+    let sets = found.sets.unwrap();
+    assert_eq!(sets[0].0, "channel.second.minor_loss");
+}
+
+/// Two faces that see each other, which the file under test does not say: by conduction's means it is a contact between them whose
+/// conductance grows with the cube of the temperature.
+#[test]
+fn a_missing_radiative_link() {
+    let hot = [("source.motor.power", "\"0.012 * motor_speed_rpm\""), ("contact.motor.conductance", "\"20 W/(m2 K)\"")];
+    let machine = machine_with(&hot, Document::parse(SMALL, "small.toml").unwrap());
+    let link = "{ between = [\"motor.+x\", \"bearing.-x\"], view_factor = 0.25, emissivity = [0.9, 0.9] }";
+    let hidden = Hidden {
+        machine: &machine,
+        cells: (300, 500),
+        lines: &[("radiation_link.seen", link)],
+        conditions: Hidden::conditions(&machine, 14, 7, &[]),
+        seed: 8,
+    };
+    let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
+    for i in &found.set {
+        let e = &found.explanations[*i];
+        println!("{:.3} {:.1} {} at {}", e.probability, e.misfit, e.parts[0].hypothesis.kind, e.parts[0].hypothesis.place);
+    }
+    println!("{:?} {:?}", found.verdict, found.level);
+    assert!(in_set(&found, "radiative link", "motor - bearing") || in_set(&found, "conductive link", "motor - bearing"));
+    let link = found.explanations.iter().find(|e| e.parts[0].hypothesis.kind == "radiative link" && e.parts.len() == 1).unwrap();
+    assert!(link.parts[0].hypothesis.place == "motor - bearing" && link.is_fitted, "{link:?}");
+    // The area of the motor's face that radiates to the bearing, times the view factor and both emissivities: about 0.016 x 0.25 x 0.8.
+    let area = link.parts[0].amplitude;
+    assert!((0.002..0.006).contains(&area), "{area}");
+}
