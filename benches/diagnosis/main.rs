@@ -1,6 +1,6 @@
 //! Hidden effects, found or not: the goals of a diagnosis over many seeded cases.
 //!
-//!     cargo bench --bench diagnosis -- [CASES] [FIRST SEED] [MACHINE 0..2]
+//!     cargo bench --bench diagnosis -- [CASES] [FIRST SEED] [MACHINE 0..2] [FAMILY]
 //!
 //! prints a line per case that went wrong, then the table of goals with 95 % confidence limits and the reliability of the
 //! stated probabilities.
@@ -42,11 +42,12 @@ fn main() {
     let args: Vec<u64> = std::env::args().skip(1).filter_map(|a| a.parse().ok()).collect();
     let (count, first) = (args.first().copied().unwrap_or(500), args.get(1).copied().unwrap_or(100_000));
     let machine = args.get(2).map(|m| *m as usize);
+    let only = std::env::args().skip(1).find_map(|a| FAMILIES.into_iter().find(|f| format!("{f:?}") == a));
     let clock = Instant::now();
     let mut outcomes: Vec<Outcome> = Vec::new();
     for i in 0..count {
         let seed = first + i;
-        let family = FAMILIES[(i % FAMILIES.len() as u64) as usize];
+        let family = only.unwrap_or(FAMILIES[(i % FAMILIES.len() as u64) as usize]);
         let case = twin::case(seed, family, machine);
         let found = match diagnose(&case.problem, &mut |_| {}) {
             Ok(found) => found,

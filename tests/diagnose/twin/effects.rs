@@ -92,7 +92,10 @@ pub fn effect(study: &Study, sensors: &[usize], random: &mut Random) -> Hidden {
             8 => {
                 let part = choose(random, &machine.parts).name.clone();
                 let f = if random.unit() < 0.5 { factor(random, 0.3, 0.7) } else { factor(random, 1.3, 1.8) };
-                scaled(format!("part.{part}.surface.effective_emissivity"), f).map(|lines| Hidden {
+                let key = format!("part.{part}.surface.effective_emissivity");
+                // No surface emits more than a black one.
+                let is_possible = study.parameter(&key).is_ok_and(|p| p.value * f <= 1.0);
+                scaled(key, f).filter(|_| is_possible).map(|lines| Hidden {
                     kind: "emissivity".into(),
                     place: part,
                     law: Law::Constant,
