@@ -1,5 +1,7 @@
 //! A cause as lines of the machine file, and what a sensor's own error makes of its readings.
 
+use std::collections::HashMap;
+
 use super::catalogue::{
     ADDED, Act, DRIFT, Hypothesis, LEAST_STORE, Law, REFERENCE, Scales, UserKind, capacity, contact_key, emissivity_key, film_key,
     outer_faces,
@@ -188,6 +190,21 @@ impl Hypothesis {
         matches!(self.act, Act::Bias(_) | Act::Gain(_) | Act::Lag(_) | Act::Swap(..))
     }
 
+    /// For exchanged sensors: at each of some readings, given by row and sensor, the one that belongs there.
+    pub fn relabelled(&self, places: &[(usize, usize)]) -> Option<Vec<usize>> {
+        let Act::Swap(a, b) = self.act else { return None };
+        let position: HashMap<&(usize, usize), usize> = places.iter().enumerate().map(|(i, place)| (place, i)).collect();
+        let of = |(i, (r, k)): (usize, &(usize, usize))| {
+            let other = match *k {
+                k if k == a => b,
+                k if k == b => a,
+                _ => return i,
+            };
+            position.get(&(*r, other)).copied().unwrap_or(i)
+        };
+        Some(places.iter().enumerate().map(of).collect())
+    }
+
     /// What it does to predicted readings (rows, then sensors) beside the machine: sensors' own errors.
     pub fn read(&self, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
         let places = crate::measure::whiten::places(data);
@@ -197,19 +214,9 @@ impl Hypothesis {
             Act::Gain(k) => {
                 places.iter().zip(&mut found).filter(|((_, own), _)| *own == k).for_each(|(_, t)| *t += amplitude * (*t - REFERENCE));
             }
-            Act::Swap(a, b) => {
-                for (i, (r, k)) in places.iter().enumerate() {
-                    let other = if *k == a {
-                        b
-                    } else if *k == b {
-                        a
-                    } else {
-                        continue;
-                    };
-                    if let Some(j) = places.iter().position(|p| p == &(*r, other)) {
-                        found[i] += amplitude * (predicted[j] - predicted[i]);
-                    }
-                }
+            Act::Swap(..) => {
+                let others = self.relabelled(&places).unwrap_or_default();
+                others.iter().enumerate().for_each(|(i, other)| found[i] += amplitude * (predicted[*other] - predicted[i]));
             }
             Act::Lag(k) => {
                 // First-order lag behind the predicted course, which runs straight between the rows of each test.

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::Problem;
-use super::catalogue::{Act, Hypothesis, hypotheses};
+use super::catalogue::{Hypothesis, hypotheses};
 use super::probability::{self, Candidate, Posterior};
 use super::refine::{Bench, Extended, Fitted, Used, fit};
 use super::screen::Screened;
@@ -42,6 +42,8 @@ pub struct Finals<'a> {
     pub screened: &'a Screened,
     /// Prior of every cause in it.
     pub prior: &'a [f64],
+    /// Row and sensor of every reading.
+    pub places: Vec<(usize, usize)>,
 }
 
 /// Members of an explanation, as positions in the screen, with their fit.
@@ -79,7 +81,8 @@ impl Finals<'_> {
             if let Some(about_best) = self.about(&best)? {
                 view = about_best;
                 let base = &self.base.found;
-                now.screened = rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue);
+                now.screened =
+                    rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue, &self.places);
                 now.mesh.clone_from(&view.mesh);
                 // A front that moved makes the slopes of two at once worthless: in logs a second cause is looked for beside the first.
                 now.posterior = probability::posterior(&now.screened, self.prior, !self.problem.data.is_transient());
@@ -107,16 +110,11 @@ impl Finals<'_> {
     /// Covariance and mesh with an explanation in force; `None` where it changes neither, or the machine file has no words for it.
     fn about(&self, (members, fitted): &Entry) -> Result<Option<View>> {
         let members: Vec<(&Hypothesis, f64)> = members.iter().map(|j| self.of(*j)).zip(fitted.amplitudes.iter().copied()).collect();
-        let mut view = None;
-        if !members.iter().all(|(h, _)| h.is_sensor()) {
-            let Some(Extended { study, .. }) = self.bench.extended(&members)? else { return Ok(None) };
-            view = Some(View::about(self.problem, &study, self.catalogue, self.bench.scales)?);
+        if members.iter().all(|(h, _)| h.is_sensor()) {
+            return Ok(None);
         }
-        for (h, _) in members {
-            let Act::Swap(a, b) = h.act else { continue };
-            view = Some(view.as_ref().unwrap_or(self.base).exchanged(self.problem, (a, b)));
-        }
-        Ok(view)
+        let Some(Extended { study, .. }) = self.bench.extended(&members)? else { return Ok(None) };
+        View::about(self.problem, &study, self.catalogue, self.bench.scales).map(Some)
     }
 
     /// Fits what slopes put ahead of all that is fitted, until what leads is fitted.
@@ -183,9 +181,14 @@ impl Finals<'_> {
                 Some((_, f)) => f.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            fit(self.bench, &members, &guess, Used { which: &all, readings: &view.readings, whitener: &view.whitener })
-                .ok()
-                .map(|f| (c.members.clone(), f))
+            fit(
+                self.bench,
+                &members,
+                &guess,
+                Used { which: &all, readings: &view.readings, mesh: &view.mesh, places: &self.places, whitener: &view.whitener },
+            )
+            .ok()
+            .map(|f| (c.members.clone(), f))
         };
         candidates.par_iter().filter_map(attempt).collect()
     }
@@ -226,10 +229,14 @@ impl Finals<'_> {
         let known: HashMap<_, usize> = (0..self.screened.visible.len()).map(|j| (name(self.of(j)), j)).collect();
         again.retain(|h| known.contains_key(&name(h)));
         let found = signatures(&study, &problem.data, problem.start, &[], &again, self.bench.scales, &problem.user)?;
-        let residual: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
-        // What the readings show of another cause goes through the sensors' own error first.
+        let left: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
+        let relabelled = h.relabelled(&self.places);
+        let residual = relabelled
+            .as_ref()
+            .map_or_else(|| left.clone(), |from| from.iter().enumerate().map(|(i, o)| left[*o] + view.mesh[*o] - view.mesh[i]).collect());
+        // What the readings show of another cause goes through the sensors' own error first; exchanged ones were put back.
         let shown = |column: &Vec<f64>, other: &Hypothesis| -> Vec<f64> {
-            if !h.is_sensor() || other.is_sensor() {
+            if !h.is_sensor() || h.is_fixed() || other.is_sensor() {
                 return column.clone();
             }
             let values = &found.prediction.values;
@@ -238,7 +245,7 @@ impl Finals<'_> {
             read(&moved).iter().zip(read(values)).map(|(a, b)| a - b).collect()
         };
         let columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
-        let second = screened(&residual, &columns, &view.whitener, &again);
+        let second = screened(&residual, &columns, &view.whitener, &again, &self.places);
         let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
         let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
         let pair = |i: usize| -> Option<Candidate> {
@@ -252,7 +259,11 @@ impl Finals<'_> {
             };
             let g = second.gram[(i, i)] - share * second.gram[(own, i)];
             let b = second.along[i] - share * second.along[own];
-            let evidence = if second.fixed[i] { b - 0.5 * g } else { 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() };
+            let evidence = match &second.relabelled[i] {
+                Some(left) if h.is_fixed() => 0.5 * (second.misfit() - left.misfit),
+                Some(left) => 0.5 * (second.misfit() - left.misfit + left.along[own].powi(2) / (1.0 + second.gram[(own, own)])),
+                None => 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln(),
+            };
             let weight = evidence + self.prior[position[i]].ln();
             let mut both = [(first, fitted.amplitudes[0] / h.scale + moved), (position[i], other)];
             both.sort_by_key(|(j, _)| *j);

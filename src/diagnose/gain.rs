@@ -97,7 +97,9 @@ fn found_without(bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, kept:
     let pick = |v: &Vec<f64>| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
     let whitener = base.errors.whitener(kept);
     let columns: Vec<Vec<f64>> = base.found.columns.iter().map(pick).collect();
-    let part = screened(&pick(&base.found.residual), &columns, &whitener, catalogue);
+    let all = whiten::places(bench.data);
+    let places: Vec<(usize, usize)> = kept.iter().map(|i| all[*i]).collect();
+    let part = screened(&pick(&base.found.residual), &columns, &whitener, catalogue, &places);
     if !is_wrong(&part, seed) {
         return None;
     }
@@ -107,7 +109,13 @@ fn found_without(bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, kept:
     let of = |c: &Candidate| -> Option<(f64, Vec<f64>)> {
         let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[part.visible[*j]]).collect();
         let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
-        let fitted = fit(bench, &members, &guess, Used { which: kept, readings: &readings, whitener: &whitener }).ok()?;
+        let fitted = fit(
+            bench,
+            &members,
+            &guess,
+            Used { which: kept, readings: &readings, mesh: &pick(&base.mesh), places: &places, whitener: &whitener },
+        )
+        .ok()?;
         Some((fitted.evidence + probability::prior_of(&c.members, &prior), fitted.values))
     };
     let tried: Vec<(f64, Vec<f64>)> = leading(&posterior, &part, FITTED).par_iter().filter_map(of).collect();

@@ -27,7 +27,7 @@ mod words;
 use std::time::Instant;
 
 use crate::error::Result;
-use crate::measure::{Data, Uncertainty, Whitener};
+use crate::measure::{Data, Uncertainty, Whitener, whiten};
 use crate::sensitivity::{Parameter, Study};
 use crate::simulate::Start;
 
@@ -200,7 +200,7 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind));
     progress(&format!("{} readings, {} causes to hold against them", data.count(), catalogue.len()));
     let base = View::of(problem, study, &catalogue, &scales)?;
-    let screened = base.screen(&catalogue);
+    let screened = base.screen(&catalogue, data);
     let misfit = misfit(&screened, problem.seed);
     let prior = probability::prior(&screened, &catalogue);
     let posterior = probability::posterior(&screened, &prior, !data.is_transient());
@@ -213,7 +213,15 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         deviation: base.errors.marginal(),
         residual: base.found.residual.clone(),
     };
-    let finals = Finals { problem, bench: &bench, catalogue: &catalogue, base: &base, screened: &screened, prior: &prior };
+    let finals = Finals {
+        problem,
+        bench: &bench,
+        catalogue: &catalogue,
+        base: &base,
+        screened: &screened,
+        prior: &prior,
+        places: whiten::places(data),
+    };
     let Outcome { posterior, fitted, screened: weighed, mesh } = match is_wrong {
         true => finals.fit(posterior, progress)?,
         false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), mesh: base.mesh.clone() },

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::catalogue::Hypothesis;
-use super::screen::Screened;
+use super::screen::{Relabelled, Screened};
 
 /// Prior of nothing, one cause, two causes, something else.
 ///
@@ -76,20 +76,23 @@ pub fn prior_of(members: &[usize], prior: &[f64]) -> f64 {
 pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
     let (gram, along) = (&screened.gram, &screened.along);
     let free = |g: f64, b: f64| 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln();
+    let relabelled = |left: &Relabelled| 0.5 * (screened.misfit() - left.misfit);
     match *members {
-        [j] if screened.fixed[j] => along[j] - 0.5 * gram[(j, j)],
         [j] => {
+            if let Some(left) = &screened.relabelled[j] {
+                return relabelled(left);
+            }
             let (g, b) = (gram[(j, j)], along[j]);
             let sided = if screened.signed[j] { 0.0 } else { sided(b / (1.0 + g), 1.0 / (1.0 + g).sqrt()) };
             free(g, b) + sided
         }
         [i, j] => {
             let (a, b, c) = (gram[(i, i)], gram[(i, j)], gram[(j, j)]);
-            match (screened.fixed[i], screened.fixed[j]) {
-                (true, true) => along[i] + along[j] - b - 0.5 * (a + c),
-                (true, false) => along[i] - 0.5 * a + free(c, along[j] - b),
-                (false, true) => along[j] - 0.5 * c + free(a, along[i] - b),
-                (false, false) => {
+            match (&screened.relabelled[i], &screened.relabelled[j]) {
+                (Some(_), Some(_)) => along[i] + along[j] - b - 0.5 * (a + c),
+                (Some(left), None) => relabelled(left) + free(c, left.along[j]),
+                (None, Some(left)) => relabelled(left) + free(a, left.along[i]),
+                (None, None) => {
                     // ½ bᵀ (G + 1)⁻¹ b - ½ ln det(G + 1)
                     let (a, c) = (a + 1.0, c + 1.0);
                     let determinant = a * c - b * b;

@@ -122,8 +122,12 @@ pub struct Fitted {
 pub struct Used<'a> {
     /// Which, as positions among all readings.
     pub which: &'a [usize],
-    /// These readings, K.
+    /// These readings less what a finer mesh changes in their predictions, K.
     pub readings: &'a [f64],
+    /// What it changes, K.
+    pub mesh: &'a [f64],
+    /// Row and sensor of each.
+    pub places: &'a [(usize, usize)],
     /// What makes their residuals independent.
     pub whitener: &'a Whitener,
 }
@@ -167,9 +171,17 @@ impl Fit<'_> {
     fn seen(&self, amplitudes: Vec<f64>, solved: (Vec<f64>, Vec<Vec<f64>>)) -> Point {
         let values = self.bench.read(&self.with(&amplitudes), solved.0.clone());
         let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
-        let residual = self.used.whitener.apply(&apart);
+        let residual = self.used.whitener.apply(&self.put_back(apart));
         let cost = square(&residual) + self.prior(&amplitudes);
         Point { amplitudes, solved, values, residual, cost }
+    }
+
+    /// What belongs to each place, where sensors are exchanged: the covariance is that of places.
+    fn put_back(&self, apart: Vec<f64>) -> Vec<f64> {
+        let relabelled = self.members.iter().filter(|h| h.is_fixed()).filter_map(|h| h.relabelled(self.used.places));
+        let mesh = self.used.mesh;
+        let moved = |apart: &[f64], from: &[usize]| from.iter().enumerate().map(|(i, o)| apart[*o] + mesh[*o] - mesh[i]).collect();
+        relabelled.fold(apart, |apart, from| moved(&apart, &from))
     }
 
     fn prior(&self, amplitudes: &[f64]) -> f64 {

@@ -27,26 +27,48 @@ pub struct Screened {
     pub gram: DMatrix<f64>,
     /// Whether a negative amplitude means something.
     pub signed: Vec<bool>,
-    /// Whether there is no amplitude: it is so or not.
-    pub fixed: Vec<bool>,
+    /// Where there is no amplitude, but it is so or not (exchanged sensors): what is left when it is so.
+    pub relabelled: Vec<Option<Relabelled>>,
+}
+
+/// What is left when two sensors are exchanged.
+#[derive(Debug, Clone)]
+pub struct Relabelled {
+    /// Its whitened misfit.
+    pub misfit: f64,
+    /// Scalar products of all signatures with it.
+    pub along: Vec<f64>,
 }
 
 impl Screened {
-    /// From whitened vectors; `columns` are all hypotheses', scaled to their prior.
-    pub fn new(residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool], fixed: &[bool]) -> Self {
+    /// Hypotheses that can show, of their whitened signatures for amplitudes of their prior's scale.
+    pub fn visible(signatures: &[Vec<f64>]) -> Vec<usize> {
         let length = |c: &Vec<f64>| c.iter().map(|v| v * v).sum::<f64>().sqrt();
-        let is_visible = |h: &usize| length(&columns[*h]) > FAINT && columns[*h].iter().all(|v| v.is_finite());
-        Self::of((0..columns.len()).filter(is_visible).collect(), residual, columns, signed, fixed)
+        let is_visible = |h: &usize| length(&signatures[*h]) > FAINT && signatures[*h].iter().all(|v| v.is_finite());
+        (0..signatures.len()).filter(is_visible).collect()
     }
 
-    /// Of these hypotheses alone.
-    pub fn of(visible: Vec<usize>, residual: Vec<f64>, columns: &[Vec<f64>], signed: &[bool], fixed: &[bool]) -> Self {
-        let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| columns[visible[j]][i]);
+    /// From whitened vectors; `signatures` are all hypotheses', the rest is of the visible ones.
+    pub fn new(
+        visible: Vec<usize>,
+        residual: Vec<f64>,
+        signatures: &[Vec<f64>],
+        signed: Vec<bool>,
+        relabelled: Vec<Option<Vec<f64>>>,
+    ) -> Self {
+        let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| signatures[visible[j]][i]);
         let gram = matrix.transpose() * &matrix;
-        let along = (0..visible.len()).map(|j| matrix.column(j).iter().zip(&residual).map(|(s, r)| s * r).sum()).collect();
-        let signed = visible.iter().map(|h| signed[*h]).collect();
-        let fixed = visible.iter().map(|h| fixed[*h]).collect();
-        Self { residual, visible, columns: matrix, along, gram, signed, fixed }
+        let products =
+            |v: &[f64]| -> Vec<f64> { (0..visible.len()).map(|j| matrix.column(j).iter().zip(v).map(|(s, r)| s * r).sum()).collect() };
+        let along = products(&residual);
+        let of = |left: &Vec<f64>| Relabelled { misfit: left.iter().map(|v| v * v).sum(), along: products(left) };
+        let relabelled = relabelled.par_iter().map(|left| left.as_ref().map(of)).collect();
+        Self { residual, visible, columns: matrix, along, gram, signed, relabelled }
+    }
+
+    /// Whether a hypothesis has no amplitude.
+    pub fn is_fixed(&self, j: usize) -> bool {
+        self.relabelled[j].is_some()
     }
 
     /// Whitened misfit of the machine as it is.
@@ -56,10 +78,10 @@ impl Screened {
 
     /// Best amplitude of a hypothesis (in its prior's scale) and the misfit it takes away, never less than nothing.
     pub fn single(&self, j: usize) -> (f64, f64) {
-        let (g, b) = (self.gram[(j, j)], self.along[j]);
-        if self.fixed[j] {
-            return (1.0, (2.0 * b - g).max(0.0));
+        if let Some(left) = &self.relabelled[j] {
+            return (1.0, (self.misfit() - left.misfit).max(0.0));
         }
+        let (g, b) = (self.gram[(j, j)], self.along[j]);
         let a = b / g;
         if a < 0.0 && !self.signed[j] { (0.0, 0.0) } else { (a, a * b) }
     }
@@ -67,8 +89,10 @@ impl Screened {
     /// The same of two together.
     pub fn pair(&self, i: usize, j: usize) -> ([f64; 2], f64) {
         let (a, b, c) = (self.gram[(i, i)], self.gram[(i, j)], self.gram[(j, j)]);
-        let ([x, y], gain) = match (self.fixed[i], self.fixed[j]) {
-            (false, false) => {
+        let beside =
+            |left: &Relabelled, free: usize, g: f64| (left.along[free] / g, self.misfit() - left.misfit + left.along[free].powi(2) / g);
+        let ([x, y], gain) = match (&self.relabelled[i], &self.relabelled[j]) {
+            (None, None) => {
                 let determinant = a * c - b * b;
                 if determinant < 1e-6 * a * c {
                     return ([0.0; 2], 0.0);
@@ -77,14 +101,15 @@ impl Screened {
                 let y = (a * self.along[j] - b * self.along[i]) / determinant;
                 ([x, y], x * self.along[i] + y * self.along[j])
             }
-            (true, true) => ([1.0, 1.0], 2.0 * (self.along[i] + self.along[j] - b) - a - c),
-            (true, false) => {
-                let left = self.along[j] - b;
-                ([1.0, left / c], 2.0 * self.along[i] - a + left * left / c)
+            // Each as if the other were not: exact where they are of different sensors.
+            (Some(_), Some(_)) => ([1.0, 1.0], 2.0 * (self.along[i] + self.along[j] - b) - a - c),
+            (Some(left), None) => {
+                let (y, gain) = beside(left, j, c);
+                ([1.0, y], gain)
             }
-            (false, true) => {
-                let left = self.along[i] - b;
-                ([left / a, 1.0], 2.0 * self.along[j] - c + left * left / a)
+            (None, Some(left)) => {
+                let (x, gain) = beside(left, i, a);
+                ([x, 1.0], gain)
             }
         };
         if (x < 0.0 && !self.signed[i]) || (y < 0.0 && !self.signed[j]) { ([0.0; 2], 0.0) } else { ([x, y], gain.max(0.0)) }
@@ -93,7 +118,7 @@ impl Screened {
     /// Standard deviations of the amplitudes of one or two together, in their priors' scale, priors included.
     pub fn deviations(&self, members: &[usize]) -> Vec<f64> {
         let at = |i: usize, j: usize| self.gram[(members[i], members[j])] + f64::from(u8::from(i == j));
-        let free: Vec<usize> = (0..members.len()).filter(|i| !self.fixed[members[*i]]).collect();
+        let free: Vec<usize> = (0..members.len()).filter(|i| !self.is_fixed(members[*i])).collect();
         let mut found = vec![0.0; members.len()];
         if let Some(inverse) = DMatrix::from_fn(free.len(), free.len(), |i, j| at(free[i], free[j])).try_inverse() {
             free.iter().enumerate().for_each(|(i, k)| found[*k] = inverse[(i, i)].max(0.0).sqrt());
@@ -115,7 +140,7 @@ impl Screened {
                 column.iter_mut().for_each(|z| *z = random.normal());
             }
             let along = &signatures * noise;
-            let exceeds = |j: usize, b: f64| match (self.fixed[j], self.gram[(j, j)]) {
+            let exceeds = |j: usize, b: f64| match (self.is_fixed(j), self.gram[(j, j)]) {
                 (true, g) => 2.0 * b - g >= best,
                 (false, g) => (b > 0.0 || self.signed[j]) && b * b / g >= best,
             };

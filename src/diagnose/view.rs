@@ -1,6 +1,6 @@
 //! The data held against one machine: predictions, what a finer mesh changes in them, and the covariance of what is left.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use rayon::prelude::*;
 
@@ -10,7 +10,7 @@ use super::signature::{Signatures, TIME_TOLERANCE, signatures};
 use super::{Openness, Problem};
 use crate::error::Result;
 use crate::identify::{self, Prediction};
-use crate::measure::{Whitener, wander, whiten};
+use crate::measure::{Data, Whitener, wander, whiten};
 use crate::sensitivity::{Parameter, Study};
 
 /// Cells of the finer mesh that predictions are corrected with, over those of the model.
@@ -43,6 +43,12 @@ impl View {
         let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
         let mesh = mesh_correction(problem, study, &found.prediction.values)?;
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
+        // Exchanged readings take the mesh's share of each other's place.
+        let places = whiten::places(&problem.data);
+        for (h, column) in catalogue.iter().zip(&mut found.columns) {
+            let Some(from) = h.relabelled(&places) else { continue };
+            column.iter_mut().zip(from).enumerate().for_each(|(i, (c, other))| *c += mesh[other] - mesh[i]);
+        }
         let mut errors = Errors::new(problem, study, &found.prediction, catalogue, &found.columns);
         errors.common.push(mesh.iter().map(|m| MESH * m).collect());
         let all: Vec<usize> = (0..mesh.len()).collect();
@@ -62,56 +68,59 @@ impl View {
         Self::of(problem, study, &common, scales)
     }
 
-    /// The same where two sensors of the data are exchanged: what is uncertain of one reading's place is of the other's.
-    pub fn exchanged(&self, problem: &Problem, (a, b): (usize, usize)) -> Self {
-        let places = whiten::places(&problem.data);
-        let position: HashMap<(usize, usize), usize> = places.iter().enumerate().map(|(i, place)| (*place, i)).collect();
-        let of = |(i, (r, k)): (usize, &(usize, usize))| {
-            let other = if *k == a {
-                b
-            } else if *k == b {
-                a
-            } else {
-                *k
-            };
-            position.get(&(*r, other)).copied().unwrap_or(i)
-        };
-        let from: Vec<usize> = places.iter().enumerate().map(of).collect();
-        let pick = |v: &Vec<f64>| from.iter().map(|i| v[*i]).collect::<Vec<f64>>();
-        let errors = Errors { deviation: pick(&self.errors.deviation), common: self.errors.common.iter().map(pick).collect() };
-        let mesh = pick(&self.mesh);
-        let readings = self.readings.iter().zip(&self.mesh).zip(&mesh).map(|((r, before), after)| r + before - after).collect();
-        let all: Vec<usize> = (0..mesh.len()).collect();
-        Self { found: self.found.clone(), whitener: errors.whitener(&all), mesh, errors, readings }
-    }
-
     /// Signatures held against the residual.
-    pub fn screen(&self, catalogue: &[Hypothesis]) -> Screened {
-        screened(&self.found.residual, &self.found.columns, &self.whitener, catalogue)
+    pub fn screen(&self, catalogue: &[Hypothesis], data: &Data) -> Screened {
+        screened(&self.found.residual, &self.found.columns, &self.whitener, catalogue, &whiten::places(data))
     }
 }
 
-/// Whitened residual beside whitened signatures.
-pub fn screened(residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
-    Screened::new(whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue), &fixed(catalogue))
+/// Whitened residual beside whitened signatures; `places` are row and sensor of every reading.
+pub fn screened(
+    residual: &[f64],
+    columns: &[Vec<f64>],
+    whitener: &Whitener,
+    catalogue: &[Hypothesis],
+    places: &[(usize, usize)],
+) -> Screened {
+    let signatures = scaled(columns, whitener, catalogue);
+    let visible = Screened::visible(&signatures);
+    of_visible(visible, residual, columns, &signatures, whitener, catalogue, places)
 }
 
 /// The same of given hypotheses alone.
-pub fn rescreened(visible: &[usize], residual: &[f64], columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Screened {
-    Screened::of(visible.to_vec(), whitener.apply(residual), &scaled(columns, whitener, catalogue), &signed(catalogue), &fixed(catalogue))
+pub fn rescreened(
+    visible: &[usize],
+    residual: &[f64],
+    columns: &[Vec<f64>],
+    whitener: &Whitener,
+    catalogue: &[Hypothesis],
+    places: &[(usize, usize)],
+) -> Screened {
+    of_visible(visible.to_vec(), residual, columns, &scaled(columns, whitener, catalogue), whitener, catalogue, places)
+}
+
+fn of_visible(
+    visible: Vec<usize>,
+    residual: &[f64],
+    columns: &[Vec<f64>],
+    signatures: &[Vec<f64>],
+    whitener: &Whitener,
+    catalogue: &[Hypothesis],
+    places: &[(usize, usize)],
+) -> Screened {
+    // Exchanged sensors: what is left when the readings change places. Whatever else acts, acts on that.
+    let relabelled = |h: &usize| {
+        let from = catalogue[*h].relabelled(places)?;
+        Some(whitener.apply(&from.iter().zip(&columns[*h]).map(|(other, moved)| residual[*other] + moved).collect::<Vec<_>>()))
+    };
+    let relabelled: Vec<Option<Vec<f64>>> = visible.par_iter().map(relabelled).collect();
+    let signed: Vec<bool> = visible.iter().map(|h| catalogue[*h].is_signed).collect();
+    Screened::new(visible, whitener.apply(residual), signatures, signed, relabelled)
 }
 
 fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Vec<Vec<f64>> {
     let of = |(column, h): (&Vec<f64>, &Hypothesis)| whitener.apply(&column.iter().map(|c| c * h.scale).collect::<Vec<_>>());
     columns.par_iter().zip(catalogue).map(of).collect()
-}
-
-fn signed(catalogue: &[Hypothesis]) -> Vec<bool> {
-    catalogue.iter().map(|h| h.is_signed).collect()
-}
-
-fn fixed(catalogue: &[Hypothesis]) -> Vec<bool> {
-    catalogue.iter().map(Hypothesis::is_fixed).collect()
 }
 
 /// What a mesh of more cells changes in every prediction, K; nothing where there are none, but lumped nodes alone.
