@@ -108,6 +108,20 @@ fn main() {
                 score.off.unwrap_or(f64::NAN)
             );
         }
+        if let Some(g) = found.gain.as_ref().filter(|g| family == Family::One && g.after > 1.15 * g.noise_floor) {
+            println!(
+                "seed {seed} {} n {} d {:.1} {} at {}: held-out {:.3} K of {:.3} K before, floor {:.3} K, {}",
+                case.machine,
+                case.problem.data.rows.len(),
+                score.d,
+                case.hidden[0].kind,
+                case.hidden[0].place,
+                g.after,
+                g.before,
+                g.noise_floor,
+                found.verdict.code()
+            );
+        }
         let after = found.gain.as_ref().map(|g| (g.before, g.after, g.noise_floor));
         outcomes.push(Outcome { family, score, verdict: found.verdict, after });
         if clock.elapsed().as_secs() > 0 && i % 50 == 49 {
@@ -155,6 +169,9 @@ fn main() {
     line("90 % intervals cover", "87-93 %", of(Family::One, &|o| o.score.covered.is_some()), &|o| o.score.covered == Some(true));
     line("held-out error <= 1.15 noise floor, one effect", "", of(Family::One, &|o| o.after.is_some()), &|o| {
         o.after.is_some_and(|(_, a, f)| a <= 1.15 * f)
+    });
+    line("the same of clean data, where nothing is to be found", "", of(Family::Clean, &|o| o.after.is_some()), &|o| {
+        o.after.is_some_and(|(b, _, f)| b <= 1.15 * f)
     });
     line("held-out error never worse, clean", "100 %", of(Family::Clean, &|o| o.after.is_some()), &|o| {
         o.after.is_some_and(|(b, a, _)| a <= b * 1.000_001)
