@@ -75,6 +75,8 @@ impl Dimension {
     pub const TEMPERATURE: Self = Self { m: 0, kg: 0, s: 0, k: 1, absolute: true };
     /// Temperature difference, K.
     pub const DIFFERENCE: Self = Self::of(0, 0, 0, 1);
+    /// 1/K
+    pub const PER_KELVIN: Self = Self::of(0, 0, 0, -1);
     /// m/s
     pub const VELOCITY: Self = Self::of(1, 0, -1, 0);
     /// Angular speed, rad/s (`rpm` is accepted).

@@ -17,7 +17,7 @@ const MOST: usize = 6;
 const CONDITIONS: usize = 40;
 /// Steady conditions, and interventions, that are proposed.
 const PROPOSED: usize = 3;
-/// Least distance worth an intervention, in standard deviations.
+/// Least distance worth a test, in standard deviations.
 const TELLING: f64 = 1.0;
 
 /// A test worth making.
@@ -75,7 +75,7 @@ impl Outlook {
     }
 }
 
-/// Ranks feasible tests, the most telling first; empty where fewer than two explanations survive. Interventions are only proposed
+/// Ranks feasible tests, the most telling first; empty where fewer than two explanations survive, or no test tells them apart. Interventions are only proposed
 /// where one of the explanations is right: they are solved with each in force.
 ///
 /// # Errors
@@ -86,18 +86,20 @@ pub(super) fn next(bench: &Bench<'_>, problem: &Problem, verdict: Verdict, expla
     if alive.len() < 2 {
         return Ok(Vec::new());
     }
-    let mut found = steady(problem, &alive, bench.scales)?;
-    found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
-    found.truncate(PROPOSED);
+    let mut found = best(steady(problem, &alive, bench.scales)?);
     if verdict == Verdict::CannotTell {
-        let mut more = trials(bench, problem, &alive);
-        more.retain(|n| n.mean >= TELLING);
-        more.sort_by(|a, b| b.mean.total_cmp(&a.mean));
-        more.truncate(PROPOSED);
-        found.extend(more);
+        found.extend(best(trials(bench, problem, &alive)));
         found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
     }
     Ok(found)
+}
+
+/// The most telling first; what tells nothing is left out.
+fn best(mut tests: Vec<Next>) -> Vec<Next> {
+    tests.retain(|n| n.mean >= TELLING);
+    tests.sort_by(|a, b| b.mean.total_cmp(&a.mean));
+    tests.truncate(PROPOSED);
+    tests
 }
 
 /// Steady tests at conditions within the machine's ranges, from slopes.

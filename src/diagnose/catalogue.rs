@@ -233,6 +233,8 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
             // Friction is a half to three times what is expected: 0.8 in the mean square.
             add("source factor", source.name.clone(), parts.clone(), *law, Act::Source(s), 0.8, true, "relative");
         }
+        // Copper loses 4 % more per 10 K, grease up to a third less.
+        add("source factor", source.name.clone(), parts, Law::Temperature, Act::Source(s), 0.15, true, "relative per 10 K");
     }
     for (c, contact) in machine.contacts.iter().enumerate() {
         let parts = part_names(machine, &contact.between);

@@ -43,6 +43,11 @@ impl Hypothesis {
                 let power = text(format!("({amplitude:?}) * ({})", user[u].expression));
                 Some(vec![(added("source"), format!("{{ in = [{}], power = {power} }}", places.join(", ")))])
             }
+            Act::Source(s) if self.law == Law::Temperature => {
+                let source = &machine.sources[s];
+                let key = format!("source.{}.temperature_coefficient", quoted(&source.name));
+                Some(vec![(key, text(format!("{:?} 1/K", source.temperature_coefficient + amplitude / DRIFT)))])
+            }
             Act::Source(s) => {
                 let key = format!("source.{}.power", quoted(&machine.sources[s].name));
                 let Some(Leaf::Text(now)) = study.document().leaf(&key)? else { return Ok(None) };

@@ -210,13 +210,14 @@ fn effect(
     let stream = |channel: usize| network.streams.iter().position(|s| s.name == machine.channels[channel].name);
     Some(match act {
         Act::Heat(g) => screen.source(&shares(network, g)),
-        Act::Source(s) => scaled(screen.source(network.sources.get(s)?), load.powers[s]),
+        Act::Source(s) if drifts => scaled(screen.power_with_temperature(s, REFERENCE), 1.0 / DRIFT),
+        Act::Source(s) => screen.power(s),
         Act::UserHeat(u) => {
             // Where the file's own source would put it.
             let value = format!("{{ in = {:?}, power = \"1 W\" }}", user[u].places);
             let edited = study.edited(&[("source.\"user kind\"".to_string(), value)]).ok()?;
             let at = edited.model.machine.sources.iter().position(|s| s.name == "user kind")?;
-            scaled(screen.source(edited.model.network.sources.get(at)?), powers[u][c])
+            scaled(screen.source(&edited.model.network.sources.get(at)?.shares), powers[u][c])
         }
         Act::Contact(i) => {
             let contact = &machine.contacts[i].name;

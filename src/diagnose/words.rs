@@ -35,6 +35,9 @@ pub fn sentence(part: &Part) -> String {
         Act::Heat(_) => format!("less heat enters at {} than the model has: {}{law}", h.place, range(&same, " W")),
         Act::UserHeat(_) => format!("'{}' acts, with the amplitude {}", h.place, range(&same, "")),
         Act::Source(_) if h.law == Law::Constant => format!("the heat of {} is {} times what the model has", h.place, range(&grown, "")),
+        Act::Source(_) if h.law == Law::Temperature => {
+            format!("the heat of {} changes with its temperature: {} times per 10 K", h.place, range(&grown, ""))
+        }
         Act::Source(_) => {
             format!("the heat of {} follows another law: at full speed {} times the model's{law}", h.place, range(&grown, ""))
         }
@@ -95,6 +98,7 @@ impl Part {
         match self.hypothesis.act {
             Act::Heat(_) => as_is("heat", "W"),
             Act::UserHeat(_) => as_is("amplitude", "1"),
+            Act::Source(_) if self.hypothesis.law == Law::Temperature => grown("factor_per_10_K"),
             Act::Source(_) | Act::Gain(_) => grown("factor"),
             Act::Contact(_) if self.hypothesis.law != Law::Constant => factor("factor_per_10_K"),
             Act::Contact(_) | Act::Film(_) | Act::Flow(_) | Act::Emissivity(_) | Act::Boundary(_) => factor("factor"),

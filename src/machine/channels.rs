@@ -4,12 +4,80 @@ use super::condition::Symbols;
 use super::names::{Index, lookup};
 use super::shape::{origin, part_contains};
 use super::variables::formula_or;
-use super::{Channel, Circuit, Film, Layout, Part, Shape};
+use super::{Part, Shape};
 use crate::error::Result;
+use crate::formula::Formula;
 use crate::physics::channel::Wall;
 use crate::physics::water::Liquid;
 use crate::reader::{Section, Value};
 use crate::units::Dimension;
+
+/// A coolant channel: a round hole along a path through parts.
+#[derive(Debug, Clone)]
+pub struct Channel {
+    /// Name.
+    pub name: String,
+    /// Corners of the path, m, in the machine's coordinates, from inlet to outlet.
+    pub path: Vec<[f64; 3]>,
+    /// Index of the part it runs through.
+    pub part: usize,
+    /// Hydraulic diameter, m.
+    pub diameter: f64,
+    /// Wetted length, m; `None` takes the length of the path.
+    pub length: Option<f64>,
+    /// How its film is found.
+    pub film: Film,
+    /// Factor on it: fouling, or a correlation known to be off (1 = as found).
+    pub film_factor: f64,
+    /// Loss coefficients summed over the bends, inlet and outlet.
+    pub minor_loss: f64,
+    /// Wall roughness, m.
+    pub roughness: f64,
+    /// Whether it is the bore of a hollow cylinder, whose inner face is its wall; otherwise a hole in solid.
+    pub is_bore: bool,
+}
+
+/// How the film coefficient of a channel is found.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Film {
+    /// From the correlations of [`crate::physics::channel`], times `bend_factor`.
+    Correlation {
+        /// Heat-transfer augmentation by bends (1 = straight).
+        bend_factor: f64,
+        /// Thermal boundary condition of the laminar branch.
+        wall: Wall,
+    },
+    /// Given, W/(m² K).
+    Given(f64),
+}
+
+/// A coolant circuit: what flows in, and through which channels.
+#[derive(Debug, Clone)]
+pub struct Circuit {
+    /// Name.
+    pub name: String,
+    /// Volume flow, m³/s at inlet conditions.
+    pub flow: Formula,
+    /// Inlet temperature, K.
+    pub inlet: Formula,
+    /// Properties of the liquid.
+    pub liquid: Liquid,
+    /// The order in which the channels are passed.
+    pub layout: Layout,
+    /// Whether viscous dissipation heats the liquid.
+    pub dissipation: bool,
+}
+
+/// Channels in series and parallel.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Layout {
+    /// Index into [`Machine::channels`].
+    Channel(usize),
+    /// One after the other.
+    Series(Vec<Layout>),
+    /// Side by side; the flow splits so that the pressure drops agree.
+    Parallel(Vec<Layout>),
+}
 
 /// Most corners of a path.
 const MOST_CORNERS: usize = 20_000;

@@ -5,11 +5,102 @@ use super::geometry::emissivity;
 use super::library::property;
 use super::names::Index;
 use super::variables::{formula, formula_or};
-use super::{Boundary, BoundaryLaw, Contact, ContactLaw, Place, RadiationLink};
+use super::{Face, Property};
 use crate::error::Result;
+use crate::formula::Formula;
 use crate::physics::contact::{AIR_MEAN_FREE_PATH, Asperities, Gas, Rough, rarefaction_length};
 use crate::reader::Section;
 use crate::units::Dimension;
+
+/// Something a contact, source or link can attach to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A whole part.
+    Part(usize),
+    /// A face of a part.
+    Face(Face),
+    /// A lumped node.
+    Node(usize),
+}
+
+/// A named contact between two places.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    /// Name.
+    pub name: String,
+    /// The two sides.
+    pub between: [Place; 2],
+    /// Its law.
+    pub law: ContactLaw,
+    /// Area, m². Needed where a lumped node takes part; for two parts the touching area is
+    /// computed, and this, where given, replaces it in total (hA = h x area).
+    pub area: Option<f64>,
+    /// Line in the machine file.
+    pub line: usize,
+}
+
+/// How heat crosses a contact.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ContactLaw {
+    /// Perfect.
+    Bonded,
+    /// Constant conductance, W/(m² K).
+    Conductance(f64),
+    /// Total conductance, W/K, spread over the true area.
+    Total(f64),
+    /// Conductance (W/(m² K)) against mean interface temperature (K).
+    OfTemperature(Property),
+    /// Conductance against contact pressure (Pa), evaluated at `pressure`.
+    OfPressure {
+        /// Piecewise-linear table of (Pa, W/(m² K)).
+        table: Vec<(f64, f64)>,
+        /// Contact pressure, Pa.
+        pressure: f64,
+    },
+    /// Cooper-Mikic-Yovanovich solid spots with gap gas and radiation in parallel.
+    Rough(crate::physics::contact::Rough),
+    /// No heat crosses.
+    Insulated,
+}
+
+/// A prescribed thermal condition on faces.
+#[derive(Debug, Clone)]
+pub struct Boundary {
+    /// Name.
+    pub name: String,
+    /// The faces it applies to.
+    pub faces: Vec<Face>,
+    /// What is prescribed.
+    pub law: BoundaryLaw,
+}
+
+/// What a boundary prescribes.
+#[derive(Debug, Clone)]
+pub enum BoundaryLaw {
+    /// Surface temperature, K.
+    Temperature(Formula),
+    /// Film coefficient W/(m² K) to a fluid at a temperature (K).
+    Film(Formula, Formula),
+    /// Heat flux into the machine, W/m².
+    Flux(Formula),
+    /// Radiation to a temperature (K) with an emissivity.
+    Radiation(f64, Formula),
+}
+
+/// Radiation between two places that face each other.
+#[derive(Debug, Clone)]
+pub struct RadiationLink {
+    /// Name.
+    pub name: String,
+    /// The two surfaces.
+    pub between: [Place; 2],
+    /// Area of the first, m²; `None` takes its exposed area.
+    pub area: Option<f64>,
+    /// View factor from the first to the second.
+    pub view_factor: f64,
+    /// Emissivities of the two.
+    pub emissivity: [f64; 2],
+}
 
 /// The keys that each say how heat crosses a contact.
 const LAWS: [&str; 7] = ["conductance", "total_conductance", "temperature_table", "pressure_table", "rough", "bonded", "insulated"];

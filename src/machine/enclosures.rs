@@ -4,10 +4,58 @@ use std::path::{Path, PathBuf};
 
 use super::geometry::emissivity;
 use super::names::Index;
-use super::{Enclosure, EnclosureSurface, Face, Place, Views};
+use super::{Face, Place};
 use crate::error::Result;
 use crate::reader::{Section, Value};
 use crate::units::Dimension;
+
+/// Grey diffuse surfaces that exchange radiation, each with all others.
+#[derive(Debug, Clone)]
+pub struct Enclosure {
+    /// Name.
+    pub name: String,
+    /// Its surfaces.
+    pub surfaces: Vec<EnclosureSurface>,
+    /// What they see of each other.
+    pub views: Views,
+    /// Whether nothing leaves between the surfaces; else the rest of each one's view is the chamber.
+    pub closed: bool,
+    /// How far given view factors may miss reciprocity and the sum of a row.
+    pub tolerance: f64,
+    /// File in which view factors found by rays are kept, if any.
+    pub cache: Option<std::path::PathBuf>,
+    /// Line in the machine file.
+    pub line: usize,
+}
+
+/// One surface of an enclosure.
+#[derive(Debug, Clone)]
+pub struct EnclosureSurface {
+    /// What it is called in reports: the text that named it.
+    pub name: String,
+    /// Where it is; `None` is the chamber wall.
+    pub place: Option<Place>,
+    /// Emissivity.
+    pub emissivity: f64,
+    /// Area, m²; `None` takes the open area of the faces.
+    pub area: Option<f64>,
+    /// Pieces it is cut into along the two axes of its faces.
+    pub patches: [usize; 2],
+}
+
+/// Where the view factors of an enclosure come from.
+#[derive(Debug, Clone)]
+pub enum Views {
+    /// From the file, row by row; what is `None` follows from the others.
+    Given(Vec<Vec<Option<f64>>>),
+    /// In closed form where there is one, else by this many rays from each surface.
+    Computed {
+        /// Rays.
+        rays: usize,
+        /// Whether closed forms may be used.
+        closed_forms: bool,
+    },
+}
 
 /// Rays from each surface where the file does not say.
 const RAYS: usize = 100_000;

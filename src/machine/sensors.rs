@@ -36,6 +36,11 @@ pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedN
     Ok(found)
 }
 
+/// Largest relative change of a source's power with its temperature, 1/K.
+const MOST_PER_KELVIN: f64 = 0.2;
+/// Temperature at which powers are as stated where the file does not say, K.
+const REFERENCE: f64 = 293.15;
+
 /// Reads `[source.NAME]`.
 pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
     let mut found = Vec::new();
@@ -54,8 +59,21 @@ pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) 
             return Err(value.error("the source heats nothing").help("write in = [\"motor\"]"));
         }
         let power = formula(&section.value("power")?, Dimension::POWER, symbols)?;
+        let temperature_coefficient = match section.opt("temperature_coefficient") {
+            Some(value) => value.quantity(Dimension::PER_KELVIN)?,
+            None => 0.0,
+        };
+        if temperature_coefficient.abs() > MOST_PER_KELVIN {
+            return Err(section
+                .error_at("temperature_coefficient", "losses change by a few percent per kelvin")
+                .help("copper: \"0.39 %/K\"; grease and oil: about \"-3 %/K\""));
+        }
+        let reference_temperature = match section.opt("reference_temperature") {
+            Some(value) => value.quantity(Dimension::TEMPERATURE)?,
+            None => REFERENCE,
+        };
         section.finish()?;
-        found.push(Source { name, places, power });
+        found.push(Source { name, places, power, temperature_coefficient, reference_temperature });
     }
     Ok(found)
 }

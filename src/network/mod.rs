@@ -59,8 +59,8 @@ pub struct Network {
     pub streams: Vec<Stream>,
     /// Coolant circuits, by which streams are fed.
     pub circuits: Vec<stream::CircuitTree>,
-    /// Heat sources: for each source of the machine its nodes and shares (sum one).
-    pub sources: Vec<Vec<(u32, f64)>>,
+    /// Heat sources, in the machine's order.
+    pub sources: Vec<HeatSource>,
     /// Nodes held at a temperature: node and index into [`Load::fixed`]. Lumped nodes, and vertices of imported
     /// meshes on faces whose temperature is given.
     pub fixed: Vec<(u32, u32)>,
@@ -106,6 +106,33 @@ pub struct Reach {
     /// Share of the way to each, at most 1/2; negative at the edge of a face, where the point lies away from the
     /// only neighbour.
     pub shares: [f64; 2],
+}
+
+/// Where a source's power goes, and how it follows the temperature there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct HeatSource {
+    /// Nodes and shares, which sum to one.
+    pub shares: Vec<(u32, f64)>,
+    /// Relative change of each share with its own node's temperature, 1/K.
+    pub temperature_coefficient: f64,
+    /// Temperature at which the power is as stated, K.
+    pub reference_temperature: f64,
+}
+
+impl HeatSource {
+    /// A source of the same power at every temperature.
+    pub fn constant(shares: Vec<(u32, f64)>) -> Self {
+        Self { shares, ..Self::default() }
+    }
+
+    /// Heat into each node (W) at a stated power (W) and temperatures of all nodes (K).
+    pub fn heats<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
+        let factor = |node: u32| match self.temperature_coefficient {
+            0.0 => 1.0,
+            coefficient => 1.0 + coefficient * (temperatures[node as usize] - self.reference_temperature),
+        };
+        self.shares.iter().map(move |(node, share)| (*node, power * share * factor(*node)))
+    }
 }
 
 /// A contact with its law and its joints.

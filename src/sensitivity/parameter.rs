@@ -10,7 +10,8 @@ const DISCRETE: [&str; 3] = ["cells", "passes", "block"];
 /// Tables of pairs: their second column is scaled as a whole.
 const CURVES: [&str; 4] = ["conductivity", "specific_heat", "temperature_table", "pressure_table"];
 /// Values that hold where the file gives none: outer table, key, value.
-const DEFAULTS: [(&str, &str, &str); 17] = [
+const DEFAULTS: [(&str, &str, &str); 18] = [
+    ("source", "temperature_coefficient", "0 1/K"),
     ("channel", "film_factor", "1.0"),
     ("channel", "bend_factor", "1.0"),
     ("channel", "minor_loss", "0.0"),

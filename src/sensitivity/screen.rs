@@ -82,6 +82,21 @@ impl<'a> Screen<'a> {
         self.effect(shares.iter().map(|(node, share)| (*node, -share)))
     }
 
+    /// A source of the network; per relative change of its power.
+    pub fn power(&self, source: usize) -> Effect {
+        self.effect(self.heats(source).map(|(node, heat)| (node, -heat)))
+    }
+
+    /// A source of the network whose power changes with the temperature of each piece; per relative change in every kelvin away from
+    /// `reference` (K).
+    pub fn power_with_temperature(&self, source: usize, reference: f64) -> Effect {
+        self.effect(self.heats(source).map(|(node, heat)| (node, -heat * (self.t(node) - reference))))
+    }
+
+    fn heats(&self, source: usize) -> impl Iterator<Item = (u32, f64)> {
+        self.network.sources[source].heats(self.load.powers[source], &self.solution.temperatures)
+    }
+
     /// A new conductance between two nodes; per W/K.
     pub fn conductor(&self, a: u32, b: u32) -> Effect {
         let drop = self.t(a) - self.t(b);

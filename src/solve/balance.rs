@@ -35,7 +35,7 @@ pub struct Balance {
 /// The balance at given temperatures.
 pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Balance {
     let mut found = Balance {
-        sources: load.powers.clone(),
+        sources: network.sources.iter().zip(&load.powers).map(|(s, p)| s.heats(*p, temperatures).map(|(_, q)| q).sum()).collect(),
         boundaries: vec![0.0; load.boundaries.len()],
         circuits: vec![0.0; network.circuits.len()],
         ..Balance::default()
@@ -110,7 +110,7 @@ fn held_heats(network: &Network, load: &Load, streams: &[StreamState], temperatu
         leaves(surface.node, surface.state(t(surface.node), &network.properties, load).heat);
     }
     for (source, power) in network.sources.iter().zip(&load.powers) {
-        source.iter().for_each(|(node, share)| leaves(*node, -power * share));
+        source.heats(*power, temperatures).for_each(|(node, heat)| leaves(node, -heat));
     }
     for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
         let mut entering = entering_temperature(network, load, streams, s, temperatures);

@@ -94,6 +94,9 @@ impl System {
         for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
             diagonal[surface.node as usize] += state.slope;
         }
+        for (source, power) in network.sources.iter().zip(&load.powers).filter(|(s, _)| s.temperature_coefficient != 0.0) {
+            source.shares.iter().for_each(|(node, share)| diagonal[*node as usize] -= power * share * source.temperature_coefficient);
+        }
         self.hold(&mut diagonal, &mut rest);
         let blocks = network.blocks.iter().zip(&self.profiles).zip(&self.is_constant).map(|((block, profile), constant)| {
             if *constant { Conduction::Constant(profile.clone()) } else { varying(network, block, temperatures) }
@@ -204,9 +207,7 @@ fn heats(
         r[surface.node as usize] += state.heat;
     }
     for (source, power) in network.sources.iter().zip(&load.powers) {
-        for (node, share) in source {
-            r[*node as usize] -= power * share;
-        }
+        source.heats(*power, temperatures).for_each(|(node, heat)| r[node as usize] -= heat);
     }
     for (s, state) in streams.iter().enumerate() {
         let stream = &network.streams[s];

@@ -1,4 +1,4 @@
-//! The command: what it prints, what it writes, that nothing is written over, and input as it should not be.
+//! The command: what it prints, what it writes, that nothing is written over.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -13,7 +13,7 @@ use serde_json::Value;
 
 use super::twin::SMALL;
 
-const HEADER: &str = "test,coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC]";
+pub(super) const HEADER: &str = "test,coolant_flow [L/min],coolant_temperature [degC],motor_speed [rpm],ambient_temperature [degC]";
 /// Standard deviations: 0.03 K of noise and of each sensor, small errors of conditions.
 const UNCERTAINTY: &str = "kind = \"standard deviations\"\nnoise = \"0.03 K\"\nbias = \"0.03 K\"\n[condition]\n\
     coolant_temperature = \"0.03 K\"\ncoolant_flow = \"1 %\"\nambient_temperature = \"0.1 K\"\n";
@@ -31,35 +31,35 @@ const CONDITIONS: [[f64; 4]; 10] = [
     [5.8, 25.8, 1200.0, 22.5],
 ];
 
-fn coldplate(args: &[&str]) -> Output {
+pub(super) fn coldplate(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_coldplate")).args(args).current_dir(env!("CARGO_MANIFEST_DIR")).output().expect("the program starts")
 }
 
-fn message(output: &Output) -> String {
+pub(super) fn message(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-fn json(output: &Output) -> Value {
+pub(super) fn json(output: &Output) -> Value {
     let text = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", message(output));
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-fn scratch(name: &str) -> PathBuf {
+pub(super) fn scratch(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("diagnose-{name}"));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     folder
 }
 
-fn write(folder: &Path, name: &str, text: impl AsRef<[u8]>) -> String {
+pub(super) fn write(folder: &Path, name: &str, text: impl AsRef<[u8]>) -> String {
     let path = folder.join(name);
     std::fs::write(&path, text).unwrap();
     path.to_str().unwrap().to_string()
 }
 
 /// What stands in a folder, hidden files too.
-fn files(folder: &Path) -> Vec<String> {
+pub(super) fn files(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> =
         std::fs::read_dir(folder).unwrap().map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
     names.sort();
@@ -117,9 +117,6 @@ fn folder(name: &str, planted: &[(&str, &str)]) -> (PathBuf, String, String) {
 
 /// Heat that no source of the file gives: at the bracket, which has none.
 const HEAT: (&str, &str) = ("source.hidden", "{ in = \"bracket\", power = \"6 W\" }");
-
-/// Name, machine, table, further arguments, what the message must say.
-type Refused<'a> = (&'a str, &'a str, String, Vec<&'a str>, Vec<&'a str>);
 
 #[test]
 fn a_hidden_heat_is_named_written_reported_and_fitted() {
@@ -210,7 +207,7 @@ fn a_hidden_heat_is_named_written_reported_and_fitted() {
 }
 
 /// The shape that outside programs rely on.
-fn shape(found: &Value) {
+pub(super) fn shape(found: &Value) {
     for key in ["chi2", "dof", "p"] {
         assert!(found["misfit"][key].is_number(), "misfit.{key}");
     }
@@ -245,7 +242,7 @@ fn shape(found: &Value) {
 }
 
 /// No request to anywhere, no script, nothing outside the file.
-fn stands_alone(page: &str) {
+pub(super) fn stands_alone(page: &str) {
     assert!(page.starts_with("<!DOCTYPE html>") && page.trim_end().ends_with("</html>"));
     // The name space of SVG is a name, not an address.
     let page = page.replace("xmlns=\"http://www.w3.org/2000/svg\"", "").to_lowercase();
@@ -322,126 +319,6 @@ fn kinds_that_are_not_wanted_are_not_tried() {
     assert!(all.clone().all(|c| c["kind"] != "heat source"));
     let typo = coldplate(&["diagnose", &machine, &table, "--without", "heat sorce"]);
     assert!(typo.status.code() == Some(2) && message(&typo).contains("did you mean 'heat source'?"), "{}", message(&typo));
-}
-
-/// Input as it should not be: exit status 2, the place, and what to do.
-#[test]
-fn bad_input_is_refused_with_its_place() {
-    let folder = scratch("bad");
-    let machine = write(&folder, "small.toml", SMALL);
-    let bare: String = SMALL.split("[sensor.").next().unwrap().to_string();
-    let sensorless = write(&folder, "sensorless.toml", bare);
-    let row = "a,4,20,2500,23,40,35";
-    let good = format!("{HEADER},motor [degC],gear [degC]\n{row}\n");
-    let good = write(&folder, "good.csv", good);
-    let table = |name: &str, text: String| write(&folder, name, text);
-    let with = |name: &str, rows: &str| table(name, format!("{HEADER},motor [degC],gear [degC]\n{rows}\n"));
-    let log = |name: &str, rows: &str| table(name, format!("time [s],{HEADER},motor [degC]\n{rows}\n"));
-    let beside = |name: &str, toml: &str| {
-        write(&folder, &format!("{name}.toml"), toml);
-        with(&format!("{name}.csv"), row)
-    };
-    let file_below = folder.join("good.csv").join("report.html");
-    let missing = folder.join("missing.csv").to_str().unwrap().to_string();
-    let kinds = |name: &str, text: &str| write(&folder, name, text);
-    let (unreadable, nowhere, negative) = (
-        kinds("k1.toml", "[kind.a]\nheat_into = [\"bracket\"]\nper_unit = \"1 +\"\n"),
-        kinds("k2.toml", "[kind.a]\nheat_into = [\"braket\"]\nper_unit = \"1\"\n"),
-        kinds("k3.toml", "[kind.a]\nheat_into = [\"bracket\"]\nper_unit = \"1\"\nscale = -1.0\n"),
-    );
-    let below = file_below.to_str().unwrap();
-    let cases: Vec<Refused<'_>> = vec![
-        ("no such machine", "nowhere.toml", good.clone(), vec![], vec!["nowhere.toml", "check the path"]),
-        ("no such table", &machine, missing, vec![], vec!["missing.csv"]),
-        ("empty file", &machine, table("empty.csv", String::new()), vec![], vec!["empty.csv"]),
-        ("header only", &machine, table("header.csv", format!("{HEADER},motor [degC]\n")), vec![], vec!["header.csv"]),
-        ("no reading", &machine, with("none.csv", "a,4,20,2500,23,,\nb,5,20,2500,23,,"), vec![], vec!["none.csv", "not one reading"]),
-        ("not a number", &machine, with("word.csv", "a,4,20,2500,23,warm,35"), vec![], vec!["word.csv:2", "motor"]),
-        ("nan condition", &machine, with("nan.csv", "a,NaN,20,2500,23,40,35"), vec![], vec!["nan.csv:2", "coolant_flow"]),
-        ("infinite reading", &machine, with("inf.csv", "a,4,20,2500,23,inf,35"), vec![], vec!["inf.csv:2", "motor"]),
-        (
-            "unknown sensor",
-            &machine,
-            table("unknown.csv", format!("{HEADER},mottor [degC]\na,4,20,2500,23,40\n")),
-            vec![],
-            vec!["did you mean 'motor'?"],
-        ),
-        ("wrong unit", &machine, table("unit.csv", format!("{HEADER},motor [W]\na,4,20,2500,23,40\n")), vec![], vec!["unit.csv", "motor"]),
-        ("no unit", &machine, table("bare.csv", format!("{HEADER},motor\na,4,20,2500,23,40\n")), vec![], vec!["bare.csv", "motor"]),
-        ("negative flow", &machine, with("flow.csv", "a,-4,20,2500,23,40,35"), vec![], vec!["flow.csv:2", "negative"]),
-        (
-            "kelvin as degC",
-            &machine,
-            with("kelvin.csv", "a,4,20,2500,23,313.2,308.1\nb,5,20,1500,23,306.2,303.1"),
-            vec![],
-            vec!["kelvin.csv", "kelvin", "motor"],
-        ),
-        ("water in kelvin", &machine, with("water.csv", "a,4,293.15,2500,23,40,35"), vec![], vec!["water.csv:2", "coolant_temperature"]),
-        (
-            "degC as kelvin",
-            &machine,
-            table("cold.csv", format!("{HEADER},motor [K]\na,4,20,2500,23,40\n")),
-            vec![],
-            vec!["cold.csv:2", "unit"],
-        ),
-        ("same time twice", &machine, log("twice.csv", "0,a,4,20,2500,23,40\n0,a,4,20,2500,23,41"), vec![], vec!["twice.csv:3", "0 s"]),
-        ("one row of a log", &machine, log("alone.csv", "0,a,4,20,2500,23,40"), vec![], vec!["alone.csv", "one row"]),
-        ("no sensors", &sensorless, good.clone(), vec![], vec!["good.csv", "motor"]),
-        ("not TOML", &machine, beside("nonsense", "noise = = 3"), vec![], vec!["nonsense.toml:1"]),
-        ("no kind", &machine, beside("unsaid", "noise = \"0.1 K\""), vec![], vec!["unsaid.toml", "standard deviations"]),
-        ("unknown key", &machine, beside("key", "kind = \"limits\"\nnoize = \"0.1 K\""), vec![], vec!["key.toml:2", "noise"]),
-        ("no noise at all", &machine, beside("zero", "kind = \"limits\"\nnoise = \"0 K\""), vec![], vec!["zero.toml", "noise"]),
-        ("negative noise", &machine, beside("minus", "kind = \"limits\"\nnoise = \"-1 K\""), vec![], vec!["minus.toml:2"]),
-        ("report nowhere", &machine, good.clone(), vec!["--report", below], vec!["report.html", "folder"]),
-        ("report as a machine", &machine, good.clone(), vec!["--report", &machine], vec!["--report", ".html"]),
-        ("out nowhere", &machine, good.clone(), vec!["--out", below], vec!["report.html", "--out"]),
-        ("surrogate nowhere", &machine, good.clone(), vec!["--surrogate", below], vec!["report.html", "--surrogate"]),
-        ("uncertain nothing", &machine, good.clone(), vec!["--uncertain", "contact.seat.conductance"], vec!["--uncertain", "10%"]),
-        ("uncertain unknown", &machine, good.clone(), vec!["--uncertain", "contact.set.conductance=10%"], vec!["contact.set.conductance"]),
-        (
-            "uncertain negative",
-            &machine,
-            good.clone(),
-            vec!["--uncertain", "contact.seat.conductance=-10%"],
-            vec!["--uncertain", "positive"],
-        ),
-        ("unknown kind", &machine, good.clone(), vec!["--without", "gremlins"], vec!["--without", "heat source"]),
-        ("kinds formula", &machine, good.clone(), vec!["--kinds", &unreadable], vec!["k1.toml", "kind.a"]),
-        ("kinds place", &machine, good.clone(), vec!["--kinds", &nowhere], vec!["k2.toml", "kind.a", "bracket"]),
-        ("kinds scale", &machine, good.clone(), vec!["--kinds", &negative], vec!["k3.toml", "kind.a.scale"]),
-        ("start", &machine, good.clone(), vec!["--from", "warm"], vec!["--from"]),
-    ];
-    let before = files(&folder);
-    let mut wrong = Vec::new();
-    for (name, machine, table, more, said) in &cases {
-        let output = coldplate(&[&["diagnose", machine, table, "--cells", "600", "--quiet"][..], more].concat());
-        let text = message(&output);
-        if output.status.code() != Some(2) || text.contains("panicked") || !said.iter().all(|s| text.contains(s)) {
-            wrong.push(format!("{name}: {:?} {}{text}", output.status.code(), String::from_utf8_lossy(&output.stdout)));
-        }
-    }
-    assert!(wrong.is_empty(), "{wrong:#?}");
-    assert_eq!(files(&folder), before, "nothing is left behind");
-}
-
-/// Little data are no error, only little to say.
-#[test]
-fn one_reading_is_judged_with_reserve() {
-    let folder = scratch("one");
-    let machine = write(&folder, "small.toml", SMALL);
-    let report = folder.join("report.html");
-    for (name, reading) in [("far", "70"), ("near", "NaN,29")] {
-        let columns = if name == "far" { "motor [degC]" } else { "motor [degC],second plate [degC]" };
-        let table = write(&folder, &format!("{name}.csv"), format!("{HEADER},{columns}\na,4,20,2500,23,{reading}\n"));
-        let found =
-            json(&coldplate(&["diagnose", &machine, &table, "--cells", "600", "--json", "--quiet", "--report", report.to_str().unwrap()]));
-        shape(&found);
-        assert_eq!(found["misfit"]["dof"], 1);
-        assert!(found["gain"].is_null());
-        // One number cannot say which of hundreds of causes it is.
-        assert_ne!(found["verdict"], "explained", "{}", found["headline"]);
-        stands_alone(&std::fs::read_to_string(&report).unwrap());
-    }
 }
 
 /// A log of a machine of two nodes that is heavier than its file says.

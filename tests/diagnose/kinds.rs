@@ -1,6 +1,7 @@
-//! Kinds that the twins do not draw: an uneven split of parallel channels, and surfaces that see each other.
+//! Kinds that the twins do not draw: an uneven split of parallel channels, losses that follow the temperature, and surfaces that see
+//! each other.
 
-use coldplate::diagnose::{Diagnosis, Verdict, diagnose};
+use coldplate::diagnose::{Diagnosis, Law, Verdict, diagnose};
 use coldplate::reader::Document;
 
 use super::hidden::Hidden;
@@ -40,6 +41,27 @@ fn an_uneven_split() {
     assert!(low < 20.0 && 20.0 < high && low > 10.0, "{low} {high}");
     let sets = found.sets.unwrap();
     assert_eq!(sets[0].0, "channel.second.minor_loss");
+}
+
+/// A motor's copper: its loss grows by 0.39 % per kelvin, which is neither more heat nor heat that grows with the speed.
+#[test]
+fn a_loss_that_grows_with_the_temperature() {
+    let hot = [("contact.motor.conductance", "\"100 W/(m2 K)\"")];
+    let machine = machine_with(&hot, Document::parse(SMALL, "small.toml").unwrap());
+    let hidden = Hidden {
+        machine: &machine,
+        cells: (300, 500),
+        lines: &[("source.motor.temperature_coefficient", "\"0.39 %/K\"")],
+        conditions: Hidden::conditions(&machine, 16, 9, &[]),
+        seed: 10,
+    };
+    let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
+    let best = &found.explanations[0].parts[0];
+    println!("{:?} {:?} {:?}", found.verdict, found.level, found.explanations[0]);
+    assert_eq!((best.hypothesis.kind, best.hypothesis.place.as_str(), best.hypothesis.law), ("source factor", "motor", Law::Temperature));
+    let (low, high) = best.interval();
+    assert!(low < 0.039 && 0.039 < high && low > 0.02, "{low} {high}");
+    assert_eq!(found.sets.unwrap()[0].0, "source.motor.temperature_coefficient");
 }
 
 /// Two faces that see each other, which the file under test does not say: by conduction's means it is a contact between them whose

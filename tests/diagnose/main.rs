@@ -6,6 +6,7 @@ mod kinds;
 mod logs;
 mod next;
 mod pipe;
+mod refused;
 #[allow(dead_code)] // the benchmark uses all of it
 mod twin;
 

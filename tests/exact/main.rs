@@ -13,4 +13,5 @@ mod plane;
 mod radiation;
 mod sight;
 mod slab;
+mod source;
 mod sphere;

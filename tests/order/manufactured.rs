@@ -3,7 +3,7 @@
 use coldplate::machine::Side;
 use coldplate::mesh::grid::{Frame, Grid};
 use coldplate::model::Model;
-use coldplate::network::{BoundaryState, Load};
+use coldplate::network::{BoundaryState, HeatSource, Load};
 use coldplate::solve::Solver;
 
 const SIGMA: f64 = 5.670374419e-8;
@@ -70,7 +70,7 @@ pub fn errors(mut model: Model, field: &impl Field) -> [f64; 2] {
     (model.network.sources, load.powers) = (Vec::new(), Vec::new());
     for side in [heating, cooling].into_iter().filter(|side| !side.is_empty()) {
         let total: f64 = side.iter().map(|(_, q)| q).sum();
-        model.network.sources.push(side.into_iter().map(|(cell, q)| (cell, q / total)).collect());
+        model.network.sources.push(HeatSource::constant(side.into_iter().map(|(cell, q)| (cell, q / total)).collect()));
         load.powers.push(total);
     }
     // One flux per surface: what the field conducts there, beside what the surface radiates by itself.

@@ -1,6 +1,6 @@
 //! Heat that is stored: a capacity that depends on temperature, contacts between bodies that store, and the account of it.
 
-use coldplate::network::Load;
+use coldplate::network::{HeatSource, Load};
 use coldplate::solve::transient::{Settings, Transient};
 
 use super::bench::{CONDITION, model};
@@ -42,7 +42,7 @@ fn v44_capacity_of_temperature() {
         );
         let width = LENGTH / cells as f64;
         let centre = |i: usize| (i as f64 + 0.5) * width;
-        model.network.sources = (0..cells).map(|i| vec![(i as u32, 1.0)]).collect();
+        model.network.sources = (0..cells).map(|i| HeatSource::constant(vec![(i as u32, 1.0)])).collect();
         let condition = model.machine.condition(&CONDITION).unwrap();
         let load = |t: f64| {
             let mut load = Load::at(&model.machine, &condition)?;

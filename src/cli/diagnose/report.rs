@@ -323,7 +323,7 @@ fn next(section: &mut Section, found: &Found<'_>) {
             Verdict::Explained => {
                 "Nothing has to be measured to tell explanations apart. A test at a condition of its own would confirm the cause."
             }
-            _ => "Fewer than two explanations are left that a further test could tell apart.",
+            _ => "No test within the machine's ranges would set two open explanations one standard deviation apart.",
         });
         return;
     }

@@ -57,6 +57,9 @@ pub(super) fn text(found: &Found<'_>) -> String {
         }
         text += "\n";
     }
+    if diagnosis.verdict == Verdict::CannotTell && diagnosis.next.is_empty() {
+        text += "\nno test within the machine's ranges would set these explanations one standard deviation apart\n";
+    }
     match found.extended {
         Some(extended) => {
             text += "\nthe extended machine\n";

@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 use super::block::Gap;
 use super::stream::{CircuitTree, Stream};
-use super::{Block, NONE, Network, SensorTerm, Surface};
+use super::{Block, HeatSource, NONE, Network, SensorTerm, Surface};
 use crate::error::{Error, Result};
 use crate::machine::Property;
 use crate::machine::{BoundaryLaw, Face, Layout, Machine, Place, Reading, Side};
@@ -314,7 +314,11 @@ impl Builder<'_> {
             for share in &mut shares {
                 share.1 /= total;
             }
-            self.network.sources.push(shares);
+            self.network.sources.push(HeatSource {
+                shares,
+                temperature_coefficient: source.temperature_coefficient,
+                reference_temperature: source.reference_temperature,
+            });
         }
         Ok(())
     }
