@@ -30,6 +30,9 @@ const FAMILIES: [Family; 12] = [
     Family::Outside,
 ];
 
+/// Sizes of effects that are counted apart.
+const BOUNDS: [f64; 6] = [0.0, 3.0, 5.5, 8.0, 12.0, 20.0];
+
 /// One case with what came of it.
 struct Outcome {
     family: Family,
@@ -176,6 +179,8 @@ fn main() {
     line("held-out error never worse, clean", "100 %", of(Family::Clean, &|o| o.after.is_some()), &|o| {
         o.after.is_some_and(|(b, a, _)| a <= b * 1.000_001)
     });
+    by_size("one effect", &of(Family::One, &all));
+    by_size("two effects, by the one that shows less", &of(Family::Two, &all));
     println!("\nreliability of stated probabilities (one effect, detected): stated, right, cases");
     let mut error = (0.0, 0.0);
     for bin in 0..5 {
@@ -192,6 +197,29 @@ fn main() {
         error.1 += n;
     }
     println!("calibration error {:.3}", error.0 / f64::max(error.1, 1.0));
+}
+
+/// What is found of effects by how far they stand out of their covariance.
+fn by_size(title: &str, outcomes: &[&Outcome]) {
+    println!(
+        "\n{title}\n\n| d | cases | detected | right group first | kind and place first | set holds the truth | named with confidence | named wrongly |"
+    );
+    println!("|---|---|---|---|---|---|---|---|");
+    for (i, low) in BOUNDS.iter().enumerate() {
+        let high = BOUNDS.get(i + 1).copied().unwrap_or(f64::INFINITY);
+        let chosen: Vec<&&Outcome> = outcomes.iter().filter(|o| o.score.d >= *low && o.score.d < high).collect();
+        let count = |good: &dyn Fn(&Score) -> bool| chosen.iter().filter(|o| good(&o.score)).count();
+        println!(
+            "| {low} to {high} | {} | {} | {} | {} | {} | {} | {} |",
+            chosen.len(),
+            count(&|s| s.detected),
+            count(&|s| s.group),
+            count(&|s| s.exact),
+            count(&|s| s.in_set),
+            count(&|s| s.confident && !s.misnamed),
+            count(&|s| s.misnamed)
+        );
+    }
 }
 
 /// Wilson's interval of a share.
