@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
-use super::catalogue::Scales;
+use super::catalogue::{Scales, hypotheses};
 use super::refine::Bench;
 use super::signature::signatures;
 use super::trial::{Trial, trials};
+use super::view::{is_open, open_factors};
 use super::{Act, Explanation, Hypothesis, Problem, Verdict};
 use crate::error::Result;
 use crate::machine::Condition;
@@ -114,14 +115,18 @@ fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<
     let rows = conditions.iter().enumerate().map(|(i, c)| (format!("candidate {i}"), None, c.clone()));
     let data = all_sensors(problem, rows);
     let parts = alive.iter().flat_map(|e| &e.parts);
-    let hypotheses: Vec<Hypothesis> = parts.map(|p| moved(p.hypothesis.clone(), problem)).collect();
-    let found = signatures(&problem.study, &data, problem.start, &[], &hypotheses, scales, &problem.user)?;
+    let mut wanted: Vec<Hypothesis> = parts.map(|p| moved(p.hypothesis.clone(), problem)).collect();
+    let (own, open) = (wanted.len(), open_causes(problem, &data));
+    wanted.extend(open.iter().cloned());
+    let found = signatures(&problem.study, &data, problem.start, &[], &wanted, scales, &problem.user)?;
+    let (columns, factors) = found.columns.split_at(own);
+    let factors = open_factors(&problem.openness, &open, factors, data.count());
     let sensors = data.sensors.len();
     let deviation = deviations(problem);
     let probabilities: Vec<f64> = alive.iter().map(|e| e.probability).collect();
     let rate = |c: usize| -> Next {
         let range = c * sensors..(c + 1) * sensors;
-        let mut columns = found.columns.iter().map(|column| &column[range.clone()]);
+        let mut columns = columns.iter().map(|column| &column[range.clone()]);
         let (mut shown, mut open) = (Vec::new(), Vec::new());
         for e in alive {
             let (mut sum, mut own) = (vec![0.0; sensors], Vec::new());
@@ -132,9 +137,10 @@ fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<
             shown.push(sum);
             open.push(own);
         }
-        let slopes = &found.prediction.conditions[range];
+        let slopes = &found.prediction.conditions[range.clone()];
         let errors = problem.uncertainty.at(&conditions[c]);
-        let common = errors.iter().enumerate().map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect()).collect();
+        let of_condition = errors.iter().enumerate().map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect());
+        let common = of_condition.chain(factors.iter().map(|f| f[range.clone()].to_vec())).collect();
         let outlook = Outlook { shown, open, deviation: deviation.clone(), common };
         let own = &problem.data.sensors;
         let (separation, mean) = outlook.apart(&probabilities, own);
@@ -143,6 +149,13 @@ fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<
         Next { trial: Trial::Steady, condition: conditions[c].clone(), separation, mean, sensor }
     };
     Ok((0..conditions.len()).into_par_iter().map(rate).collect())
+}
+
+/// What every model leaves open: all films, heats and emissivities.
+pub(super) fn open_causes(problem: &Problem, data: &Data) -> Vec<Hypothesis> {
+    let mut found = hypotheses(&problem.study, data, &[]);
+    found.retain(|h| is_open(h, &problem.openness));
+    found
 }
 
 /// Rows (test, time, condition) to be predicted for all of the machine's sensors.
@@ -204,7 +217,13 @@ fn candidates(problem: &Problem) -> Vec<Condition> {
             found.push(c);
         }
     }
-    found.dedup();
+    let mut seen: Vec<Vec<f64>> = Vec::new();
+    found.retain(|c| {
+        !seen.contains(c) && {
+            seen.push(c.clone());
+            true
+        }
+    });
     found.truncate(CONDITIONS);
     found.into_iter().map(Condition::from_si).collect()
 }

@@ -247,7 +247,7 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
         let parts = vec![machine.parts[channel.part].name.clone()];
         add("film coefficient", channel.name.clone(), parts.clone(), Law::Constant, Act::Film(c), 0.4, true, "ln");
         // Less flow in one of parallel channels is more in the others.
-        if let Some(resistance) = branch_resistance(machine, network, c) {
+        if let Some(resistance) = data.rows.iter().find_map(|row| branch_resistance(machine, network, c, &row.condition)) {
             // Four times the resistance is half the flow.
             add("uneven split", channel.name.clone(), parts, Law::Constant, Act::Branch(c), 3.0 * resistance, false, "1");
         }
@@ -299,8 +299,10 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
     }
     for (i, (a, first)) in radiating.iter().enumerate() {
         for (b, second) in &radiating[i + 1..] {
-            let parts = vec![first.clone(), second.clone()];
-            add("radiative link", format!("{first} - {second}"), parts, Law::Constant, Act::Radiate(*a, *b), 0.02, false, "m2");
+            if !touch(network, *a, *b) {
+                let parts = vec![first.clone(), second.clone()];
+                add("radiative link", format!("{first} - {second}"), parts, Law::Constant, Act::Radiate(*a, *b), 0.02, false, "m2");
+            }
         }
     }
     for (k, name) in data.names.iter().enumerate() {
@@ -381,15 +383,15 @@ fn touch(network: &Network, a: u32, b: u32) -> bool {
 }
 
 /// Whether a stream is one of several that share a flow.
-/// Loss coefficients of a channel that shares its flow with others, all together, at the default condition; none of others.
-fn branch_resistance(machine: &Machine, network: &Network, s: usize) -> Option<f64> {
+/// Loss coefficients of a channel that shares its flow with others, all together; none of others, or without flow.
+fn branch_resistance(machine: &Machine, network: &Network, s: usize, condition: &Condition) -> Option<f64> {
     let stream = network.streams.get(s)?;
     let tree = network.circuits.get(stream.circuit)?;
     let shares_flow = members(&tree.layout).into_iter().any(|m| m != s && network.streams[m].upstream == stream.upstream);
     if !shares_flow {
         return None;
     }
-    let load = Load::at(machine, &machine.condition(&[]).ok()?).ok()?;
+    let load = Load::at(machine, condition).ok()?;
     let inlet = load.inlets[stream.circuit];
     let states = network.stream_states(&load, &vec![inlet; network.nodes]).ok()?;
     let liquid = tree.circuit.liquid.at(inlet).ok()?;

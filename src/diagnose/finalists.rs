@@ -10,7 +10,7 @@ use super::probability::{self, Candidate, Posterior};
 use super::refine::{Bench, Extended, Fitted, Used, fit};
 use super::screen::Screened;
 use super::signature::signatures;
-use super::view::{View, rescreened, screened};
+use super::view::{View, add_mesh_share, rescreened, screened};
 use crate::error::Result;
 use crate::identify::chi_square_tail;
 
@@ -78,7 +78,7 @@ impl Finals<'_> {
         for round in 0..ROUNDS {
             let Some(best) = self.best(&now).filter(|best| best.0 != about) else { break };
             about.clone_from(&best.0);
-            if let Some(about_best) = self.about(&best)? {
+            if let Some(about_best) = self.about(&best, round)? {
                 view = about_best;
                 let base = &self.base.found;
                 now.screened =
@@ -107,11 +107,12 @@ impl Finals<'_> {
         Ok(now)
     }
 
-    /// Covariance and mesh with an explanation in force; `None` where it changes neither, or the machine file has no words for it.
-    fn about(&self, (members, fitted): &Entry) -> Result<Option<View>> {
+    /// Covariance and mesh with an explanation in force; `None` where they are those already taken, or the machine file has no words
+    /// for it.
+    fn about(&self, (members, fitted): &Entry, round: usize) -> Result<Option<View>> {
         let members: Vec<(&Hypothesis, f64)> = members.iter().map(|j| self.of(*j)).zip(fitted.amplitudes.iter().copied()).collect();
         if members.iter().all(|(h, _)| h.is_sensor()) {
-            return Ok(None);
+            return Ok((round > 0).then(|| self.base.clone()));
         }
         let Some(Extended { study, .. }) = self.bench.extended(&members)? else { return Ok(None) };
         View::about(self.problem, &study, self.catalogue, self.bench.scales).map(Some)
@@ -244,10 +245,13 @@ impl Finals<'_> {
             let read = |v: &[f64]| h.read(&problem.data, v, fitted.amplitudes[0]);
             read(&moved).iter().zip(read(values)).map(|(a, b)| a - b).collect()
         };
-        let columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
-        let second = screened(&residual, &columns, &view.whitener, &again, &self.places);
+        let mut columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
+        add_mesh_share(&again, &mut columns, &view.mesh, &self.places);
+        let mut second = screened(&residual, &columns, &view.whitener, &again, &self.places);
         let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
         let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
+        // What is found of the first is a change of its amplitude.
+        second.signed[own] = true;
         let pair = |i: usize| -> Option<Candidate> {
             // With the first one's amplitude free, where it has one.
             let share = if h.is_fixed() { 0.0 } else { second.gram[(own, i)] / second.gram[(own, own)] };
@@ -265,9 +269,10 @@ impl Finals<'_> {
                 None => 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln(),
             };
             let weight = evidence + self.prior[position[i]].ln();
+            let is_possible = h.is_signed || fitted.amplitudes[0] / h.scale + moved >= 0.0;
             let mut both = [(first, fitted.amplitudes[0] / h.scale + moved), (position[i], other)];
             both.sort_by_key(|(j, _)| *j);
-            (gain > 0.0).then(|| Candidate {
+            (gain > 0.0 && is_possible).then(|| Candidate {
                 members: both.iter().map(|b| b.0).collect(),
                 amplitudes: both.iter().map(|b| b.1).collect(),
                 gain: now.screened.misfit() - fitted.misfit + gain,

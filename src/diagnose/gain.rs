@@ -109,13 +109,9 @@ fn found_without(bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, kept:
     let of = |c: &Candidate| -> Option<(f64, Vec<f64>)> {
         let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[part.visible[*j]]).collect();
         let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
-        let fitted = fit(
-            bench,
-            &members,
-            &guess,
-            Used { which: kept, readings: &readings, mesh: &pick(&base.mesh), places: &places, whitener: &whitener },
-        )
-        .ok()?;
+        let fitted =
+            fit(bench, &members, &guess, Used { which: kept, readings: &readings, mesh: &base.mesh, places: &places, whitener: &whitener })
+                .ok()?;
         Some((fitted.evidence + probability::prior_of(&c.members, &prior), fitted.values))
     };
     let tried: Vec<(f64, Vec<f64>)> = leading(&posterior, &part, FITTED).par_iter().filter_map(of).collect();

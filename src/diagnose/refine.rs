@@ -98,8 +98,14 @@ impl Bench<'_> {
 
     /// What the sensors make of it.
     fn read(&self, members: &[(&Hypothesis, f64)], values: Vec<f64>) -> Vec<f64> {
-        members.iter().filter(|(h, _)| h.is_sensor()).fold(values, |values, (h, amplitude)| h.read(self.data, &values, *amplitude))
+        in_order(members).fold(values, |values, (h, amplitude)| h.read(self.data, &values, amplitude))
     }
+}
+
+/// What acts on readings, in order: each sensor's own error, then exchanges of sensors with their errors.
+pub(super) fn in_order<'a>(members: &'a [(&'a Hypothesis, f64)]) -> impl Iterator<Item = (&'a Hypothesis, f64)> {
+    let own = members.iter().filter(|(h, _)| h.is_sensor() && !h.is_fixed());
+    own.chain(members.iter().filter(|(h, _)| h.is_fixed())).copied()
 }
 
 /// A cause with its amplitudes as the full solver has them.
@@ -124,7 +130,7 @@ pub struct Used<'a> {
     pub which: &'a [usize],
     /// These readings less what a finer mesh changes in their predictions, K.
     pub readings: &'a [f64],
-    /// What it changes, K.
+    /// What it changes in all predictions, K.
     pub mesh: &'a [f64],
     /// Row and sensor of each.
     pub places: &'a [(usize, usize)],
@@ -169,7 +175,10 @@ impl Fit<'_> {
 
     /// A point where the machine is solved already.
     fn seen(&self, amplitudes: Vec<f64>, solved: (Vec<f64>, Vec<Vec<f64>>)) -> Point {
-        let values = self.bench.read(&self.with(&amplitudes), solved.0.clone());
+        // Sensors read what the machine comes to on a finer mesh.
+        let finer = solved.0.iter().zip(self.used.mesh).map(|(v, m)| v + m).collect();
+        let read = self.bench.read(&self.with(&amplitudes), finer);
+        let values: Vec<f64> = read.iter().zip(self.used.mesh).map(|(v, m)| v - m).collect();
         let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
         let residual = self.used.whitener.apply(&self.put_back(apart));
         let cost = square(&residual) + self.prior(&amplitudes);
@@ -178,10 +187,8 @@ impl Fit<'_> {
 
     /// What belongs to each place, where sensors are exchanged: the covariance is that of places.
     fn put_back(&self, apart: Vec<f64>) -> Vec<f64> {
-        let relabelled = self.members.iter().filter(|h| h.is_fixed()).filter_map(|h| h.relabelled(self.used.places));
-        let mesh = self.used.mesh;
-        let moved = |apart: &[f64], from: &[usize]| from.iter().enumerate().map(|(i, o)| apart[*o] + mesh[*o] - mesh[i]).collect();
-        relabelled.fold(apart, |apart, from| moved(&apart, &from))
+        let relabelled = self.members.iter().rev().filter_map(|h| h.relabelled(self.used.places));
+        relabelled.fold(apart, |apart, from| from.iter().map(|i| apart[*i]).collect())
     }
 
     fn prior(&self, amplitudes: &[f64]) -> f64 {

@@ -101,7 +101,7 @@ impl Screened {
                 let y = (a * self.along[j] - b * self.along[i]) / determinant;
                 ([x, y], x * self.along[i] + y * self.along[j])
             }
-            // Each as if the other were not: exact where they are of different sensors.
+            // Each as if the other were not: to first order, under the covariance of neither.
             (Some(_), Some(_)) => ([1.0, 1.0], 2.0 * (self.along[i] + self.along[j] - b) - a - c),
             (Some(left), None) => {
                 let (y, gain) = beside(left, j, c);

@@ -210,7 +210,7 @@ fn effect(
     let stream = |channel: usize| network.streams.iter().position(|s| s.name == machine.channels[channel].name);
     Some(match act {
         Act::Heat(g) => screen.source(&shares(network, g)),
-        Act::Source(s) if drifts => scaled(screen.power_with_temperature(s, REFERENCE), 1.0 / DRIFT),
+        Act::Source(s) if drifts => scaled(screen.temperature_coefficient(s), 1.0 / DRIFT),
         Act::Source(s) => screen.power(s),
         Act::UserHeat(u) => {
             // Where the file's own source would put it.

@@ -3,9 +3,10 @@
 
 use rayon::prelude::*;
 
-use super::advice::{Next, Outlook, all_sensors, moved};
-use super::refine::{Bench, Extended};
-use super::signature::TIME_TOLERANCE;
+use super::advice::{Next, Outlook, all_sensors, moved, open_causes};
+use super::refine::{Bench, Extended, in_order};
+use super::signature::{TIME_TOLERANCE, signatures};
+use super::view::open_factors;
 use super::{Explanation, Hypothesis, Problem};
 use crate::error::{Error, Result};
 use crate::identify;
@@ -118,10 +119,19 @@ pub(super) fn trials(bench: &Bench<'_>, problem: &Problem, alive: &[&Explanation
     candidates(problem, alive, base).into_par_iter().filter_map(rate).collect()
 }
 
-fn rated(problem: &Problem, alive: &[&Explanation], trial: Trial, base: &Condition, outlook: &Outlook) -> Next {
+fn rated(
+    problem: &Problem,
+    alive: &[&Explanation],
+    trial: Trial,
+    base: &Condition,
+    (times, outlook): &(Vec<Option<f64>>, Outlook),
+) -> Next {
     let sensors = problem.study.model.machine.sensors.len();
     let probabilities: Vec<f64> = alive.iter().map(|e| e.probability).collect();
-    let own: Vec<usize> = (0..outlook.deviation.len()).filter(|i| problem.data.sensors.contains(&(i % sensors))).collect();
+    // The row before a step shows what the step's own row shows.
+    let is_once = |row: usize| times.get(row + 1).is_none_or(|next| *next != times[row] || next.is_none());
+    let is_own = |i: &usize| problem.data.sensors.contains(&(i % sensors)) && is_once(i / sensors);
+    let own: Vec<usize> = (0..outlook.deviation.len()).filter(is_own).collect();
     let (separation, mean) = outlook.apart(&probabilities, &own);
     Next { trial, condition: base.clone(), separation, mean, sensor: None }
 }
@@ -154,13 +164,19 @@ fn candidates(problem: &Problem, alive: &[&Explanation], base: &Condition) -> Ve
     found
 }
 
-/// Readings of an intervention under each explanation.
-fn outlook(bench: &Bench<'_>, problem: &Problem, alive: &[&Explanation], trial: &Trial, base: &Condition) -> Result<Outlook> {
+/// Times (s) and readings of an intervention under each explanation.
+fn outlook(
+    bench: &Bench<'_>,
+    problem: &Problem,
+    alive: &[&Explanation],
+    trial: &Trial,
+    base: &Condition,
+) -> Result<(Vec<Option<f64>>, Outlook)> {
     let sets = trial.sets();
     let prepared = |study: &Study| if sets.is_empty() { Ok(study.clone()) } else { study.edited(&sets) };
     let plain = prepared(&problem.study)?;
     let rows = trial.rows(&plain, base)?;
-    let count = rows.len();
+    let (count, times) = (rows.len(), rows.iter().map(|(time, _)| *time).collect());
     let data = all_sensors(problem, rows.into_iter().map(|(time, condition)| ("trial".to_string(), time, condition)));
     let run = |study: &Study| identify::values_within(study, &data, Start::Steady, TIME_TOLERANCE);
     let without = run(&plain)?;
@@ -187,28 +203,32 @@ fn outlook(bench: &Bench<'_>, problem: &Problem, alive: &[&Explanation], trial: 
         open.push((0..members.len()).map(column).collect::<Result<Vec<_>>>()?);
         shown.push(all);
     }
-    let (deviation, common) = errors(problem, base, count)?;
-    Ok(Outlook { shown, open, deviation, common })
+    let (deviation, common) = errors(bench, problem, base, count)?;
+    Ok((times, Outlook { shown, open, deviation, common }))
 }
 
-/// Each reading's own error in `count` rows of a test, and what all rows share: the sensors' own and those of the condition.
-fn errors(problem: &Problem, base: &Condition, count: usize) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+/// Noise of each reading in `count` rows of a test, and what all rows share: the sensors' own errors, those of the condition, and what
+/// every model leaves open, as they are in the steady state the test begins with.
+fn errors(bench: &Bench<'_>, problem: &Problem, base: &Condition, count: usize) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
     let once = all_sensors(problem, std::iter::once(("base".to_string(), None, base.clone())));
-    let slopes = identify::predict(&problem.study, &once, &[], Start::Steady)?.conditions;
+    let causes = open_causes(problem, &once);
+    let found = signatures(&problem.study, &once, Start::Steady, &[], &causes, bench.scales, &problem.user)?;
+    let slopes = &found.prediction.conditions;
     let sensors = slopes.len();
     let of = |own: &[f64], s: usize| problem.data.sensors.iter().position(|k| *k == s).map_or(own[0], |k| own[k]);
-    let noise: Vec<f64> = (0..sensors).map(|s| of(&problem.uncertainty.noise, s).hypot(problem.openness.model)).collect();
+    let noise: Vec<f64> = (0..sensors).map(|s| of(&problem.uncertainty.noise, s)).collect();
     let own = (0..sensors).map(|s| {
-        let bias = of(&problem.uncertainty.bias, s);
-        (0..sensors * count).map(|i| if i % sensors == s { bias } else { 0.0 }).collect()
+        let lasting = of(&problem.uncertainty.bias, s).hypot(problem.openness.model);
+        (0..sensors * count).map(|i| if i % sensors == s { lasting } else { 0.0 }).collect()
     });
     let of_condition = problem.uncertainty.at(base).into_iter().enumerate();
     let of_condition = of_condition.map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect::<Vec<f64>>().repeat(count));
-    Ok((noise.repeat(count), own.chain(of_condition).collect()))
+    let open = open_factors(&problem.openness, &causes, &found.columns, sensors);
+    let open = open.into_iter().map(|f| f.repeat(count));
+    Ok((noise.repeat(count), own.chain(of_condition).chain(open).collect()))
 }
 
 /// Predictions as the sensors of some causes show them.
 fn read(data: &Data, values: Vec<f64>, members: &[(&Hypothesis, f64)], problem: &Problem) -> Vec<f64> {
-    let sensors = members.iter().filter(|(h, _)| h.is_sensor());
-    sensors.fold(values, |values, (h, amplitude)| moved((*h).clone(), problem).read(data, &values, *amplitude))
+    in_order(members).fold(values, |values, (h, amplitude)| moved(h.clone(), problem).read(data, &values, amplitude))
 }

@@ -43,12 +43,7 @@ impl View {
         let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
         let mesh = mesh_correction(problem, study, &found.prediction.values)?;
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
-        // Exchanged readings take the mesh's share of each other's place.
-        let places = whiten::places(&problem.data);
-        for (h, column) in catalogue.iter().zip(&mut found.columns) {
-            let Some(from) = h.relabelled(&places) else { continue };
-            column.iter_mut().zip(from).enumerate().for_each(|(i, (c, other))| *c += mesh[other] - mesh[i]);
-        }
+        add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
         let mut errors = Errors::new(problem, study, &found.prediction, catalogue, &found.columns);
         errors.common.push(mesh.iter().map(|m| MESH * m).collect());
         let all: Vec<usize> = (0..mesh.len()).collect();
@@ -63,14 +58,22 @@ impl View {
     pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
         let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind, h.place.as_str())).collect();
         let mut common = hypotheses(study, &problem.data, &problem.user);
-        let is_open = |h: &Hypothesis| openness_of(h, &problem.openness).is_some() || matches!(h.act, Act::Capacity(_));
-        common.retain(|h| is_open(h) && own.contains(&(h.kind, h.place.as_str())));
+        let counts = |h: &Hypothesis| is_open(h, &problem.openness) || matches!(h.act, Act::Capacity(_));
+        common.retain(|h| counts(h) && own.contains(&(h.kind, h.place.as_str())));
         Self::of(problem, study, &common, scales)
     }
 
     /// Signatures held against the residual.
     pub fn screen(&self, catalogue: &[Hypothesis], data: &Data) -> Screened {
         screened(&self.found.residual, &self.found.columns, &self.whitener, catalogue, &whiten::places(data))
+    }
+}
+
+/// Exchanged readings take what a finer mesh changes at each other's place.
+pub fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: &[f64], places: &[(usize, usize)]) {
+    for (h, column) in catalogue.iter().zip(columns) {
+        let Some(from) = h.relabelled(places) else { continue };
+        column.iter_mut().zip(from).enumerate().for_each(|(i, (c, other))| *c += mesh[other] - mesh[i]);
     }
 }
 
@@ -145,6 +148,21 @@ fn openness_of(h: &Hypothesis, openness: &Openness) -> Option<(usize, f64)> {
     }
 }
 
+/// Whether a hypothesis is part of a common factor.
+pub fn is_open(h: &Hypothesis, openness: &Openness) -> bool {
+    openness_of(h, openness).is_some()
+}
+
+/// What the common factors of films, heats and emissivities leave open in every reading, K.
+pub fn open_factors(openness: &Openness, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
+    let mut factors = vec![vec![0.0; readings]; 3];
+    for (h, column) in catalogue.iter().zip(columns) {
+        let Some((factor, spread)) = openness_of(h, openness) else { continue };
+        factors[factor].iter_mut().zip(column).for_each(|(s, c)| *s += spread * c);
+    }
+    factors
+}
+
 /// Covariance in parts, so that it can be cut to some readings.
 #[derive(Debug, Clone)]
 pub struct Errors {
@@ -164,12 +182,7 @@ impl Errors {
         for (k, (_, spread)) in problem.uncertain.iter().enumerate() {
             common.push(prediction.slopes.iter().map(|row| row[k] * spread).collect());
         }
-        let mut factors = vec![vec![0.0; prediction.values.len()]; 3];
-        for (h, column) in catalogue.iter().zip(columns) {
-            let Some((factor, spread)) = openness_of(h, &problem.openness) else { continue };
-            factors[factor].iter_mut().zip(column).for_each(|(s, c)| *s += spread * c);
-        }
-        common.extend(factors);
+        common.extend(open_factors(&problem.openness, catalogue, columns, prediction.values.len()));
         // Films follow one correlation; what parts store does not: each has its own shape and material.
         for (h, column) in catalogue.iter().zip(columns) {
             let Act::Capacity(g) = h.act else { continue };

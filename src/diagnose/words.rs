@@ -36,7 +36,11 @@ pub fn sentence(part: &Part) -> String {
         Act::UserHeat(_) => format!("'{}' acts, with the amplitude {}", h.place, range(&same, "")),
         Act::Source(_) if h.law == Law::Constant => format!("the heat of {} is {} times what the model has", h.place, range(&grown, "")),
         Act::Source(_) if h.law == Law::Temperature => {
-            format!("the heat of {} changes with its temperature: {} times per 10 K", h.place, range(&grown, ""))
+            format!(
+                "the heat of {} grows with its temperature otherwise than the model's: {} times as much per 10 K",
+                h.place,
+                range(&grown, "")
+            )
         }
         Act::Source(_) => {
             format!("the heat of {} follows another law: at full speed {} times the model's{law}", h.place, range(&grown, ""))

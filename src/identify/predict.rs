@@ -16,6 +16,8 @@ use crate::solve::Solver;
 pub const TIME_TOLERANCE: f64 = 1e-3;
 /// Relative step of parameters where only differences of whole runs give the slope.
 const RUN_STEP: f64 = 0.02;
+/// From a value of zero, in steps of an exact derivative: runs are known to their time steps' error only.
+const RUN_STEP_FROM_ZERO: f64 = 100.0;
 /// The same of temperatures, K.
 const RUN_KELVIN: f64 = 0.2;
 
@@ -159,8 +161,11 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
 
 fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start, tolerance: f64) -> Result<Prediction> {
     let values = run_logs(study, data, start, None, tolerance)?;
-    let step =
-        |p: &Parameter| if p.dimension.is_absolute() || p.kind == Kind::Offset { RUN_KELVIN } else { RUN_STEP * p.value.abs().max(1e-12) };
+    let step = |p: &Parameter| match p.value {
+        _ if p.dimension.is_absolute() || p.kind == Kind::Offset => RUN_KELVIN,
+        0.0 => RUN_STEP_FROM_ZERO * p.step(0.0),
+        value => RUN_STEP * value.abs(),
+    };
     let column = |p: &Parameter| -> Result<Vec<f64>> {
         let step = step(p);
         let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None, tolerance)?;

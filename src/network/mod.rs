@@ -127,11 +127,21 @@ impl HeatSource {
 
     /// Heat into each node (W) at a stated power (W) and temperatures of all nodes (K).
     pub fn heats<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
-        let factor = |node: u32| match self.temperature_coefficient {
+        self.shares.iter().map(move |(node, share)| (*node, power * share * self.factor(temperatures[*node as usize])))
+    }
+
+    /// Change of the heat into each node with its temperature, W/K.
+    pub fn slopes<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
+        let slope = |node: u32| if self.factor(temperatures[node as usize]) > 0.0 { self.temperature_coefficient } else { 0.0 };
+        self.shares.iter().map(move |(node, share)| (*node, power * share * slope(*node)))
+    }
+
+    /// What is left of the power at a temperature (K); a loss never turns into cold.
+    fn factor(&self, temperature: f64) -> f64 {
+        match self.temperature_coefficient {
             0.0 => 1.0,
-            coefficient => 1.0 + coefficient * (temperatures[node as usize] - self.reference_temperature),
-        };
-        self.shares.iter().map(move |(node, share)| (*node, power * share * factor(*node)))
+            coefficient => (1.0 + coefficient * (temperature - self.reference_temperature)).max(0.0),
+        }
     }
 }
 

@@ -185,7 +185,7 @@ impl Parameter {
     }
 
     /// Step of differences at `value`, SI.
-    pub(super) fn step(&self, value: f64) -> f64 {
+    pub fn step(&self, value: f64) -> f64 {
         if self.dimension.is_absolute() || self.kind == Kind::Offset {
             KELVIN_STEP
         } else if value == 0.0 {

@@ -84,17 +84,14 @@ impl<'a> Screen<'a> {
 
     /// A source of the network; per relative change of its power.
     pub fn power(&self, source: usize) -> Effect {
-        self.effect(self.heats(source).map(|(node, heat)| (node, -heat)))
+        let heats = self.network.sources[source].heats(self.load.powers[source], &self.solution.temperatures);
+        self.effect(heats.map(|(node, heat)| (node, -heat)))
     }
 
-    /// A source of the network whose power changes with the temperature of each piece; per relative change in every kelvin away from
-    /// `reference` (K).
-    pub fn power_with_temperature(&self, source: usize, reference: f64) -> Effect {
-        self.effect(self.heats(source).map(|(node, heat)| (node, -heat * (self.t(node) - reference))))
-    }
-
-    fn heats(&self, source: usize) -> impl Iterator<Item = (u32, f64)> {
-        self.network.sources[source].heats(self.load.powers[source], &self.solution.temperatures)
+    /// The temperature coefficient of a source; per 1/K.
+    pub fn temperature_coefficient(&self, source: usize) -> Effect {
+        let (own, power) = (&self.network.sources[source], self.load.powers[source]);
+        self.effect(own.shares.iter().map(|(node, share)| (*node, -power * share * (self.t(*node) - own.reference_temperature))))
     }
 
     /// A new conductance between two nodes; per W/K.

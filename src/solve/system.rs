@@ -95,7 +95,7 @@ impl System {
             diagonal[surface.node as usize] += state.slope;
         }
         for (source, power) in network.sources.iter().zip(&load.powers).filter(|(s, _)| s.temperature_coefficient != 0.0) {
-            source.shares.iter().for_each(|(node, share)| diagonal[*node as usize] -= power * share * source.temperature_coefficient);
+            source.slopes(*power, temperatures).for_each(|(node, slope)| diagonal[node as usize] -= slope);
         }
         self.hold(&mut diagonal, &mut rest);
         let blocks = network.blocks.iter().zip(&self.profiles).zip(&self.is_constant).map(|((block, profile), constant)| {

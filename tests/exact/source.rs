@@ -71,3 +71,12 @@ fn heat_that_follows_its_own_temperature() {
         }
     }
 }
+
+/// A loss that grows faster with the temperature than heat can leave has no steady state, and none is invented.
+#[test]
+fn runaway_is_an_error() {
+    let model = Model::new(machine(0.05, "[node.coil]\ncapacity = \"100 J/K\""), None).unwrap();
+    let condition = model.machine.condition(&[]).unwrap();
+    let error = model.solver(&condition).unwrap_err();
+    assert!(error.remedy().unwrap().contains("grows with its own temperature"), "{error}");
+}
