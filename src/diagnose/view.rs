@@ -46,6 +46,9 @@ impl View {
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
         let mut errors = Errors::new(problem, study, &found.prediction, catalogue, &found.columns);
         errors.common.push(mesh.iter().map(|m| MESH * m).collect());
+        if !problem.data.is_transient() {
+            errors.common.extend(bends(problem, study, catalogue, scales, &found));
+        }
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
         Ok(Self { whitener: errors.whitener(&all), found, mesh, errors, readings })
@@ -135,6 +138,32 @@ fn mesh_correction(problem: &Problem, study: &Study, coarse: &[f64]) -> Result<V
     let fine = Study::new(study.document().clone(), Some(cells))?;
     let values = identify::values_within(&fine, &problem.data, problem.start, TIME_TOLERANCE)?;
     Ok(values.iter().zip(coarse).map(|(f, c)| f - c).collect())
+}
+
+/// What the common factors of films, heats and emissivities change beside their slopes: far from the water a bearing that only radiates
+/// bends with its emissivity by more than its reading's noise. Half the second derivative times the variance, as large as the square
+/// of a normal number is in the mean square.
+fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, found: &Signatures) -> Vec<Vec<f64>> {
+    let moved = |factor: usize, sign: f64| -> Option<Vec<f64>> {
+        let mut sets = Vec::new();
+        for h in catalogue {
+            let Some((own, spread)) = openness_of(h, &problem.openness) else { continue };
+            if own == factor {
+                sets.extend(h.sets(study, scales, &problem.user, sign * spread).ok().flatten()?);
+            }
+        }
+        if sets.is_empty() {
+            return None;
+        }
+        let (values, _) = identify::steady_near(&study.edited(&sets).ok()?, &problem.data, &found.fields).ok()?;
+        Some(values)
+    };
+    let bend = |factor: usize| -> Option<Vec<f64>> {
+        let (more, less) = (moved(factor, 1.0)?, moved(factor, -1.0)?);
+        let square = more.iter().zip(&less).zip(&found.prediction.values).map(|((m, l), v)| 0.5 * (m + l) - v);
+        Some(square.map(|c| 3f64.sqrt() * c).collect())
+    };
+    (0..3).into_par_iter().filter_map(bend).collect()
 }
 
 /// Standard deviation of a common factor that a hypothesis is part of, and which.

@@ -130,6 +130,11 @@ impl HeatSource {
         self.shares.iter().map(move |(node, share)| (*node, power * share * self.factor(temperatures[*node as usize])))
     }
 
+    /// All of it, W.
+    pub fn total(&self, power: f64, temperatures: &[f64]) -> f64 {
+        if self.temperature_coefficient == 0.0 { power } else { self.heats(power, temperatures).map(|(_, heat)| heat).sum() }
+    }
+
     /// Change of the heat into each node with its temperature, W/K.
     pub fn slopes<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
         let slope = |node: u32| if self.factor(temperatures[node as usize]) > 0.0 { self.temperature_coefficient } else { 0.0 };

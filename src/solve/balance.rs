@@ -35,7 +35,7 @@ pub struct Balance {
 /// The balance at given temperatures.
 pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Balance {
     let mut found = Balance {
-        sources: network.sources.iter().zip(&load.powers).map(|(s, p)| s.heats(*p, temperatures).map(|(_, q)| q).sum()).collect(),
+        sources: network.sources.iter().zip(&load.powers).map(|(s, p)| s.total(*p, temperatures)).collect(),
         boundaries: vec![0.0; load.boundaries.len()],
         circuits: vec![0.0; network.circuits.len()],
         ..Balance::default()
