@@ -71,7 +71,7 @@ pub struct Circuit {
 /// Channels in series and parallel.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Layout {
-    /// Index into [`Machine::channels`].
+    /// Index into [`Machine::channels`](super::Machine::channels).
     Channel(usize),
     /// One after the other.
     Series(Vec<Layout>),

@@ -151,7 +151,7 @@ pub struct Import {
 pub struct Part {
     /// Name.
     pub name: String,
-    /// Index into [`Machine::materials`].
+    /// Index into [`Machine::materials`](super::Machine::materials).
     pub material: usize,
     /// Its blocks; none for an imported mesh.
     pub blocks: Vec<Block>,
@@ -216,7 +216,7 @@ impl Side {
 /// its named surfaces, or its whole boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Face {
-    /// Index into [`Machine::parts`].
+    /// Index into [`Machine::parts`](super::Machine::parts).
     pub part: usize,
     /// Index into that part's blocks; `None` means every block. Of an imported part: index into
     /// [`crate::gmsh::Body::surfaces`]; `None` means the whole boundary.
