@@ -11,6 +11,7 @@ mod twin;
 use std::time::Instant;
 
 use coldplate::diagnose::{Verdict, diagnose};
+use coldplate::random::Random;
 use twin::Family;
 use twin::score::{Score, score};
 
@@ -32,6 +33,9 @@ const FAMILIES: [Family; 12] = [
 
 /// Sizes of effects that are counted apart.
 const BOUNDS: [f64; 6] = [0.0, 3.0, 5.5, 8.0, 12.0, 20.0];
+
+/// Bins of the reliability diagram.
+const BINS: usize = 5;
 
 /// One case with what came of it.
 struct Outcome {
@@ -159,6 +163,7 @@ fn main() {
     line("named with confidence, d >= 12", "", of(Family::One, &|o| o.score.d >= 12.0), &|o| o.score.confident);
     line("confident and wrong, one effect", "<= 1 %", of(Family::One, &all), &|o| o.score.misnamed);
     line("both of two found, each d >= 12", ">= 90 %", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.exact);
+    line("the same, a source's heat and heat at its place being one", "", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.same_heat);
     line("both places of two touched, each d >= 12", "", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.group);
     line("two: set holds both, each d >= 12", "", of(Family::Two, &|o| o.score.d >= 12.0), &|o| o.score.in_set);
     line("two: confident and wrong", "<= 1 %", of(Family::Two, &all), &|o| o.score.misnamed);
@@ -183,9 +188,8 @@ fn main() {
     by_size("two effects, by the one that shows less", &of(Family::Two, &all));
     println!("\nreliability of stated probabilities (one effect, detected): stated, right, cases");
     let mut error = (0.0, 0.0);
-    for bin in 0..5 {
-        let (low, high) = (0.2 * f64::from(bin), 0.2 * f64::from(bin + 1));
-        let chosen: Vec<&Outcome> = of(Family::One, &|o| o.score.detected && o.score.stated >= low && (o.score.stated < high || bin == 4));
+    for own in 0..BINS {
+        let chosen: Vec<&Outcome> = of(Family::One, &|o| o.score.detected && bin(o.score.stated) == own);
         if chosen.is_empty() {
             continue;
         }
@@ -196,7 +200,8 @@ fn main() {
         error.0 += n * (stated - right).abs();
         error.1 += n;
     }
-    println!("calibration error {:.3}", error.0 / f64::max(error.1, 1.0));
+    let stated: Vec<f64> = of(Family::One, &|o| o.score.detected).iter().map(|o| o.score.stated).collect();
+    println!("calibration error {:.3}; as many honest probabilities would show {:.3}", error.0 / f64::max(error.1, 1.0), honest(&stated));
 }
 
 /// What is found of effects by how far they stand out of their covariance.
@@ -220,6 +225,24 @@ fn by_size(title: &str, outcomes: &[&Outcome]) {
             count(&|s| s.misnamed)
         );
     }
+}
+
+/// The calibration error that honest probabilities show where there are only so many of them: the mean of 2000 draws.
+fn honest(stated: &[f64]) -> f64 {
+    let mut random = Random::new(1);
+    let mut one = || {
+        let mut bins = [0.0f64; BINS];
+        for p in stated {
+            bins[bin(*p)] += p - f64::from(u8::from(random.unit() < *p));
+        }
+        bins.iter().map(|b| b.abs()).sum::<f64>() / stated.len().max(1) as f64
+    };
+    (0..2000).map(|_| one()).sum::<f64>() / 2000.0
+}
+
+/// Which bin of the reliability diagram a probability falls into.
+fn bin(probability: f64) -> usize {
+    ((probability * BINS as f64) as usize).min(BINS - 1)
 }
 
 /// Wilson's interval of a share.

@@ -1,6 +1,7 @@
 //! How an answer stands beside what was hidden.
 
 use coldplate::diagnose::{Diagnosis, Explanation, Part, Scales, Verdict};
+use coldplate::machine::Place;
 use coldplate::measure::Whitener;
 
 use super::{Case, Hidden};
@@ -14,6 +15,8 @@ pub struct Score {
     pub group: bool,
     /// Whether kind and place of the first explanation are right.
     pub exact: bool,
+    /// The same where a source's own heat and other heat at its place count as one: in proportion to the speed they are the same data.
+    pub same_heat: bool,
     /// Whether the set that is not refuted holds the truth.
     pub in_set: bool,
     /// Whether a cause was named with probability 0.9 or more.
@@ -46,20 +49,32 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         both => least_of_two(both, &found.whitener),
     };
     let detected = found.verdict != Verdict::Consistent;
-    let truth = |e: &Explanation| {
-        e.parts.len() == case.hidden.len()
-            && case.hidden.iter().all(|h| e.parts.iter().any(|p| p.hypothesis.kind == h.kind && p.hypothesis.place == h.place))
-    };
     let machine = &case.problem.study.model.machine;
+    let is_named = |h: &Hidden, p: &Part| p.hypothesis.kind == h.kind && p.hypothesis.place == h.place;
+    let is_same_heat = |h: &Hidden, p: &Part| {
+        let heats = |source: &str, part: &str| {
+            let of_part = |place: &Place| matches!(place, Place::Part(p) if machine.parts[*p].name == part);
+            machine.sources.iter().any(|s| s.name == source && s.places.iter().any(of_part))
+        };
+        match (h.kind.as_str(), p.hypothesis.kind) {
+            ("source factor", "heat source") => heats(&h.place, &p.hypothesis.place),
+            ("heat source", "source factor") => heats(&p.hypothesis.place, &h.place),
+            _ => is_named(h, p),
+        }
+    };
+    let holds = |e: &Explanation, is: &dyn Fn(&Hidden, &Part) -> bool| {
+        e.parts.len() == case.hidden.len() && case.hidden.iter().all(|h| e.parts.iter().any(|p| is(h, p)))
+    };
+    let truth = |e: &Explanation| holds(e, &is_named);
     let parts_of = |h: &Hidden| -> Vec<String> {
         let of_contact = machine.contacts.iter().find(|c| h.kind.contains("contact") && c.name == h.place);
         let mut parts: Vec<String> = h.place.split(" - ").map(String::from).collect();
         if let Some(contact) = of_contact {
             for place in &contact.between {
                 parts.push(match place {
-                    coldplate::machine::Place::Part(p) => machine.parts[*p].name.clone(),
-                    coldplate::machine::Place::Face(f) => machine.parts[f.part].name.clone(),
-                    coldplate::machine::Place::Node(n) => machine.nodes[*n].name.clone(),
+                    Place::Part(p) => machine.parts[*p].name.clone(),
+                    Place::Face(f) => machine.parts[f.part].name.clone(),
+                    Place::Node(n) => machine.nodes[*n].name.clone(),
                 });
             }
         }
@@ -92,13 +107,14 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
         let (low, high) = f.parts[0].interval();
         (low..=high).contains(&case.hidden[0].amplitude_in(&scales))
     });
-    let is_hidden = |p: &Part| case.hidden.iter().any(|h| p.hypothesis.kind == h.kind && p.hypothesis.place == h.place);
+    let is_hidden = |p: &Part| case.hidden.iter().any(|h| is_named(h, p));
     let confident = found.verdict == Verdict::Explained;
     Score {
         misnamed: confident && first.is_some_and(|f| !f.parts.iter().all(is_hidden)),
         detected,
         group: first.is_some_and(touches),
         exact,
+        same_heat: first.is_some_and(|e| holds(e, &is_same_heat)),
         in_set: detected && found.set.iter().any(|i| truth(&found.explanations[*i])),
         confident,
         stated,
