@@ -102,8 +102,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let model = Model::new(machine, args.cells)?;
     let bar = progress_bar(schedule.start(), schedule.end(), out);
-    let history = simulate::run(&model, &schedule, &options, &mut |time| {
-        bar.set_position((1e3 * (time - schedule.start()) / (schedule.end() - schedule.start())) as u64);
+    let history = simulate::run(&model, &schedule, &options, &mut |seen| {
+        bar.set_position((1e3 * (seen.state.time - schedule.start()) / (schedule.end() - schedule.start())) as u64);
     });
     bar.finish_and_clear();
     let history = history?;

@@ -51,7 +51,7 @@ pub enum Act {
     Chamber,
     /// Emissivity of a group, logarithm.
     Emissivity(u32),
-    /// Residual gas: film from every surface to the chamber, W/(m² K).
+    /// Pressure of the residual gas, Pa more than the model has.
     Gas,
     /// Conductance from a group to the chamber's temperature, W/K.
     Leak(u32),
@@ -263,7 +263,7 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
     let is_in_vacuum = network.surfaces.iter().any(|s| s.emissive > 0.0);
     if is_in_vacuum {
         add("chamber temperature", "chamber".into(), Vec::new(), Law::Constant, Act::Chamber, 0.7, true, "K");
-        add("residual gas", "chamber".into(), Vec::new(), Law::Constant, Act::Gas, 1.0, false, "W/(m2 K)");
+        add("residual gas", "chamber".into(), Vec::new(), Law::Constant, Act::Gas, 1.0, false, "Pa");
     }
     for (b, boundary) in machine.boundaries.iter().enumerate() {
         if matches!(boundary.law, BoundaryLaw::Film(..)) && study.parameter(&film_key(&boundary.name)).is_ok() {
@@ -382,7 +382,6 @@ fn touch(network: &Network, a: u32, b: u32) -> bool {
     network.joints.iter().any(|j| (of(j.a) == a && of(j.b) == b) || (of(j.a) == b && of(j.b) == a))
 }
 
-/// Whether a stream is one of several that share a flow.
 /// Loss coefficients of a channel that shares its flow with others, all together; none of others, or without flow.
 fn branch_resistance(machine: &Machine, network: &Network, s: usize, condition: &Condition) -> Option<f64> {
     let stream = network.streams.get(s)?;

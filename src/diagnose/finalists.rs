@@ -84,7 +84,7 @@ impl Finals<'_> {
                 now.screened =
                     rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue, &self.places);
                 now.mesh.clone_from(&view.mesh);
-                // A front that moved makes the slopes of two at once worthless: in logs a second cause is looked for beside the first.
+                // In logs, whose fits are runs, a second cause is looked for beside the first only where one leaves too much.
                 now.posterior = probability::posterior(&now.screened, self.prior, !self.problem.data.is_transient());
                 self.keep(&mut now);
                 let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);

@@ -55,11 +55,13 @@ pub fn gain(problem: &Problem, bench: &Bench<'_>, catalogue: &[Hypothesis], base
     // Squares by condition: before, after, count.
     let mut readings: Vec<(usize, f64)> = condition_of.iter().map(|c| (*c, 0.0)).collect();
     let mut sums = vec![(0.0, 0.0, 0.0); conditions.len()];
-    for fold in 0..folds {
+    let without = |fold: usize| -> (Vec<usize>, Option<Vec<f64>>) {
         let (kept, out): (Vec<usize>, Vec<usize>) = (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
         // Where all data together name no cause nothing is extended, so nothing is gained or lost.
         let seed = problem.seed.wrapping_add(1 + fold as u64);
-        let change = if is_extended { found_without(bench, catalogue, base, &kept, seed) } else { None };
+        (out, if is_extended { found_without(bench, catalogue, base, &kept, seed) } else { None })
+    };
+    for (out, change) in (0..folds).into_par_iter().map(without).collect::<Vec<_>>() {
         let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c[*i])).collect();
         for (s, i) in shift.iter().zip(&out) {
             readings[*i].1 = *s;

@@ -13,8 +13,10 @@ mod advice;
 mod catalogue;
 mod decide;
 mod edits;
+mod effect;
 mod finalists;
 mod gain;
+mod history;
 mod missing;
 mod probability;
 mod refine;
@@ -203,10 +205,12 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let screened = base.screen(&catalogue, data);
     let misfit = misfit(&screened, problem.seed);
     let prior = probability::prior(&screened, &catalogue);
+    let fronts = history::has_fronts(study, data)?;
     let posterior = probability::posterior(&screened, &prior, !data.is_transient());
     let is_wrong = decide::is_wrong(&misfit);
     let predicted = &base.found.prediction.values;
-    let bench = Bench { study, data, predicted, fields: &base.found.fields, start: problem.start, scales: &scales, user: &problem.user };
+    let bench =
+        Bench { study, data, predicted, fields: &base.found.fields, start: problem.start, scales: &scales, user: &problem.user, fronts };
     let sheet = Sheet {
         predicted: predicted.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
         whitened: screened.residual.clone(),

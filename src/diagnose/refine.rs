@@ -1,9 +1,10 @@
 //! Finalists, fitted through the full solver.
 
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 use super::catalogue::{Hypothesis, Scales, UserKind};
-use super::signature::TIME_TOLERANCE;
+use super::history::TIME_TOLERANCE;
 use crate::error::{Error, Result};
 use crate::identify;
 use crate::measure::{Data, Whitener};
@@ -13,16 +14,18 @@ use crate::simulate::Start;
 /// Steps with the same slopes, and how often slopes are renewed.
 const MOST_STEPS: usize = 3;
 const MOST_RENEWALS: usize = 4;
-/// In logs every step has slopes of its own.
-const MOST_RENEWALS_OF_LOGS: usize = 6;
+/// Where fronts run through the water every step has slopes of its own.
+const MOST_RENEWALS_OF_FRONTS: usize = 6;
 /// A step shorter than this share of the standard deviation is none.
 const SMALL: f64 = 0.05;
 /// Slopes are renewed until they moved the fit by less than this share of its standard deviation.
 const RENEWED: f64 = 0.3;
 /// Difference step, as a share of the prior's scale.
 const STEP: f64 = 0.02;
-/// The same to both sides in logs, where a front in the water is known to a part of a station and of a time step only.
-const STEP_OF_LOGS: f64 = 0.25;
+/// The same in logs, whose runs are known to the error of their time steps.
+const STEP_OF_LOGS: f64 = 0.1;
+/// The same to both sides of where fronts run, which are known to a part of a station and of a time step only.
+const STEP_OF_FRONTS: f64 = 0.25;
 
 /// What is needed to predict with a hypothesis in force.
 #[derive(Debug, Clone, Copy)]
@@ -41,6 +44,8 @@ pub struct Bench<'a> {
     pub scales: &'a Scales,
     /// The user's kinds.
     pub user: &'a [UserKind],
+    /// Whether fronts in the water make much of what the data show: a log of a pipe.
+    pub fronts: bool,
 }
 
 /// A machine with causes in force.
@@ -205,11 +210,17 @@ impl Fit<'_> {
     }
 
     fn slopes(&self, here: &Point) -> Result<Slopes> {
-        let is_log = self.bench.data.is_transient();
-        let mut slopes =
-            Slopes { whitened: DMatrix::zeros(here.residual.len(), self.members.len()), fields: vec![Vec::new(); self.members.len()] };
-        for (j, h) in self.members.iter().enumerate().filter(|(_, h)| !h.is_fixed()) {
-            let step = if is_log { STEP_OF_LOGS } else { STEP } * h.scale;
+        let fronts = self.bench.fronts;
+        let share = match (fronts, self.bench.data.is_transient()) {
+            (true, _) => STEP_OF_FRONTS,
+            (false, true) => STEP_OF_LOGS,
+            (false, false) => STEP,
+        };
+        let one = |j: usize| -> Result<Option<(Vec<f64>, Vec<Vec<f64>>)>> {
+            let h = self.members[j];
+            if h.is_fixed() {
+                return Ok(None);
+            }
             let moved = |by: f64| -> Result<(Option<Point>, f64)> {
                 let mut to = here.amplitudes.clone();
                 to[j] = self.bounded(j, to[j] + by);
@@ -221,15 +232,24 @@ impl Fit<'_> {
                     _ => (Some(self.at(to, &here.solved.1)?), by),
                 })
             };
-            let (above, up) = moved(step)?;
+            let step = share * h.scale;
             // Fronts bend: to both sides.
-            let (below, down) = if is_log { moved(-step)? } else { (None, 0.0) };
-            let (Some(above), true) = (above, up > down) else { continue };
+            let (above, below) = rayon::join(|| moved(step), || if fronts { moved(-step) } else { Ok((None, 0.0)) });
+            let ((above, up), (below, down)) = (above?, below?);
+            let (Some(above), true) = (above, up > down) else { return Ok(None) };
             let below = below.as_ref().map_or(&here.residual, |p| &p.residual);
-            let column = below.iter().zip(&above.residual).map(|(b, a)| (b - a) / (up - down));
-            slopes.whitened.set_column(j, &DVector::from_iterator(here.residual.len(), column));
+            let column = below.iter().zip(&above.residual).map(|(b, a)| (b - a) / (up - down)).collect();
             let of_field = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) / up).collect();
-            slopes.fields[j] = above.solved.1.iter().zip(&here.solved.1).map(of_field).collect();
+            Ok(Some((column, above.solved.1.iter().zip(&here.solved.1).map(of_field).collect())))
+        };
+        let columns: Vec<_> = (0..self.members.len()).into_par_iter().map(one).collect::<Result<_>>()?;
+        let mut slopes =
+            Slopes { whitened: DMatrix::zeros(here.residual.len(), self.members.len()), fields: vec![Vec::new(); self.members.len()] };
+        for (j, found) in columns.into_iter().enumerate() {
+            if let Some((column, fields)) = found {
+                slopes.whitened.set_column(j, &DVector::from_vec(column));
+                slopes.fields[j] = fields;
+            }
         }
         Ok(slopes)
     }
@@ -296,7 +316,7 @@ impl Fit<'_> {
             here = self.at(at.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect(), near);
         }
         let here = here?;
-        if !self.bench.data.is_transient() {
+        if !self.bench.fronts {
             return Ok(here);
         }
         // A front that is off by more than its width gives a slope that leads nowhere: the prior's scale may lie nearer.
@@ -313,7 +333,7 @@ impl Fit<'_> {
 pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], used: Used<'_>) -> Result<Fitted> {
     let fit = Fit { bench, members, used };
     let mut here = fit.begin(guess)?;
-    let (renewals, steps) = if bench.data.is_transient() { (MOST_RENEWALS_OF_LOGS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
+    let (renewals, steps) = if bench.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
     let mut covariance = DMatrix::identity(members.len(), members.len());
     for _ in 0..renewals {
         let slopes = fit.slopes(&here)?;

@@ -4,8 +4,9 @@
 use rayon::prelude::*;
 
 use super::advice::{Next, Outlook, all_sensors, moved, open_causes};
+use super::history::TIME_TOLERANCE;
 use super::refine::{Bench, Extended, in_order};
-use super::signature::{TIME_TOLERANCE, signatures};
+use super::signature::signatures;
 use super::view::open_factors;
 use super::{Explanation, Hypothesis, Problem};
 use crate::error::{Error, Result};
@@ -27,7 +28,7 @@ const HEATER: (f64, f64) = (0.05, 2.0);
 const PULSE: f64 = 1800.0;
 /// Times at which readings are taken after a step or after switching on, s.
 const TIMES: [f64; 7] = [120.0, 300.0, 600.0, 1200.0, PULSE, 3600.0, 7200.0];
-/// Pressure let into the chamber, Pa: the gas of 1 Pa carries about 1 W/(m² K).
+/// Pressure let into the chamber, Pa: its gas carries up to 1 W/(m² K), and less to a wall further off than the molecules' free path.
 const PRESSURE: f64 = 1.0;
 /// Name of the heater in the machine file.
 const NAME: &str = "test_heater";

@@ -5,8 +5,9 @@ use std::collections::HashSet;
 use rayon::prelude::*;
 
 use super::catalogue::{Act, Hypothesis, Law, Scales, capacity, hypotheses};
+use super::history::TIME_TOLERANCE;
 use super::screen::Screened;
-use super::signature::{Signatures, TIME_TOLERANCE, signatures};
+use super::signature::{Signatures, signatures};
 use super::{Openness, Problem};
 use crate::error::Result;
 use crate::identify::{self, Prediction};
@@ -144,17 +145,14 @@ fn mesh_correction(problem: &Problem, study: &Study, own: &[f64]) -> Result<(Vec
         let meshed = Study::new(study.document().clone(), Some((factor * study.model.mesh.cells as f64) as usize))?;
         identify::values_within(&meshed, &problem.data, problem.start, TIME_TOLERANCE)
     };
-    let finest = of(FINER)?;
-    let mut coarser = vec![own.to_vec()];
-    for factor in BETWEEN {
-        coarser.push(of(factor)?);
-    }
+    let mut meshes: Vec<Vec<f64>> = [FINER].par_iter().chain(&BETWEEN).map(|factor| of(*factor)).collect::<Result<_>>()?;
+    let finest = std::mem::replace(&mut meshes[0], own.to_vec());
     let places = whiten::places(&problem.data);
     let apart = |values: &Vec<f64>, sensor: usize| -> Vec<f64> {
         let of = |(i, (_, k)): (usize, &(usize, usize))| if *k == sensor { values[i] - finest[i] } else { 0.0 };
         places.iter().enumerate().map(of).collect()
     };
-    let scatter = coarser.iter().flat_map(|values| (0..problem.data.names.len()).map(|k| apart(values, k))).collect();
+    let scatter = meshes.iter().flat_map(|values| (0..problem.data.names.len()).map(|k| apart(values, k))).collect();
     Ok((finest.iter().zip(own).map(|(f, c)| f - c).collect(), scatter))
 }
 

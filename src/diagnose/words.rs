@@ -58,7 +58,7 @@ pub fn sentence(part: &Part) -> String {
         Act::Inlet(_) => format!("the line to {} warms the water by {} at the middle flow, less at more flow", h.place, range(&same, " K")),
         Act::Chamber => format!("the chamber wall is warmer than stated by {}", range(&same, " K")),
         Act::Emissivity(_) => format!("the emissivity of {} is {} times the model's", h.place, range(&factor, "")),
-        Act::Gas => format!("residual gas carries heat from the surfaces: {}", range(&same, " W/(m2 K)")),
+        Act::Gas => format!("the chamber holds more residual gas than the model has: {}", range(&same, " Pa")),
         Act::Leak(_) => format!("a cable, hose or foot conducts heat from {} to the surroundings: {}", h.place, range(&same, " W/K")),
         Act::Link(..) => format!("something conducts heat between {}: {}", h.place.replace(" - ", " and "), range(&same, " W/K")),
         Act::Radiate(..) => {
@@ -108,7 +108,8 @@ impl Part {
             Act::Contact(_) | Act::Film(_) | Act::Flow(_) | Act::Emissivity(_) | Act::Boundary(_) => factor("factor"),
             Act::Capacity(_) => as_is("heat_capacity", "J/K"),
             Act::Inlet(_) | Act::Chamber | Act::Bias(_) => as_is("offset", "K"),
-            Act::Gas | Act::Loss(_) => as_is("film", "W/(m2 K)"),
+            Act::Gas => as_is("pressure", "Pa"),
+            Act::Loss(_) => as_is("film", "W/(m2 K)"),
             Act::Leak(_) | Act::Link(..) => as_is("conductance", "W/K"),
             Act::Radiate(..) => as_is("exchange_area", "m2"),
             Act::Branch(_) => as_is("loss_coefficient", "1"),

@@ -23,7 +23,7 @@ use crate::units;
 
 pub use advice::{Advice, next_tests};
 pub use estimate::{Estimate, Options, Undetermined, chi_square_tail, identify};
-pub use predict::{Prediction, TIME_TOLERANCE, conditions, predict, predict_within, states, steady_near, values, values_within};
+pub use predict::{Prediction, TIME_TOLERANCE, conditions, histories, predict, predict_within, states, steady_near, values, values_within};
 pub use profile::{Profile, profile};
 pub use scan::{Scan, scan};
 pub use write::write_machine;

@@ -8,8 +8,8 @@ use crate::measure::Data;
 use crate::measure::whiten::places;
 use crate::network::Load;
 use crate::schedule::{self, Schedule};
-use crate::sensitivity::{Derivatives, Kind, Parameter, Study, Target, Variation};
-use crate::simulate::{self, Start};
+use crate::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
+use crate::simulate::{self, Seen, Start};
 use crate::solve::Solver;
 
 /// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
@@ -188,6 +188,21 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
     Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
 }
 
+/// Predictions of logs, and the instants between which each test (in the order of [`Data::tests`]) runs about straight.
+///
+/// # Errors
+/// As [`predict`].
+pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<(Vec<f64>, Vec<Vec<Moment>>)> {
+    let tests = data.tests();
+    let run = |test: &String| -> Result<(Vec<Vec<f64>>, Vec<Moment>)> {
+        let mut moments = Moments::default();
+        let readings = run_log(study, data, test, start, None, tolerance, &mut |seen| moments.see(seen))?;
+        Ok((readings, moments.into_kept()))
+    };
+    let (found, moments): (Vec<_>, Vec<_>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    Ok((in_rows(data, &tests, &found), moments))
+}
+
 /// The state a test begins with.
 fn beginning(rows: &[&crate::measure::Row], start: Start) -> Result<Start> {
     if start != Start::Readings {
@@ -207,31 +222,44 @@ fn beginning(rows: &[&crate::measure::Row], start: Start) -> Result<Start> {
 
 /// Runs every test of a log; `shift` adds to one variable (SI) throughout.
 fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, tolerance: f64) -> Result<Vec<f64>> {
-    let run = |test: &String| -> Result<Vec<Vec<f64>>> {
-        let rows: Vec<&crate::measure::Row> = data.rows.iter().filter(|row| row.test == *test).collect();
-        let moved = |row: &&crate::measure::Row| {
-            let mut values = row.condition.si().to_vec();
-            if let Some((v, step)) = shift {
-                values[v] += step;
-            }
-            schedule::Row { time: row.time.unwrap_or(0.0), values }
-        };
-        let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
-        let start = beginning(&rows, start)?;
-        let options = simulate::Options { start, tolerance, every: Some(f64::INFINITY), ..simulate::Options::default() };
-        let history = simulate::run(&study.model, &schedule, &options, &mut |_| {})?;
-        let at = |row: &&crate::measure::Row| {
-            let time = row.time.unwrap_or(0.0);
-            let nearest = |a: &usize, b: &usize| (history.times[*a] - time).abs().total_cmp(&(history.times[*b] - time).abs());
-            (0..history.times.len())
-                .min_by(nearest)
-                .map(|i| history.readings[i].clone())
-                .ok_or_else(|| Error::numerics("a run without output"))
-        };
-        rows.iter().map(at).collect()
-    };
     let tests = data.tests();
+    let run = |test: &String| run_log(study, data, test, start, shift, tolerance, &mut |_| {});
     let found: Vec<Vec<Vec<f64>>> = tests.par_iter().map(run).collect::<Result<_>>()?;
+    Ok(in_rows(data, &tests, &found))
+}
+
+/// Runs one test: readings of all sensors at each of its rows.
+fn run_log(
+    study: &Study,
+    data: &Data,
+    test: &str,
+    start: Start,
+    shift: Option<(usize, f64)>,
+    tolerance: f64,
+    seen: &mut dyn FnMut(&Seen<'_>),
+) -> Result<Vec<Vec<f64>>> {
+    let rows: Vec<&crate::measure::Row> = data.rows.iter().filter(|row| row.test == *test).collect();
+    let moved = |row: &&crate::measure::Row| {
+        let mut values = row.condition.si().to_vec();
+        if let Some((v, step)) = shift {
+            values[v] += step;
+        }
+        schedule::Row { time: row.time.unwrap_or(0.0), values }
+    };
+    let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
+    let start = beginning(&rows, start)?;
+    let options = simulate::Options { start, tolerance, every: Some(f64::INFINITY), ..simulate::Options::default() };
+    let history = simulate::run(&study.model, &schedule, &options, seen)?;
+    let at = |row: &&crate::measure::Row| {
+        let time = row.time.unwrap_or(0.0);
+        let nearest = |a: &usize, b: &usize| (history.times[*a] - time).abs().total_cmp(&(history.times[*b] - time).abs());
+        (0..history.times.len()).min_by(nearest).map(|i| history.readings[i].clone()).ok_or_else(|| Error::numerics("a run without output"))
+    };
+    rows.iter().map(at).collect()
+}
+
+/// Readings of every test in the order of the data.
+fn in_rows(data: &Data, tests: &[String], found: &[Vec<Vec<f64>>]) -> Vec<f64> {
     let mut next = vec![0; tests.len()];
     let mut of_row = Vec::with_capacity(data.rows.len());
     for row in &data.rows {
@@ -239,5 +267,5 @@ fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)
         of_row.push((t, next[t]));
         next[t] += 1;
     }
-    Ok(places(data).into_iter().map(|(r, k)| found[of_row[r].0][of_row[r].1][data.sensors[k]]).collect())
+    places(data).into_iter().map(|(r, k)| found[of_row[r].0][of_row[r].1][data.sensors[k]]).collect()
 }

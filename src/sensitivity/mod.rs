@@ -22,11 +22,13 @@
 mod difference;
 mod parameter;
 mod point;
+mod response;
 mod screen;
 mod study;
 
 pub use difference::{Partial, UNEVEN, Variation};
 pub use parameter::{Kind, Parameter};
 pub use point::{Adjoint, Derivatives, Jacobian, Target};
+pub use response::{Basis, Course, Moment, Moments};
 pub use screen::{Effect, Screen};
 pub use study::Study;

@@ -9,8 +9,10 @@ use super::study::Study;
 use crate::error::{Error, Result};
 use crate::machine::{Condition, LimitKind};
 use crate::model::State;
+use crate::network::Load;
 use crate::reader::suggestion;
-use crate::solve::Tangent;
+use crate::solve::balance::balance;
+use crate::solve::{Solution, Tangent};
 use crate::units::Kelvin;
 
 /// What is differentiated. Indices are those of the network's sensors and streams and of the machine's limits.
@@ -76,6 +78,27 @@ impl<'a> Derivatives<'a> {
         tangent.correct(&state.load, &mut state.solution.temperatures)?;
         state.solution.streams = network.stream_states(&state.load, &state.solution.temperatures)?;
         Ok(Self { study, condition: condition.clone(), state, tangent })
+    }
+
+    /// Derivatives at temperatures (K, of every node) that need not be in balance, as at an instant of a history.
+    ///
+    /// # Errors
+    /// As [`Tangent::new`].
+    pub fn at(study: &'a Study, condition: &Condition, temperatures: &[f64]) -> Result<Self> {
+        let network = &study.model.network;
+        let load = Load::at(&study.model.machine, condition)?;
+        let tangent = Tangent::new(network, &load, temperatures)?;
+        let streams = tangent.streams().to_vec();
+        let solution = Solution {
+            balance: balance(network, &load, &streams, temperatures),
+            temperatures: temperatures.to_vec(),
+            streams,
+            newton_iterations: 0,
+            krylov_iterations: 0,
+            assemble_seconds: 0.0,
+            solve_seconds: 0.0,
+        };
+        Ok(Self { study, condition: condition.clone(), state: State { load, solution }, tangent })
     }
 
     /// The value a parameter has here, SI.

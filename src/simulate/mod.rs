@@ -70,6 +70,15 @@ impl Default for Options {
     }
 }
 
+/// The machine at an instant of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<'a> {
+    /// Time and temperatures.
+    pub state: &'a State,
+    /// The condition there; at a step of the schedule it is seen twice, with the one before and the one behind.
+    pub condition: &'a Condition,
+}
+
 /// What came out of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct History {
@@ -136,12 +145,12 @@ struct Stop {
     segment: Segment,
 }
 
-/// Runs `schedule` through `model`; `passed` is told the time (s) after every step.
+/// Runs `schedule` through `model`; `seen` is shown the beginning of every stretch between two stops and the end of every step.
 ///
 /// # Errors
 /// The condition or the water leaves its range, the numerics fail, the energy does not add up, or a checkpoint cannot
 /// be written or belongs to another run.
-pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut dyn FnMut(f64)) -> Result<History> {
+pub fn run(model: &Model, schedule: &Schedule, options: &Options, seen: &mut dyn FnMut(&Seen<'_>)) -> Result<History> {
     let stops = stops(schedule, options.every)?;
     let load_of =
         |condition: &Condition, time: f64| Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")));
@@ -180,9 +189,10 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, passed: &mut d
         let segment = stop.segment;
         if stop.time > state.time {
             let load = |time: f64| load_of(&schedule.condition(segment, time), time);
+            seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time) });
             transient.advance(&mut state, stop.time, &load, &mut |state, load| {
                 progress.settling.see(state.time, &read(state, load), progress.steady.as_deref().ok());
-                passed(state.time);
+                seen(&Seen { state, condition: &schedule.condition(segment, state.time) });
                 Ok(())
             })?;
         }

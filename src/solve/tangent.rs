@@ -58,6 +58,19 @@ impl<'a> Tangent<'a> {
         Ok(Self { network, system, streams, transposed: matrix.transposed(), matrix, rank, diagonal, multigrid })
     }
 
+    /// This derivative with `rate` (1/s) times a capacity (J/K of every node) on its diagonal: that of an implicit step in time.
+    ///
+    /// # Errors
+    /// As [`Tangent::new`].
+    pub fn shifted(&self, rate: f64, capacity: &[f64]) -> Result<Self> {
+        let mut shifted = self.clone();
+        shifted.matrix.add_diagonal(capacity.iter().map(|c| rate * c));
+        shifted.transposed = shifted.matrix.transposed();
+        shifted.diagonal = sizes(&shifted.matrix);
+        shifted.multigrid.shift(rate)?;
+        Ok(shifted)
+    }
+
     /// The streams' states the derivative was taken at.
     pub fn streams(&self) -> &[StreamState] {
         &self.streams

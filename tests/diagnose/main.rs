@@ -2,6 +2,7 @@
 
 mod command;
 mod hidden;
+mod history;
 mod kinds;
 mod logs;
 mod next;
@@ -80,7 +81,8 @@ fn signatures_are_slopes_of_the_edits() {
     let base = identify::values(study, data, Start::Steady).unwrap();
     let (mut checked, mut wrong) = (0, Vec::new());
     for (h, column) in all.iter().zip(&found.columns) {
-        let step = 0.02 * h.scale;
+        // Residual gas saturates within a pascal: it is followed along the secant over its prior.
+        let step = if h.act == Act::Gas { h.scale } else { 0.02 * h.scale };
         let Some(sets) = h.sets(study, &scales, &[], step).unwrap() else { continue };
         if sets.is_empty() {
             continue;
@@ -90,8 +92,8 @@ fn signatures_are_slopes_of_the_edits() {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let (own, other, both) = (dot(column, column).sqrt(), dot(&slope, &slope).sqrt(), dot(column, &slope));
         // What is spread over a part in the screen enters over its surface in the file: between places of nearly one
-        // temperature that decides the sign, so only what shows is held to it. Gas grows not quite with pressure.
-        let loose = matches!(h.act, Act::Leak(_) | Act::Link(..) | Act::Radiate(..) | Act::Gas);
+        // temperature that decides the sign, so only what shows is held to it.
+        let loose = matches!(h.act, Act::Leak(_) | Act::Link(..) | Act::Radiate(..));
         if other * h.scale < if loose { 0.3 } else { 1e-3 } {
             continue; // shows nowhere
         }

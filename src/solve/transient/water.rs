@@ -29,6 +29,8 @@ pub struct Passage {
     dissipation: Vec<f64>,
     /// Share of the water's difference to the wall that is left after passing a whole station.
     left: Vec<f64>,
+    /// Transfer units before each station, and before the end.
+    units: Vec<f64>,
     /// Capacity rate of the flow, W/K.
     rate: f64,
     /// Duration, s.
@@ -66,10 +68,13 @@ impl Passage {
             })
             .collect();
         let rate = state.capacity_rate;
-        let left = state.conductance.iter().map(|ua| if rate > 0.0 { (-ua / rate).exp() } else { 1.0 }).collect();
+        let passes = |ua: &f64| if rate > 0.0 { ua / rate } else { 0.0 };
+        let left = state.conductance.iter().map(|ua| (-passes(ua)).exp()).collect();
+        let mut units = vec![0.0];
+        state.conductance.iter().for_each(|ua| units.push(units[units.len() - 1] + passes(ua)));
         let dissipation = stream.stations.iter().map(|s| state.dissipation * s.length).collect();
         let conductance = state.conductance.clone();
-        Self { capacity, ends, conductance, dissipation, left, rate, duration, volumetric: state.volumetric_capacity }
+        Self { capacity, ends, conductance, dissipation, left, units, rate, duration, volumetric: state.volumetric_capacity }
     }
 
     /// Volume of the channel, m³.
@@ -96,6 +101,7 @@ impl Passage {
     pub fn carry(&self, wall: &[f64], parcels: &Parcels, inflow: &Flow) -> Carried {
         let stations = self.capacity.len();
         let mut found = Carried { heat: vec![0.0; stations], weight: vec![0.0; stations], ..Carried::default() };
+        let mut through = Through::new(self, wall);
         let (content, moved) = (self.content(), self.rate * self.duration);
         // Parcels fill the channel whatever its capacity is now.
         let held: f64 = parcels.iter().map(|p| p.0).sum();
@@ -122,7 +128,7 @@ impl Passage {
                 let end = self.next_cut(start, moved).min(to);
                 let c = end - start;
                 let middle = 0.5 * (start + end);
-                let after = self.follow(middle, moved, t, c, wall, &mut found);
+                let after = self.follow(middle, moved, t, c, wall, &mut found, &mut through);
                 if middle + moved < content {
                     joined = match joined {
                         Some((c0, t0)) if c0 + c <= content / stations as f64 => Some((c0 + c, (c0 * t0 + c * after) / (c0 + c))),
@@ -138,6 +144,7 @@ impl Passage {
             }
             kept.extend(joined);
         }
+        through.settle(self, wall, &mut found);
         // The foremost leaves first.
         let total: f64 = outflow.iter().map(|o| o.0).sum();
         found.outflow = outflow.iter().rev().map(|(c, t)| (if total > 0.0 { c / total } else { 1.0 }, *t)).collect();
@@ -164,34 +171,47 @@ impl Passage {
     }
 
     /// Follows a piece of capacity `c` (J/K) from `start` over the distance `moved`; returns its last temperature.
-    fn follow(&self, start: f64, moved: f64, mut t: f64, c: f64, wall: &[f64], found: &mut Carried) -> f64 {
+    #[expect(clippy::too_many_arguments, reason = "a piece, its way, and where its heat is booked")]
+    fn follow(&self, start: f64, moved: f64, t: f64, c: f64, wall: &[f64], found: &mut Carried, through: &mut Through) -> f64 {
         let content = self.content();
-        let (mut at, to) = (start.max(0.0), (start + moved).min(content));
-        let mut k = self.ends.partition_point(|e| *e <= at);
-        let rests = self.rate <= 0.0;
-        while k < self.ends.len() && (at < to || rests) {
-            let end = self.ends[k].min(to);
-            let (time, left) = if rests {
-                let left = (-self.conductance[k] * self.duration / self.capacity[k]).exp();
-                (self.duration, left)
-            } else {
-                let share = (end - at) / self.capacity[k];
-                let left = if share > 1.0 - 1e-12 { self.left[k] } else { (-self.conductance[k] / self.rate * share).exp() };
-                ((end - at) / self.rate, left)
-            };
-            let lost = (1.0 - left) * (t - wall[k]);
-            let warmed = self.dissipation[k] * time / self.capacity[k];
-            t += warmed - lost;
-            found.heat[k] += c * lost;
-            found.weight[k] += c * (1.0 - left);
-            found.dissipated += c * warmed;
-            if rests {
-                break;
-            }
-            at = end;
-            k += 1;
+        let (at, to) = (start.max(0.0), (start + moved).min(content));
+        let first = self.ends.partition_point(|e| *e <= at);
+        if first == self.ends.len() {
+            return t;
         }
-        t
+        if self.rate <= 0.0 {
+            let left = (-self.conductance[first] * self.duration / self.capacity[first]).exp();
+            return self.pass(first, self.duration, left, t, c, wall, found);
+        }
+        let part = |k: usize, from: f64, to: f64, t: f64, found: &mut Carried| {
+            let left = (-self.conductance[k] / self.rate * ((to - from) / self.capacity[k])).exp();
+            self.pass(k, (to - from) / self.rate, left, t, c, wall, found)
+        };
+        // The rest of the station it is in, unless it stands at its beginning; whole stations; a part of the last one.
+        let is_whole = to >= self.ends[first] && self.ends[first] - at > (1.0 - 1e-12) * self.capacity[first];
+        let (mut t, from) = if is_whole { (t, first) } else { (part(first, at, self.ends[first].min(to), t, found), first + 1) };
+        let until = self.ends.partition_point(|e| *e <= to).max(from);
+        if until > from {
+            t = through.pass(self, from, until, t, c);
+        }
+        match self.ends.get(until) {
+            Some(end) if until > first && to > end - self.capacity[until] => {
+                let begin = if until == 0 { 0.0 } else { self.ends[until - 1] };
+                part(until, begin, to, t, found)
+            }
+            _ => t,
+        }
+    }
+
+    /// A piece of capacity `c` (J/K) in a station for `time` (s), where `left` of its difference to the wall is left.
+    #[expect(clippy::too_many_arguments, reason = "a piece, a station, and where its heat is booked")]
+    fn pass(&self, k: usize, time: f64, left: f64, t: f64, c: f64, wall: &[f64], found: &mut Carried) -> f64 {
+        let lost = (1.0 - left) * (t - wall[k]);
+        let warmed = self.dissipation[k] * time / self.capacity[k];
+        found.heat[k] += c * lost;
+        found.weight[k] += c * (1.0 - left);
+        found.dissipated += c * warmed;
+        t + warmed - lost
     }
 
     /// Joins the smallest neighbours where parcels have become too many.
@@ -240,6 +260,58 @@ impl Passage {
             *last = *t;
         }
         found
+    }
+}
+
+/// What passes whole stations: each piece is booked where it enters and where it leaves, and followed at once, because every
+/// difference to the water of one piece shrinks alike.
+#[derive(Debug)]
+struct Through {
+    /// Temperature before each station, and at the end, of water that enters at the first wall's temperature, K.
+    reference: Vec<f64>,
+    /// Capacity that begins to pass at each station less what ends there, J/K, and the same times its difference to the reference, J.
+    capacity: Vec<f64>,
+    difference: Vec<f64>,
+}
+
+impl Through {
+    fn new(passage: &Passage, wall: &[f64]) -> Self {
+        let stations = passage.capacity.len();
+        let mut reference = vec![wall.first().copied().unwrap_or(0.0)];
+        for k in 0..stations {
+            let before = reference[k];
+            let warmed = if passage.rate > 0.0 { passage.dissipation[k] / passage.rate } else { 0.0 };
+            reference.push(before + warmed - (1.0 - passage.left[k]) * (before - wall[k]));
+        }
+        Self { reference, capacity: vec![0.0; stations + 1], difference: vec![0.0; stations + 1] }
+    }
+
+    /// A piece of capacity `c` (J/K) passes the stations `from..until`; returns its temperature behind them, K.
+    fn pass(&mut self, passage: &Passage, from: usize, until: usize, t: f64, c: f64) -> f64 {
+        let begun = t - self.reference[from];
+        let ended = begun * (passage.units[from] - passage.units[until]).exp();
+        self.capacity[from] += c;
+        self.capacity[until] -= c;
+        self.difference[from] += c * begun;
+        self.difference[until] -= c * ended;
+        self.reference[until] + ended
+    }
+
+    /// Books the heat of all that passed.
+    fn settle(&self, passage: &Passage, wall: &[f64], found: &mut Carried) {
+        if passage.rate <= 0.0 {
+            return;
+        }
+        let (mut capacity, mut difference) = (0.0, 0.0);
+        for k in 0..passage.capacity.len() {
+            capacity += self.capacity[k];
+            difference += self.difference[k];
+            let share = 1.0 - passage.left[k];
+            found.heat[k] += share * (capacity * (self.reference[k] - wall[k]) + difference);
+            found.weight[k] += share * capacity;
+            found.dissipated += capacity * passage.dissipation[k] / passage.rate;
+            difference *= passage.left[k];
+        }
     }
 }
 

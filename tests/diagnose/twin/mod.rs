@@ -290,7 +290,9 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         let lines: Vec<(String, String)> = hidden.iter().flat_map(|h| h.lines.clone()).collect();
         let affected = truth.edited(&lines).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));
         let mut values = identify::values(&affected, &data, Start::Steady).ok()?;
-        hidden.iter().for_each(|h| h.read(&mut values, sensors.len()));
+        // A gain or an offset belongs to the sensor: wires are exchanged behind it.
+        let (exchanged, own): (Vec<&Hidden>, Vec<&Hidden>) = hidden.iter().partition(|h| h.kind == "swapped sensors");
+        own.iter().chain(&exchanged).for_each(|h| h.read(&mut values, sensors.len()));
         Some(values)
     };
     let clean = with(&[]).expect("the machine as it is");
