@@ -7,14 +7,15 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::catalogue::{Act, Hypothesis, Scales, UserKind};
+use super::catalogue::{Act, Hypothesis, Law, Scales, UserKind};
 use super::effect::Acting;
 use super::signature::{Signatures, acts, difference, position};
 use crate::error::Result;
 use crate::identify::{self, Prediction};
+use crate::machine::Condition;
 use crate::measure::{Data, whiten};
 use crate::network::Load;
-use crate::sensitivity::{Basis, Course, Derivatives, Effect, Moment, Parameter, Study, Variation};
+use crate::sensitivity::{Basis, Course, Derivatives, Moment, Parameter, Study, Variation};
 use crate::simulate::Start;
 
 /// Amplitudes of differences of runs, as a share of the prior's scale: what acts one way only, or moves a front, is followed
@@ -43,17 +44,17 @@ pub fn logs(
     scales: &Scales,
     user: &[UserKind],
 ) -> Result<Signatures> {
-    let runs = Runs { study, data, start, scales, user };
+    let logs = Logs { study, data, start, scales, user };
     if has_fronts(study, data)? {
         let prediction = identify::predict_within(study, data, uncertain, start, TIME_TOLERANCE)?;
         let residual = difference(&whiten::readings(data), &prediction.values);
-        let columns = hypotheses.par_iter().map(|h| runs.column(h, &prediction.values, &residual)).collect();
+        let columns = hypotheses.par_iter().map(|h| logs.run(h, &prediction.values, &residual)).collect();
         return Ok(Signatures { residual, prediction, fields: Vec::new(), columns });
     }
     let (values, histories) = identify::histories(study, data, start, TIME_TOLERANCE)?;
     let residual = difference(&whiten::readings(data), &values);
-    let followed = follow(study, data, &histories, start == Start::Steady, uncertain, hypotheses, scales, user)?;
-    let finish = |(h, column): (&Hypothesis, Option<Vec<f64>>)| column.unwrap_or_else(|| runs.column(h, &values, &residual));
+    let followed = logs.follow(&histories, uncertain, hypotheses)?;
+    let finish = |(h, column): (&Hypothesis, Option<Vec<f64>>)| column.unwrap_or_else(|| logs.run(h, &values, &residual));
     let columns = hypotheses.par_iter().zip(followed.columns).map(finish).collect();
     let prediction = Prediction { values, slopes: followed.slopes, conditions: followed.conditions };
     Ok(Signatures { residual, prediction, fields: Vec::new(), columns })
@@ -75,8 +76,8 @@ pub fn has_fronts(study: &Study, data: &Data) -> Result<bool> {
     Ok(water > FRONTS * (water + network.capacity.iter().sum::<f64>()))
 }
 
-/// Differences of whole runs.
-struct Runs<'a> {
+/// The machine and its logs.
+struct Logs<'a> {
     study: &'a Study,
     data: &'a Data,
     start: Start,
@@ -84,9 +85,9 @@ struct Runs<'a> {
     user: &'a [UserKind],
 }
 
-impl Runs<'_> {
-    /// Per unit of the amplitude, beside the predictions of the machine as it is.
-    fn column(&self, h: &Hypothesis, values: &[f64], residual: &[f64]) -> Vec<f64> {
+impl Logs<'_> {
+    /// What a hypothesis does per unit of its amplitude: the difference of a run with it and one of the machine as it is.
+    fn run(&self, h: &Hypothesis, values: &[f64], residual: &[f64]) -> Vec<f64> {
         if !matches!(h.act, Act::Capacity(_)) {
             return self.along(h, h.scale * if h.is_signed { STEP } else { SECANT }, values);
         }
@@ -113,6 +114,96 @@ impl Runs<'_> {
         let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * TIME_TOLERANCE);
         if shows { column } else { none() }
     }
+
+    /// Follows hypotheses and parameters along histories, in few unknowns.
+    fn follow(&self, histories: &[Vec<Moment>], uncertain: &[Parameter], hypotheses: &[Hypothesis]) -> Result<Followed> {
+        let (study, data) = (self.study, self.data);
+        let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
+        let variations: Vec<Variation> = uncertain.iter().chain(&variables).map(|p| study.variation(p)).collect::<Result<_>>()?;
+        let basis = Basis::new(study, &data.sensors, &histories.iter().flatten().collect::<Vec<_>>(), rates(data))?;
+        let acts = acts(hypotheses);
+        let acting = Acting::new(study, hypotheses, self.user);
+        let linearised = |moment: &Moment| -> Result<At> {
+            let at = Derivatives::at(study, &moment.condition, &moment.temperatures)?;
+            let screen = at.screen();
+            let of_act = |(act, drifts): &(Act, bool)| -> Option<Disturbance> {
+                let effect = acting.effect(&at, &screen, *act, *drifts)?;
+                // Through the temperatures it goes later; at once it changes what sensors in inlets read.
+                let direct = |s: &usize| effect.direct(study.model.network.sensors[*s].inlet);
+                let rows = effect.rows.iter().map(|(n, r)| (*n as usize, *r));
+                Some(Disturbance { residual: basis.project(rows), direct: data.sensors.iter().map(direct).collect() })
+            };
+            let along = |variation: &Variation| -> Result<Option<Disturbance>> {
+                let partial = at.partial_of(variation)?;
+                let rows = partial.residual.iter().copied().enumerate().filter(|(_, r)| *r != 0.0);
+                Ok(Some(Disturbance { residual: basis.project(rows), direct: data.sensors.iter().map(|s| partial.readings[*s]).collect() }))
+            };
+            let disturbances = acts.iter().map(|act| Ok(of_act(act))).chain(variations.iter().map(along)).collect::<Result<_>>()?;
+            Ok(At { time: moment.time, condition: moment.condition.clone(), matrix: basis.matrix(&at), disturbances })
+        };
+        let of_hypothesis = |h: &Hypothesis| (position(&acts, h).unwrap_or(usize::MAX), h.law);
+        let of_parameter = |p: usize| (acts.len() + p, Law::Constant);
+        let wanted: Vec<(usize, Law)> = hypotheses.iter().map(of_hypothesis).chain((0..variations.len()).map(of_parameter)).collect();
+        let count = data.count();
+        let mut columns: Vec<Option<Vec<f64>>> = vec![None; wanted.len()];
+        for (test, moments) in data.tests().iter().zip(histories) {
+            let states: Vec<At> = moments.par_iter().map(linearised).collect::<Result<_>>()?;
+            for (column, found) in columns.iter_mut().zip(self.of_test(test, &basis, &states, &wanted)) {
+                let Some(found) = found else { continue };
+                let column = column.get_or_insert_with(|| vec![0.0; count]);
+                found.into_iter().for_each(|(i, value)| column[i] = value);
+            }
+        }
+        let along = columns.split_off(hypotheses.len());
+        let rows = |which: std::ops::Range<usize>| -> Vec<Vec<f64>> {
+            (0..count).map(|i| which.clone().map(|p| along[p].as_ref().map_or(0.0, |column| column[i])).collect()).collect()
+        };
+        Ok(Followed { columns, slopes: rows(0..uncertain.len()), conditions: rows(uncertain.len()..along.len()) })
+    }
+
+    /// What disturbances under their laws do to the readings of one test: where each stands among all readings, and K per unit.
+    fn of_test(&self, test: &str, basis: &Basis, states: &[At], wanted: &[(usize, Law)]) -> Vec<Option<Vec<(usize, f64)>>> {
+        let data = self.data;
+        let matrices: Vec<(f64, DMatrix<f64>)> = states.iter().map(|s| (s.time, s.matrix.clone())).collect();
+        let course = Course::new(basis, &matrices, self.start == Start::Steady);
+        let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
+        let times: Vec<f64> = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
+        let nearest = |time: f64| -> usize {
+            let apart = |a: &usize, b: &usize| (states[*a].time - time).abs().total_cmp(&(states[*b].time - time).abs());
+            (0..states.len()).min_by(apart).unwrap_or(0)
+        };
+        // Row of the test, sensor of the data, place among all readings.
+        let mut readings: Vec<(usize, usize, usize)> = Vec::new();
+        for (i, (r, k)) in whiten::places(data).into_iter().enumerate() {
+            if let Ok(row) = rows.binary_search(&r) {
+                readings.push((row, k, i));
+            }
+        }
+        let followed = |some: &[(usize, Law)]| -> Vec<Option<Vec<(usize, f64)>>> {
+            let of = |state: &At, d: usize, law: Law| -> Option<DVector<f64>> {
+                Some(&state.disturbances[d].as_ref()?.residual * self.scales.factor(law, &state.condition))
+            };
+            let is_known = |(d, _): &(usize, Law)| states.iter().all(|s| s.disturbances.get(*d).is_some_and(Option::is_some));
+            let known: Vec<(usize, Law)> = some.iter().copied().filter(is_known).collect();
+            let forces: Vec<DMatrix<f64>> = states
+                .iter()
+                .map(|state| DMatrix::from_columns(&known.iter().filter_map(|(d, law)| of(state, *d, *law)).collect::<Vec<_>>()))
+                .collect();
+            let mut values = if known.is_empty() { Vec::new() } else { course.readings(&forces, &times) }.into_iter();
+            let read = |wanted: &(usize, Law)| -> Option<Vec<(usize, f64)>> {
+                let (d, law) = *wanted;
+                let values = if is_known(wanted) { values.next()? } else { return None };
+                let value = |(row, k, i): &(usize, usize, usize)| {
+                    let state = &states[nearest(times[*row])];
+                    let direct = state.disturbances[d].as_ref().map_or(0.0, |d| d.direct[*k]);
+                    (*i, values[row * data.sensors.len() + k] + direct * self.scales.factor(law, &data.rows[rows[*row]].condition))
+                };
+                Some(readings.iter().map(value).collect())
+            };
+            some.iter().map(read).collect()
+        };
+        wanted.par_chunks(TOGETHER).flat_map(followed).collect()
+    }
 }
 
 /// What was followed in few unknowns, reading by reading.
@@ -127,94 +218,16 @@ struct Followed {
 /// The linearised machine at a moment.
 struct At {
     time: f64,
+    condition: Condition,
     matrix: DMatrix<f64>,
-    /// Of each act: what it does to the residual, projected, and to inlets.
-    acts: Vec<Option<(DVector<f64>, Vec<(usize, f64)>)>>,
-    /// Along each parameter: the residual, projected, and the sensors directly.
-    along: Vec<(DVector<f64>, Vec<f64>)>,
+    /// What each act and then each parameter does; `None` for what acts on no node.
+    disturbances: Vec<Option<Disturbance>>,
 }
 
-#[expect(clippy::too_many_arguments, reason = "what a signature needs, with the histories that were run for it")]
-fn follow(
-    study: &Study,
-    data: &Data,
-    histories: &[Vec<Moment>],
-    is_steady: bool,
-    uncertain: &[Parameter],
-    hypotheses: &[Hypothesis],
-    scales: &Scales,
-    user: &[UserKind],
-) -> Result<Followed> {
-    let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
-    let variations: Vec<Variation> = uncertain.iter().chain(&variables).map(|p| study.variation(p)).collect::<Result<_>>()?;
-    let basis = Basis::new(study, &data.sensors, &histories.iter().flatten().collect::<Vec<_>>(), rates(data))?;
-    let acts = acts(hypotheses);
-    let acting = Acting::new(study, hypotheses, user);
-    let linearised = |moment: &Moment| -> Result<At> {
-        let at = Derivatives::at(study, &moment.condition, &moment.temperatures)?;
-        let screen = at.screen();
-        let project = |effect: Effect| (basis.project(effect.rows.iter().map(|(n, r)| (*n as usize, *r))), effect.inlets);
-        let acts = acts.iter().map(|(act, drifts)| acting.effect(&at, &screen, *act, *drifts).map(project)).collect();
-        let along = variations.iter().map(|variation| {
-            let partial = at.partial_of(variation)?;
-            let direct = data.sensors.iter().map(|s| partial.readings[*s]).collect();
-            Ok((basis.project(partial.residual.iter().copied().enumerate().filter(|(_, r)| *r != 0.0)), direct))
-        });
-        Ok(At { time: moment.time, matrix: basis.matrix(&at), along: along.collect::<Result<_>>()?, acts })
-    };
-    let places = whiten::places(data);
-    let positions: Vec<Option<usize>> = hypotheses.iter().map(|h| position(&acts, h)).collect();
-    let mut columns: Vec<Option<Vec<f64>>> = vec![None; hypotheses.len()];
-    let (mut slopes, mut conditions) = (vec![vec![0.0; uncertain.len()]; places.len()], vec![vec![0.0; variables.len()]; places.len()]);
-    for (test, moments) in data.tests().iter().zip(histories) {
-        let states: Vec<At> = moments.par_iter().map(linearised).collect::<Result<_>>()?;
-        let matrices: Vec<(f64, DMatrix<f64>)> = states.iter().map(|s| (s.time, s.matrix.clone())).collect();
-        let course = Course::new(&basis, &matrices, is_steady);
-        let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == *test).collect();
-        let times: Vec<f64> = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
-        let width = data.sensors.len();
-        // Row of this test and sensor of each of its readings, and where it stands among all.
-        let own: Vec<(usize, usize, usize)> =
-            places.iter().enumerate().filter_map(|(i, (r, k))| rows.iter().position(|row| row == r).map(|row| (row, *k, i))).collect();
-        let shown: Vec<usize> = (0..hypotheses.len())
-            .filter(|h| !hypotheses[*h].is_sensor() && positions[*h].is_some_and(|a| states.iter().all(|s| s.acts[a].is_some())))
-            .collect();
-        let of_some = |some: &[usize]| -> Vec<Vec<f64>> {
-            let disturbance = |(state, moment): (&At, &Moment)| -> DMatrix<f64> {
-                let column = |h: &usize| {
-                    let act = positions[*h].and_then(|a| state.acts[a].as_ref());
-                    act.map_or_else(|| DVector::zeros(0), |(rows, _)| rows * scales.factor(hypotheses[*h].law, &moment.condition))
-                };
-                DMatrix::from_columns(&some.iter().map(column).collect::<Vec<_>>())
-            };
-            course.readings(&states.iter().zip(moments).map(disturbance).collect::<Vec<_>>(), &times)
-        };
-        let found: Vec<Vec<f64>> = shown.par_chunks(TOGETHER).flat_map(of_some).collect();
-        for (h, values) in shown.iter().zip(found) {
-            let inlets = positions[*h].and_then(|a| states[0].acts[a].as_ref()).map_or(&[][..], |(_, inlets)| inlets.as_slice());
-            let column = columns[*h].get_or_insert_with(|| vec![0.0; places.len()]);
-            for (row, k, i) in &own {
-                let inlet = study.model.network.sensors[data.sensors[*k]].inlet;
-                let direct: f64 =
-                    inlets.iter().map(|(c, d)| inlet.map_or(0.0, |(circuit, w)| if circuit == *c { w * d } else { 0.0 })).sum();
-                column[*i] = values[row * width + k] + direct * scales.factor(hypotheses[*h].law, &data.rows[rows[*row]].condition);
-            }
-        }
-        let disturbances: Vec<DMatrix<f64>> =
-            states.iter().map(|s| DMatrix::from_columns(&s.along.iter().map(|(rows, _)| rows.clone()).collect::<Vec<_>>())).collect();
-        for (p, values) in course.readings(&disturbances, &times).into_iter().enumerate() {
-            for (row, k, i) in &own {
-                let nearest = |a: &&At, b: &&At| (a.time - times[*row]).abs().total_cmp(&(b.time - times[*row]).abs());
-                let direct = states.iter().min_by(nearest).map_or(0.0, |s| s.along[p].1[*k]);
-                let slope = values[row * width + k] + direct;
-                match p.checked_sub(uncertain.len()) {
-                    None => slopes[*i][p] = slope,
-                    Some(v) => conditions[*i][v] = slope,
-                }
-            }
-        }
-    }
-    Ok(Followed { columns, slopes, conditions })
+/// A change of the residual, projected, and what reaches the sensors of the data at once, K.
+struct Disturbance {
+    residual: DVector<f64>,
+    direct: Vec<f64>,
 }
 
 /// The rates that logs can show, 1/s: from the longest test's to that of half their usual distance between rows.

@@ -161,6 +161,12 @@ struct Slopes {
     fields: Vec<Vec<Vec<f64>>>,
 }
 
+/// One column of them.
+struct Slope {
+    whitened: Vec<f64>,
+    fields: Vec<Vec<f64>>,
+}
+
 /// The fit of one explanation.
 struct Fit<'a> {
     bench: &'a Bench<'a>,
@@ -216,7 +222,7 @@ impl Fit<'_> {
             (false, true) => STEP_OF_LOGS,
             (false, false) => STEP,
         };
-        let one = |j: usize| -> Result<Option<(Vec<f64>, Vec<Vec<f64>>)>> {
+        let one = |j: usize| -> Result<Option<Slope>> {
             let h = self.members[j];
             if h.is_fixed() {
                 return Ok(None);
@@ -240,14 +246,14 @@ impl Fit<'_> {
             let below = below.as_ref().map_or(&here.residual, |p| &p.residual);
             let column = below.iter().zip(&above.residual).map(|(b, a)| (b - a) / (up - down)).collect();
             let of_field = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) / up).collect();
-            Ok(Some((column, above.solved.1.iter().zip(&here.solved.1).map(of_field).collect())))
+            Ok(Some(Slope { whitened: column, fields: above.solved.1.iter().zip(&here.solved.1).map(of_field).collect() }))
         };
         let columns: Vec<_> = (0..self.members.len()).into_par_iter().map(one).collect::<Result<_>>()?;
         let mut slopes =
             Slopes { whitened: DMatrix::zeros(here.residual.len(), self.members.len()), fields: vec![Vec::new(); self.members.len()] };
         for (j, found) in columns.into_iter().enumerate() {
-            if let Some((column, fields)) = found {
-                slopes.whitened.set_column(j, &DVector::from_vec(column));
+            if let Some(Slope { whitened, fields }) = found {
+                slopes.whitened.set_column(j, &DVector::from_vec(whitened));
                 slopes.fields[j] = fields;
             }
         }

@@ -32,8 +32,12 @@ impl Effect {
     /// Derivative of a reading, K per unit of the candidate: from its adjoint field (K/W) and its weights of inlets.
     pub fn on(&self, field: &[f64], inlet: Option<(usize, f64)>) -> f64 {
         let through: f64 = self.rows.iter().map(|(node, r)| field[*node as usize] * r).sum();
-        let own: f64 = self.inlets.iter().map(|(c, d)| inlet.map_or(0.0, |(circuit, w)| if circuit == *c { w * d } else { 0.0 })).sum();
-        own - through
+        self.direct(inlet) - through
+    }
+
+    /// The part of it that goes through no node: what changes the inlet that a sensor reads.
+    pub fn direct(&self, inlet: Option<(usize, f64)>) -> f64 {
+        self.inlets.iter().map(|(c, d)| inlet.map_or(0.0, |(circuit, w)| if circuit == *c { w * d } else { 0.0 })).sum()
     }
 
     /// Derivative of an adjoint's target that reads no inlet, K per unit.

@@ -303,11 +303,11 @@ impl Through {
             return;
         }
         let (mut capacity, mut difference) = (0.0, 0.0);
-        for k in 0..passage.capacity.len() {
+        for (k, wall) in wall.iter().enumerate() {
             capacity += self.capacity[k];
             difference += self.difference[k];
             let share = 1.0 - passage.left[k];
-            found.heat[k] += share * (capacity * (self.reference[k] - wall[k]) + difference);
+            found.heat[k] += share * (capacity * (self.reference[k] - wall) + difference);
             found.weight[k] += share * capacity;
             found.dissipated += capacity * passage.dissipation[k] / passage.rate;
             difference *= passage.left[k];
