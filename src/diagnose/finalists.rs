@@ -10,7 +10,7 @@ use super::probability::{self, Candidate, Posterior};
 use super::refine::{Bench, Extended, Fitted, Used, fit};
 use super::screen::Screened;
 use super::signature::signatures;
-use super::view::{View, add_mesh_share, rescreened, screened};
+use super::view::{Held, View, add_mesh_share};
 use crate::error::Result;
 use crate::identify::chi_square_tail;
 
@@ -81,8 +81,9 @@ impl Finals<'_> {
             if let Some(about_best) = self.about(&best, round)? {
                 view = about_best;
                 let base = &self.base.found;
-                now.screened =
-                    rescreened(&self.screened.visible, &base.residual, &base.columns, &view.whitener, self.catalogue, &self.places);
+                let (residual, columns, places) = (&base.residual, &base.columns, &self.places);
+                let held = Held { residual, columns, whitener: &view.whitener, catalogue: self.catalogue, places };
+                now.screened = held.screen_of(&self.screened.visible);
                 now.mesh.clone_from(&view.mesh);
                 // In logs, whose fits are runs, a second cause is looked for beside the first only where one leaves too much.
                 now.posterior = probability::posterior(&now.screened, self.prior, !self.problem.data.is_transient());
@@ -247,7 +248,8 @@ impl Finals<'_> {
         };
         let mut columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
         add_mesh_share(&again, &mut columns, &view.mesh, &self.places);
-        let mut second = screened(&residual, &columns, &view.whitener, &again, &self.places);
+        let held = Held { residual: &residual, columns: &columns, whitener: &view.whitener, catalogue: &again, places: &self.places };
+        let mut second = held.screen();
         let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
         let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
         // What is found of the first is a change of its amplitude.

@@ -6,7 +6,7 @@ use super::catalogue::Hypothesis;
 use super::finalists::leading;
 use super::probability::{self, Candidate};
 use super::refine::{Bench, Used, fit};
-use super::view::{View, screened};
+use super::view::{Held, View};
 use super::{Problem, is_wrong};
 use crate::measure::whiten;
 use crate::random::Random;
@@ -101,7 +101,8 @@ fn found_without(bench: &Bench<'_>, catalogue: &[Hypothesis], base: &View, kept:
     let columns: Vec<Vec<f64>> = base.found.columns.iter().map(pick).collect();
     let all = whiten::places(bench.data);
     let places: Vec<(usize, usize)> = kept.iter().map(|i| all[*i]).collect();
-    let part = screened(&pick(&base.found.residual), &columns, &whitener, catalogue, &places);
+    let residual = pick(&base.found.residual);
+    let part = Held { residual: &residual, columns: &columns, whitener: &whitener, catalogue, places: &places }.screen();
     if !is_wrong(&part, seed) {
         return None;
     }

@@ -69,7 +69,8 @@ impl View {
 
     /// Signatures held against the residual.
     pub fn screen(&self, catalogue: &[Hypothesis], data: &Data) -> Screened {
-        screened(&self.found.residual, &self.found.columns, &self.whitener, catalogue, &whiten::places(data))
+        let (residual, columns, places) = (&self.found.residual, &self.found.columns, &whiten::places(data));
+        Held { residual, columns, whitener: &self.whitener, catalogue, places }.screen()
     }
 }
 
@@ -81,48 +82,44 @@ pub fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: 
     }
 }
 
-/// Whitened residual beside whitened signatures; `places` are row and sensor of every reading.
-pub fn screened(
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    whitener: &Whitener,
-    catalogue: &[Hypothesis],
-    places: &[(usize, usize)],
-) -> Screened {
-    let signatures = scaled(columns, whitener, catalogue);
-    let visible = Screened::visible(&signatures);
-    of_visible(visible, residual, columns, &signatures, whitener, catalogue, places)
+/// What is held against each other in a screen: a residual, K, the column of every hypothesis, K per unit, what makes readings
+/// independent, and row and sensor of every reading.
+pub struct Held<'a> {
+    /// K
+    pub residual: &'a [f64],
+    /// One per hypothesis.
+    pub columns: &'a [Vec<f64>],
+    /// Of these readings.
+    pub whitener: &'a Whitener,
+    /// All hypotheses.
+    pub catalogue: &'a [Hypothesis],
+    /// Row and sensor.
+    pub places: &'a [(usize, usize)],
 }
 
-/// The same of given hypotheses alone.
-pub fn rescreened(
-    visible: &[usize],
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    whitener: &Whitener,
-    catalogue: &[Hypothesis],
-    places: &[(usize, usize)],
-) -> Screened {
-    of_visible(visible.to_vec(), residual, columns, &scaled(columns, whitener, catalogue), whitener, catalogue, places)
-}
+impl Held<'_> {
+    /// The screen of all that shows.
+    pub fn screen(&self) -> Screened {
+        let signatures = scaled(self.columns, self.whitener, self.catalogue);
+        self.of_visible(Screened::visible(&signatures), &signatures)
+    }
 
-fn of_visible(
-    visible: Vec<usize>,
-    residual: &[f64],
-    columns: &[Vec<f64>],
-    signatures: &[Vec<f64>],
-    whitener: &Whitener,
-    catalogue: &[Hypothesis],
-    places: &[(usize, usize)],
-) -> Screened {
-    // Exchanged sensors: what is left when the readings change places. Whatever else acts, acts on that.
-    let relabelled = |h: &usize| {
-        let from = catalogue[*h].relabelled(places)?;
-        Some(whitener.apply(&from.iter().zip(&columns[*h]).map(|(other, moved)| residual[*other] + moved).collect::<Vec<_>>()))
-    };
-    let relabelled: Vec<Option<Vec<f64>>> = visible.par_iter().map(relabelled).collect();
-    let signed: Vec<bool> = visible.iter().map(|h| catalogue[*h].is_signed).collect();
-    Screened::new(visible, whitener.apply(residual), signatures, signed, relabelled)
+    /// The screen of given hypotheses.
+    pub fn screen_of(&self, visible: &[usize]) -> Screened {
+        self.of_visible(visible.to_vec(), &scaled(self.columns, self.whitener, self.catalogue))
+    }
+
+    fn of_visible(&self, visible: Vec<usize>, signatures: &[Vec<f64>]) -> Screened {
+        // Exchanged sensors: what is left when the readings change places. Whatever else acts, acts on that.
+        let relabelled = |h: &usize| {
+            let from = self.catalogue[*h].relabelled(self.places)?;
+            let left = from.iter().zip(&self.columns[*h]).map(|(other, moved)| self.residual[*other] + moved);
+            Some(self.whitener.apply(&left.collect::<Vec<_>>()))
+        };
+        let relabelled: Vec<Option<Vec<f64>>> = visible.par_iter().map(relabelled).collect();
+        let signed: Vec<bool> = visible.iter().map(|h| self.catalogue[*h].is_signed).collect();
+        Screened::new(visible, self.whitener.apply(self.residual), signatures, signed, relabelled)
+    }
 }
 
 fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Vec<Vec<f64>> {

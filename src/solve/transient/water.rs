@@ -344,3 +344,64 @@ pub fn mixed(flows: &[(&Flow, f64)]) -> Flow {
     }
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STATIONS: usize = 12;
+
+    /// A channel of unlike stations, 0.5 W of dissipation in each metre.
+    fn passage(duration: f64) -> Passage {
+        let capacity: Vec<f64> = (0..STATIONS).map(|k| 10.0 + 3.0 * (k % 4) as f64).collect();
+        let conductance: Vec<f64> = (0..STATIONS).map(|k| 4.0 + (k % 3) as f64).collect();
+        let rate = 25.0;
+        let mut sums = (0.0, 0.0);
+        let mut ends = Vec::new();
+        let mut units = vec![0.0];
+        for (c, ua) in capacity.iter().zip(&conductance) {
+            sums = (sums.0 + c, sums.1 + ua / rate);
+            ends.push(sums.0);
+            units.push(sums.1);
+        }
+        let left = conductance.iter().map(|ua| (-ua / rate).exp()).collect();
+        Passage { capacity, ends, conductance, dissipation: vec![0.5; STATIONS], left, units, rate, duration, volumetric: 4.18e6 }
+    }
+
+    fn walls() -> Vec<f64> {
+        (0..STATIONS).map(|k| 300.0 + 7.0 * (1.3 * k as f64).sin()).collect()
+    }
+
+    /// Water of uneven temperature moved by less than a station, by some, and by several fillings: what it loses the walls gain, and
+    /// a first piece of it comes out as station by station.
+    #[test]
+    fn what_the_water_loses_the_walls_gain() {
+        for duration in [0.1, 3.0, 7.3, 200.0] {
+            let (passage, walls) = (passage(duration), walls());
+            let content = passage.content();
+            let parcels: Parcels = (0..30).map(|i| (content / 30.0 / passage.volumetric, 290.0 + 15.0 * f64::from(i % 5))).collect();
+            let inflow: Flow = vec![(0.3, 295.0), (0.7, 310.0)];
+            let found = passage.carry(&walls, &parcels, &inflow);
+            let moved = passage.moved();
+            let held = |p: &Parcels| p.iter().map(|(v, t)| v * passage.volumetric * t).sum::<f64>();
+            let flow = |f: &Flow| f.iter().map(|(share, t)| moved * share * t).sum::<f64>();
+            let lost = held(&parcels) + flow(&inflow) - held(&found.parcels) - flow(&found.outflow) + found.dissipated;
+            let gained: f64 = found.heat.iter().sum();
+            assert!((lost - gained).abs() < 1e-12 * (content + moved) * 300.0, "{duration} s: {lost} J, {gained} J");
+            // The last water to leave in a long time entered at 310 K and passed every station.
+            if duration > 100.0 {
+                let step = |t: f64, k: usize| t + passage.dissipation[k] / passage.rate - (1.0 - passage.left[k]) * (t - walls[k]);
+                let expected = (0..STATIONS).fold(310.0, step);
+                let last = found.outflow.last().unwrap().1;
+                assert!((last - expected).abs() < 1e-11, "{last} K, {expected} K");
+            }
+            // With walls one kelvin warmer each takes as much less as its weight says.
+            for k in [0, 5, STATIONS - 1] {
+                let mut warmer = walls.clone();
+                warmer[k] += 1.0;
+                let change = found.heat[k] - passage.carry(&warmer, &parcels, &inflow).heat[k];
+                assert!((change - found.weight[k]).abs() < 1e-9 * found.weight[k].max(1.0), "{duration} s, station {k}: {change} J/K");
+            }
+        }
+    }
+}
