@@ -251,3 +251,27 @@ fn a_slow_sensor() {
         assert!((part.amplitude / lag - 1.0).abs() < 0.25, "{}", told(seed, &found));
     }
 }
+
+/// What steady readings could show too, found in logs and with its size.
+#[test]
+fn a_worse_contact_a_leak_and_a_heat() {
+    let line = |key: &str, value: &str| (key.to_string(), value.to_string());
+    let leak = [
+        line("node.hidden", "{ temperature = \"ambient_temperature\" }"),
+        line("contact.hidden", "{ between = [\"gear\", \"hidden\"], conductance = \"30 W/(m2 K)\", area = \"0.01 m2\" }"),
+    ];
+    let cases: [(u64, &str, &str, f64, Vec<(String, String)>); 3] = [
+        (31, "contact conductance", "motor", 0.6f64.ln(), vec![line("contact.motor.conductance", "\"300 W/(m2 K)\"")]),
+        (32, "leak to the surroundings", "gear", 0.3, leak.to_vec()),
+        (33, "heat source", "motor", 8.0, vec![line("source.hidden", "{ in = [\"motor\"], power = \"8 W\" }")]),
+    ];
+    for (seed, kind, place, amplitude, lines) in cases {
+        let found = found(seed, &Hidden { lines, lag: None });
+        println!("{}", told(seed, &found));
+        assert!(is_named(&found, kind, place), "{}", told(seed, &found));
+        let part = &found.explanations[0].parts[0];
+        let (low, high) = part.interval();
+        let off = (part.amplitude - amplitude).abs();
+        assert!((low..=high).contains(&amplitude) || off < 0.1 * amplitude.abs(), "{amplitude}: {}", told(seed, &found));
+    }
+}
