@@ -45,18 +45,20 @@ pub fn logs(
     user: &[UserKind],
 ) -> Result<Signatures> {
     let logs = Logs { study, data, start, scales, user };
-    if has_fronts(study, data)? {
-        let prediction = identify::predict_within(study, data, uncertain, start, TIME_TOLERANCE)?;
-        let residual = difference(&whiten::readings(data), &prediction.values);
-        let columns = hypotheses.par_iter().map(|h| logs.run(h, &prediction.values, &residual)).collect();
-        return Ok(Signatures { residual, prediction, fields: Vec::new(), columns });
+    if !has_fronts(study, data)? {
+        let (values, histories) = identify::histories(study, data, start, TIME_TOLERANCE)?;
+        // A machine without a path to any given temperature, or readings of inlets alone, have no such unknowns.
+        if let Ok(followed) = logs.follow(&histories, uncertain, hypotheses) {
+            let residual = difference(&whiten::readings(data), &values);
+            let finish = |(h, column): (&Hypothesis, Option<Vec<f64>>)| column.unwrap_or_else(|| logs.run(h, &values, &residual));
+            let columns = hypotheses.par_iter().zip(followed.columns).map(finish).collect();
+            let prediction = Prediction { values, slopes: followed.slopes, conditions: followed.conditions };
+            return Ok(Signatures { residual, prediction, fields: Vec::new(), columns });
+        }
     }
-    let (values, histories) = identify::histories(study, data, start, TIME_TOLERANCE)?;
-    let residual = difference(&whiten::readings(data), &values);
-    let followed = logs.follow(&histories, uncertain, hypotheses)?;
-    let finish = |(h, column): (&Hypothesis, Option<Vec<f64>>)| column.unwrap_or_else(|| logs.run(h, &values, &residual));
-    let columns = hypotheses.par_iter().zip(followed.columns).map(finish).collect();
-    let prediction = Prediction { values, slopes: followed.slopes, conditions: followed.conditions };
+    let prediction = identify::predict_within(study, data, uncertain, start, TIME_TOLERANCE)?;
+    let residual = difference(&whiten::readings(data), &prediction.values);
+    let columns = hypotheses.par_iter().map(|h| logs.run(h, &prediction.values, &residual)).collect();
     Ok(Signatures { residual, prediction, fields: Vec::new(), columns })
 }
 
@@ -185,11 +187,14 @@ impl Logs<'_> {
             };
             let is_known = |(d, _): &(usize, Law)| states.iter().all(|s| s.disturbances.get(*d).is_some_and(Option::is_some));
             let known: Vec<(usize, Law)> = some.iter().copied().filter(is_known).collect();
+            if known.is_empty() {
+                return vec![None; some.len()];
+            }
             let forces: Vec<DMatrix<f64>> = states
                 .iter()
                 .map(|state| DMatrix::from_columns(&known.iter().filter_map(|(d, law)| of(state, *d, *law)).collect::<Vec<_>>()))
                 .collect();
-            let mut values = if known.is_empty() { Vec::new() } else { course.readings(&forces, &times) }.into_iter();
+            let mut values = course.readings(&forces, &times).into_iter();
             let read = |wanted: &(usize, Law)| -> Option<Vec<(usize, f64)>> {
                 let (d, law) = *wanted;
                 let values = if is_known(wanted) { values.next()? } else { return None };

@@ -13,14 +13,15 @@ use super::point::Derivatives;
 use super::study::Study;
 use crate::error::{Error, Result};
 use crate::machine::Condition;
+use crate::network::Load;
 use crate::simulate::Seen;
 
 /// Most instants of a history that are kept.
 const MOST_MOMENTS: usize = 64;
 /// Least change between two that are kept: in kelvin at any node.
 const LEAST_APART: f64 = 0.25;
-/// A change of a condition by this share counts as a kelvin does.
-const CONDITION: f64 = 0.02;
+/// A change of a source or a flow by this share of all heat and of the largest flow counts as a kelvin does.
+const SHARE: f64 = 0.02;
 /// Flows that differ by more than this share have a space of their own.
 const OTHER_FLOW: f64 = 0.25;
 const MOST_SPACES: usize = 4;
@@ -42,18 +43,14 @@ pub struct Moment {
     pub time: f64,
     /// The condition.
     pub condition: Condition,
+    /// What it comes to.
+    pub load: Load,
     /// Of every node, K.
     pub temperatures: Vec<f64>,
 }
 
-impl Moment {
-    /// How far two instants are apart, K.
-    fn apart(&self, other: &Self) -> f64 {
-        let hottest = self.temperatures.iter().zip(&other.temperatures).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
-        let share = |(a, b): (&f64, &f64)| (a - b).abs() / a.abs().max(b.abs()).max(1e-30);
-        let condition = self.condition.si().iter().zip(other.condition.si()).map(share).fold(0.0, f64::max);
-        hottest.max(condition / CONDITION)
-    }
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
 /// The instants of a history between which it runs about straight; whatever is seen, never more than 64 and the last ones.
@@ -62,27 +59,43 @@ pub struct Moments {
     kept: Vec<Moment>,
     last: Option<Moment>,
     apart: f64,
+    /// Most heat of all sources, W, and largest flow, m³/s, so far.
+    most: (f64, f64),
 }
 
 impl Moments {
     /// Looks at the next instant.
     pub fn see(&mut self, seen: &Seen<'_>) {
-        let (state, condition) = (seen.state, seen.condition.clone());
-        self.add(Moment { time: state.time, condition, temperatures: state.temperatures.clone() });
+        let (state, load) = (seen.state, seen.load.clone());
+        let heat = load.powers.iter().map(|p| p.abs()).sum();
+        self.most = (self.most.0.max(heat), load.flows.iter().fold(self.most.1, |m, f| m.max(f.abs())));
+        self.add(Moment { time: state.time, condition: seen.condition.clone(), load, temperatures: state.temperatures.clone() });
         if self.kept.len() > MOST_MOMENTS {
             let apart = 2.0 * self.apart.max(LEAST_APART);
-            let mut fewer = Self { kept: Vec::new(), last: None, apart };
+            let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most };
             std::mem::take(&mut self.kept).into_iter().for_each(|m| fewer.add(m));
             fewer.extend();
             *self = Self { last: self.last.take(), ..fewer };
         }
     }
 
+    /// How far two instants are apart, K.
+    fn between(&self, a: &Moment, b: &Moment) -> f64 {
+        let share = |a: &[f64], b: &[f64], most: f64| if most > 0.0 { farthest(a, b) / (SHARE * most) } else { 0.0 };
+        let given = farthest(&a.load.inlets, &b.load.inlets).max(farthest(&a.load.fixed, &b.load.fixed));
+        farthest(&a.temperatures, &b.temperatures)
+            .max(given)
+            .max((a.load.chamber - b.load.chamber).abs())
+            .max(share(&a.load.powers, &b.load.powers, self.most.0))
+            .max(share(&a.load.flows, &b.load.flows, self.most.1))
+    }
+
     fn add(&mut self, now: Moment) {
         let least = self.apart.max(LEAST_APART);
-        if self.kept.last().is_none_or(|kept| kept.apart(&now) > least) {
+        if self.kept.last().is_none_or(|kept| self.between(kept, &now) > least) {
             // Where most of the change came at once, it is not spread over the time since the one kept before.
-            if let Some(last) = self.last.take().filter(|last| last.apart(&now) > 0.5 * least && self.kept.last() != Some(last)) {
+            let is_own = |last: &Moment| self.between(last, &now) > 0.5 * least && self.kept.last() != Some(last);
+            if let Some(last) = self.last.clone().filter(is_own) {
                 self.kept.push(last);
             }
             self.kept.push(now.clone());
@@ -139,6 +152,9 @@ impl Basis {
         };
         let rights: Vec<Vec<f64>> = sensors.iter().map(weights).collect();
         let seen: Vec<&Vec<f64>> = rights.iter().filter(|r| r.iter().any(|w| *w != 0.0)).collect();
+        if seen.is_empty() {
+            return Err(Error::numerics("no sensor reads a node that is free to change"));
+        }
         let pairs: Vec<(usize, f64)> = (0..chosen.len()).flat_map(|c| rates.iter().map(move |r| (c, *r))).collect();
         let of = |(c, rate): &(usize, f64)| -> Result<Vec<Vec<f64>>> {
             let tangent = chosen[*c].tangent.shifted(*rate, &capacity)?;
@@ -276,11 +292,11 @@ fn by_flow<'a>(study: &'a Study, moments: &[&Moment]) -> Result<Vec<Derivatives<
     let mut chosen: Vec<Derivatives<'a>> = Vec::new();
     let mut flows: Vec<Vec<f64>> = Vec::new();
     for moment in moments {
-        let load = crate::network::Load::at(&study.model.machine, &moment.condition)?;
-        let is_like = |other: &Vec<f64>| other.iter().zip(&load.flows).all(|(a, b)| (a - b).abs() <= OTHER_FLOW * a.abs().max(b.abs()));
+        let is_like =
+            |other: &Vec<f64>| other.iter().zip(&moment.load.flows).all(|(a, b)| (a - b).abs() <= OTHER_FLOW * a.abs().max(b.abs()));
         if flows.len() < MOST_SPACES && !flows.iter().any(is_like) {
             chosen.push(Derivatives::at(study, &moment.condition, &moment.temperatures)?);
-            flows.push(load.flows);
+            flows.push(moment.load.flows.clone());
         }
     }
     Ok(chosen)

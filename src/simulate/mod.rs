@@ -77,6 +77,8 @@ pub struct Seen<'a> {
     pub state: &'a State,
     /// The condition there; at a step of the schedule it is seen twice, with the one before and the one behind.
     pub condition: &'a Condition,
+    /// What it comes to.
+    pub load: &'a Load,
 }
 
 /// What came out of a run.
@@ -189,10 +191,10 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, seen: &mut dyn
         let segment = stop.segment;
         if stop.time > state.time {
             let load = |time: f64| load_of(&schedule.condition(segment, time), time);
-            seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time) });
+            seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time), load: &load(state.time)? });
             transient.advance(&mut state, stop.time, &load, &mut |state, load| {
                 progress.settling.see(state.time, &read(state, load), progress.steady.as_deref().ok());
-                seen(&Seen { state, condition: &schedule.condition(segment, state.time) });
+                seen(&Seen { state, condition: &schedule.condition(segment, state.time), load });
                 Ok(())
             })?;
         }
