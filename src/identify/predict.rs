@@ -196,7 +196,8 @@ pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Re
     let tests = data.tests();
     let run = |test: &String| -> Result<(Vec<Vec<f64>>, Vec<Moment>)> {
         let mut moments = Moments::default();
-        let readings = run_log(study, data, test, start, None, tolerance, &mut |seen| moments.see(seen))?;
+        let mut look = |seen: &Seen<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
+        let readings = run_log(study, data, test, start, None, tolerance, &mut look)?;
         Ok((readings, moments.into_kept()))
     };
     let (found, moments): (Vec<_>, Vec<_>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();

@@ -14,7 +14,6 @@ use super::study::Study;
 use crate::error::{Error, Result};
 use crate::machine::Condition;
 use crate::network::Load;
-use crate::simulate::Seen;
 
 /// Most instants of a history that are kept.
 const MOST_MOMENTS: usize = 64;
@@ -64,12 +63,11 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Looks at the next instant.
-    pub fn see(&mut self, seen: &Seen<'_>) {
-        let (state, load) = (seen.state, seen.load.clone());
+    /// Looks at the next instant: its time (s), condition, what that comes to, and the temperature of every node, K.
+    pub fn see(&mut self, time: f64, condition: &Condition, load: &Load, temperatures: &[f64]) {
         let heat = load.powers.iter().map(|p| p.abs()).sum();
         self.most = (self.most.0.max(heat), load.flows.iter().fold(self.most.1, |m, f| m.max(f.abs())));
-        self.add(Moment { time: state.time, condition: seen.condition.clone(), load, temperatures: state.temperatures.clone() });
+        self.add(Moment { time, condition: condition.clone(), load: load.clone(), temperatures: temperatures.to_vec() });
         if self.kept.len() > MOST_MOMENTS {
             let apart = 2.0 * self.apart.max(LEAST_APART);
             let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most };
