@@ -260,7 +260,7 @@ fn a_worse_contact_a_leak_and_a_heat() {
         line("node.hidden", "{ temperature = \"ambient_temperature\" }"),
         line("contact.hidden", "{ between = [\"gear\", \"hidden\"], conductance = \"30 W/(m2 K)\", area = \"0.01 m2\" }"),
     ];
-    let cases: [(u64, &str, &str, f64, Vec<(String, String)>); 3] = [
+    let cases = [
         (31, "contact conductance", "motor", 0.6f64.ln(), vec![line("contact.motor.conductance", "\"300 W/(m2 K)\"")]),
         (32, "leak to the surroundings", "gear", 0.3, leak.to_vec()),
         (33, "heat source", "motor", 8.0, vec![line("source.hidden", "{ in = [\"motor\"], power = \"8 W\" }")]),
