@@ -20,9 +20,12 @@
 use std::fmt;
 use std::io::{Cursor, Write};
 
-use polars::prelude::{
-    Column, DataFrame, DataType, IntoColumn, KeyValueMetadata, NamedFrom, ParquetReader, ParquetWriter, SerReader, Series,
-};
+use polars_core::error::PolarsError;
+use polars_core::prelude::{Column, DataFrame, DataType, IntoColumn, NamedFrom, Series};
+use polars_io::SerReader;
+
+use polars_io::parquet::read::ParquetReader;
+use polars_io::parquet::write::{KeyValueMetadata, ParquetWriter};
 
 /// What is in a file.
 #[derive(Debug, Clone, Default)]
@@ -47,8 +50,8 @@ impl fmt::Display for Failure {
 
 impl std::error::Error for Failure {}
 
-impl From<polars::error::PolarsError> for Failure {
-    fn from(error: polars::error::PolarsError) -> Self {
+impl From<PolarsError> for Failure {
+    fn from(error: PolarsError) -> Self {
         Self(error.to_string())
     }
 }
