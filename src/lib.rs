@@ -10,30 +10,16 @@
 
 #![warn(missing_docs)]
 
-pub mod accept;
-pub mod chart;
 pub mod cli;
-pub mod diagnose;
+pub mod describe;
+pub mod discretise;
 pub mod error;
-pub mod files;
-pub mod fit;
-pub mod formula;
-pub mod gmsh;
-pub mod identify;
-pub mod job;
-pub mod machine;
-pub mod measure;
-pub mod mesh;
-pub mod model;
-pub mod network;
+pub mod evidence;
+pub mod explore;
+pub mod figures;
+pub mod foundation;
 pub mod physics;
-pub mod random;
-pub mod reader;
-pub mod report;
-pub mod schedule;
-pub mod sensitivity;
-pub mod simulate;
+pub mod pipeline;
 pub mod solve;
-pub mod sweep;
-pub mod table;
+pub mod surrogate;
 pub mod units;

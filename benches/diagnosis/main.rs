@@ -10,8 +10,8 @@ mod twin;
 
 use std::time::Instant;
 
-use coldplate::diagnose::{Verdict, diagnose};
-use coldplate::random::Random;
+use coldplate::evidence::diagnose::{Verdict, diagnose};
+use coldplate::foundation::random::Random;
 use twin::Family;
 use twin::score::{Score, score};
 

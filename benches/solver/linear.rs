@@ -4,9 +4,9 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use coldplate::machine::Machine;
-use coldplate::mesh::Mesh;
-use coldplate::network::{Load, Network};
+use coldplate::describe::machine::Machine;
+use coldplate::discretise::mesh::Mesh;
+use coldplate::discretise::network::{Load, Network};
 use coldplate::solve::krylov::conjugate_gradients;
 use coldplate::solve::multigrid::Multigrid;
 use coldplate::solve::{Symmetric, System};

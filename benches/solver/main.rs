@@ -17,9 +17,9 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use coldplate::machine::{Condition, Machine};
-use coldplate::mesh::Mesh;
-use coldplate::network::{Load, Network};
+use coldplate::describe::machine::{Condition, Machine};
+use coldplate::discretise::mesh::Mesh;
+use coldplate::discretise::network::{Load, Network};
 use coldplate::solve::Solver;
 
 const MACHINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/five_axis.toml");

@@ -10,15 +10,15 @@ mod convert;
 
 use std::path::Path;
 
-use coldplate::chart::draw_as;
-use coldplate::chart::history::{Course, HistoryFigure};
-use coldplate::chart::style::Quantity;
 use coldplate::error::{Error, Result};
-use coldplate::files;
-use coldplate::identify;
-use coldplate::measure::{Data, whiten};
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, whiten};
+use coldplate::explore::simulate::Start;
+use coldplate::figures::chart::draw_as;
+use coldplate::figures::chart::history::{Course, HistoryFigure};
+use coldplate::figures::chart::style::Quantity;
+use coldplate::foundation::atomic_file;
+use coldplate::solve::sensitivity::Study;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -37,8 +37,8 @@ fn main() {
 }
 
 fn table(folder: &Path, out: &Path, tests: &[&str]) -> Result<()> {
-    files::write(out, convert::table(folder, tests)?.as_bytes())?;
-    files::write(&out.with_extension("toml"), convert::UNCERTAINTY.as_bytes())
+    atomic_file::write(out, convert::table(folder, tests)?.as_bytes())?;
+    atomic_file::write(&out.with_extension("toml"), convert::UNCERTAINTY.as_bytes())
 }
 
 fn compare(folder: &Path, test: &str, figure: &Path, machines: &[&str]) -> Result<()> {
@@ -47,7 +47,7 @@ fn compare(folder: &Path, test: &str, figure: &Path, machines: &[&str]) -> Resul
         None => (test, 0.0),
     };
     let path = std::env::temp_dir().join(format!("hot_water_pipe_{}_{name}.csv", std::process::id()));
-    files::write(&path, convert::table(folder, &[name])?.as_bytes())?;
+    atomic_file::write(&path, convert::table(folder, &[name])?.as_bytes())?;
     let mut courses = Vec::new();
     let mut times = Vec::new();
     for machine in machines {

@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use coldplate::chart::{Figure, draw_as};
 use coldplate::error::{Error, Result};
-use coldplate::measure::Data;
-use coldplate::sensitivity::Study;
+use coldplate::evidence::measurement::Data;
+use coldplate::figures::chart::{Figure, draw_as};
+use coldplate::solve::sensitivity::Study;
 use coldplate::units::{Celsius, Kelvin};
 
 /// How a published claim fared.

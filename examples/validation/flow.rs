@@ -2,7 +2,7 @@
 
 use coldplate::error::{Error, Result};
 use coldplate::physics::water;
-use coldplate::sensitivity::Study;
+use coldplate::solve::sensitivity::Study;
 
 use crate::common::{Outcome, Section, study, table, verdict};
 

@@ -1,13 +1,13 @@
 //! The whole machine: the display of the test beside predictions with printed, consistent and identified heats.
 
-use coldplate::chart::measured::{MeasuredFigure, SensorRow};
-use coldplate::chart::style::Quantity;
 use coldplate::error::Result;
-use coldplate::identify::{self, Estimate, Free, Options, Problem};
-use coldplate::measure::{Data, Uncertainty, whiten};
-use coldplate::model::State;
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::evidence::identify::{self, Estimate, Free, Options, Problem};
+use coldplate::evidence::measurement::{Data, Uncertainty, whiten};
+use coldplate::explore::simulate::Start;
+use coldplate::figures::chart::measured::{MeasuredFigure, SensorRow};
+use coldplate::figures::chart::style::Quantity;
+use coldplate::solve::meshed::State;
+use coldplate::solve::sensitivity::Study;
 
 use crate::common::{Outcome, Records, Section, celsius, figure, owned, project, study, table, verdict};
 use crate::rig::reading_uncertainty;

@@ -16,7 +16,7 @@ mod standstill;
 use std::time::Instant;
 
 use coldplate::error::Result;
-use coldplate::files;
+use coldplate::foundation::atomic_file;
 use common::{Outcome, Section, project, table};
 
 type Make = fn() -> Result<Section>;
@@ -80,7 +80,7 @@ fn run() -> Result<()> {
     }
     let text = format!("{HEAD}{overview}{}\n", body.trim_end());
     if chosen.is_empty() {
-        return files::write(&project("docs/validation.md"), text.as_bytes());
+        return atomic_file::write(&project("docs/validation.md"), text.as_bytes());
     }
     print!("{text}");
     Ok(())

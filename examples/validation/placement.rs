@@ -1,7 +1,7 @@
 //! Where sensors tell most: of what is uncertain, and of the hottest points.
 
 use coldplate::error::{Error, Result};
-use coldplate::sensitivity::{Parameter, Target};
+use coldplate::solve::sensitivity::{Parameter, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 

@@ -1,12 +1,12 @@
 //! The rig: both contact conductances from working condition 1, working condition 2 predicted, and what else could be true.
 
-use coldplate::chart::style::Quantity;
-use coldplate::chart::valley::{Trace, ValleyFigure};
 use coldplate::error::{Error, Result};
-use coldplate::identify::{self, Estimate, Free, Options, Problem, Scan};
-use coldplate::measure::{Data, Uncertainty, whiten};
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::evidence::identify::{self, Estimate, Free, Options, Problem, Scan};
+use coldplate::evidence::measurement::{Data, Uncertainty, whiten};
+use coldplate::explore::simulate::Start;
+use coldplate::figures::chart::style::Quantity;
+use coldplate::figures::chart::valley::{Trace, ValleyFigure};
+use coldplate::solve::sensitivity::Study;
 
 use crate::common::{Outcome, Records, Section, celsius, figure, owned, project, study, table, verdict, without};
 

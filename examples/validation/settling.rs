@@ -1,12 +1,12 @@
 //! How long the rig takes to settle, by the study's own criterion: readings every five minutes.
 
-use coldplate::chart::history::{Course, HistoryFigure};
-use coldplate::chart::style::Quantity;
 use coldplate::error::{Error, Result};
-use coldplate::measure::Data;
-use coldplate::schedule::{Row, Schedule};
-use coldplate::sensitivity::Study;
-use coldplate::simulate::{self, Options, Start};
+use coldplate::evidence::measurement::Data;
+use coldplate::explore::schedule::{Row, Schedule};
+use coldplate::explore::simulate::{self, Options, Start};
+use coldplate::figures::chart::history::{Course, HistoryFigure};
+use coldplate::figures::chart::style::Quantity;
+use coldplate::solve::sensitivity::Study;
 
 use crate::common::{Outcome, Section, celsius, figure, project, table, verdict};
 use crate::rig::{self, Case, ONE, Plates, TWO};

@@ -1,11 +1,11 @@
 //! How well a cool-down over 17 hours tells the emissivity: a planted one, synthetic readings from another mesh, recovered.
 
+use coldplate::describe::machine::Condition;
 use coldplate::error::{Error, Result};
-use coldplate::identify::{self, Estimate, Free, Options, Prediction, Problem};
-use coldplate::machine::Condition;
-use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty, Whitener, whiten};
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::evidence::identify::{self, Estimate, Free, Options, Prediction, Problem};
+use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, Whitener, whiten};
+use coldplate::explore::simulate::Start;
+use coldplate::solve::sensitivity::Study;
 use nalgebra::DMatrix;
 
 use crate::common::{Outcome, Section, celsius, owned, study, table, verdict};

@@ -6,12 +6,12 @@ use serde_json::json;
 
 use super::condition::ConditionArgs;
 use super::output::Output;
-use crate::accept::{self, Surrogate};
-use crate::chart::acceptability::Here;
 use crate::error::{Error, Result};
-use crate::fit::file;
-use crate::job::{self, figures};
-use crate::table::Table;
+use crate::figures::chart::acceptability::Here;
+use crate::foundation::table::Table;
+use crate::pipeline::{self, figures};
+use crate::surrogate::fit::file;
+use crate::surrogate::verdict::{self, Surrogate};
 
 /// Figures of a surrogate file or of a folder of results, as SVG and PNG
 #[derive(Debug, clap::Args)]
@@ -35,7 +35,7 @@ pub struct Args {
 /// A surrogate or table that cannot be read, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let is_folder = args.source.is_dir();
-    let path = if is_folder { args.source.join(job::SURROGATE) } else { args.source.clone() };
+    let path = if is_folder { args.source.join(pipeline::SURROGATE) } else { args.source.clone() };
     let bytes = std::fs::read(&path).map_err(|e| Error::file("read", &path, &e))?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&path))?;
     let folder = args.out.clone().unwrap_or_else(|| path.parent().unwrap_or(Path::new(".")).to_path_buf());
@@ -47,7 +47,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
                 tables.push((Table::read(&table)?, held_out));
             }
         }
-        job::chart(&surrogate, &tables, &folder)?
+        pipeline::chart(&surrogate, &tables, &folder)?
     } else {
         map(args, &surrogate, &folder)?
     };
@@ -62,8 +62,8 @@ fn map(args: &Args, surrogate: &Surrogate<'_>, folder: &Path) -> Result<Vec<Path
     let [across, up] = args.map.as_slice() else {
         return Err(Error::input("a map has two variables").at_key("--map").help("for example --map motor_speed,coolant_flow"));
     };
-    let (across, up) = (accept::condition::index_of(surrogate, across)?, accept::condition::index_of(surrogate, up)?);
-    let given = accept::condition::partial(surrogate, &args.condition.values()?)?;
+    let (across, up) = (verdict::condition::index_of(surrogate, across)?, verdict::condition::index_of(surrogate, up)?);
+    let given = verdict::condition::partial(surrogate, &args.condition.values()?)?;
     let here = match (given[across], given[up]) {
         (Some(x), Some(y)) => Some(Here { x, y, label: "asked for".into() }),
         _ => None,
@@ -72,6 +72,6 @@ fn map(args: &Args, surrogate: &Surrogate<'_>, folder: &Path) -> Result<Vec<Path
     let figure = figures::map(surrogate, across, up, &held, here)?;
     let charts = folder.join("charts");
     std::fs::create_dir_all(&charts).map_err(|e| Error::file("make", &charts, &e))?;
-    let written = crate::chart::draw(charts.join("map"), &figure)?;
+    let written = crate::figures::chart::draw(charts.join("map"), &figure)?;
     Ok(vec![written.svg, written.png])
 }

@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{significant, table};
+use crate::describe::machine::{Condition, Machine};
+use crate::discretise::network::{EnclosureViews, Load};
 use crate::error::{Error, Result};
-use crate::machine::{Condition, Machine};
-use crate::model::{Inventory, Model, inventory};
-use crate::network::{EnclosureViews, Load};
 use crate::physics::water::water;
+use crate::solve::meshed::{Inventory, Model, inventory};
 use crate::units::{self, Dimension};
 
 /// Inventory of a machine file

@@ -3,8 +3,8 @@
 use serde_json::{Map, Value};
 
 use super::text::significant;
+use crate::describe::machine::{Condition, Machine, Variable};
 use crate::error::{Error, Result};
-use crate::machine::{Condition, Machine, Variable};
 use crate::units::express;
 
 /// A condition; every value carries its unit, for example `--motor-speed "2500 rpm"`.

@@ -7,11 +7,11 @@ use serde_json::json;
 
 use super::output::Output;
 use super::text::{significant, table};
+use crate::describe::machine::Machine;
 use crate::error::Result;
-use crate::fit::{Options, file};
-use crate::job::{fitting, model_text};
-use crate::machine::Machine;
-use crate::table::Table;
+use crate::foundation::table::Table;
+use crate::pipeline::{fitting, model_text};
+use crate::surrogate::fit::{Options, file};
 
 /// A surrogate from any table of conditions and outputs
 #[derive(Debug, clap::Args)]

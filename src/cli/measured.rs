@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use super::output::Output;
+use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
-use crate::files;
-use crate::machine::Machine;
-use crate::measure::{Data, Uncertainty};
-use crate::simulate::Start;
+use crate::evidence::measurement::{Data, Uncertainty};
+use crate::explore::simulate::Start;
+use crate::foundation::atomic_file;
 use crate::units::{Dimension, parse};
 
 /// The table, or the measurements that stand in the machine file.
@@ -61,7 +61,7 @@ pub fn start(text: &str) -> Result<Start> {
 pub fn goal(given: Option<&Path>, machine_file: &Path, machine: &Machine, word: &str) -> Result<PathBuf> {
     let Some(path) = given else {
         let path = unused(machine_file, word);
-        files::check(&path).map_err(|e| e.at_key("--out").help("name a file in another folder with --out"))?;
+        atomic_file::check(&path).map_err(|e| e.at_key("--out").help("name a file in another folder with --out"))?;
         return Ok(path);
     };
     must_be_new(path, "--out")?;
@@ -86,7 +86,7 @@ pub fn must_be_new(path: &Path, option: &str) -> Result<()> {
             .at_key(option)
             .help("give another name: nothing is written over"));
     }
-    files::check(path).map_err(|e| e.at_key(option))
+    atomic_file::check(path).map_err(|e| e.at_key(option))
 }
 
 /// A name beside the machine file that no file has.

@@ -7,9 +7,9 @@ use serde_json::{Map, Value, json};
 use super::condition::ConditionArgs;
 use super::output::Output;
 use super::text::table;
-use crate::accept::{self, Answer, Inverse, Outside, State, Surrogate, batch, condition};
 use crate::error::{Error, Result};
-use crate::fit::file;
+use crate::surrogate::fit::file;
+use crate::surrogate::verdict::{self, Answer, Inverse, Outside, State, Surrogate, batch, condition};
 use crate::units::{self, Dimension};
 
 /// Arguments of `coldplate query`.
@@ -44,7 +44,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         (Some(csv), _) => many(&surrogate, csv, &given, out),
         (None, Some(name)) => inverse(&surrogate, name, &given, out),
         (None, None) => {
-            let answer = accept::query(&surrogate, &condition::condition(&surrogate, &given)?)?;
+            let answer = verdict::query(&surrogate, &condition::condition(&surrogate, &given)?)?;
             out.report(&text(&surrogate, &answer), &Value::Object(json(&answer)?));
             Ok(status(answer.verdict))
         }
@@ -75,7 +75,7 @@ fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], out: 
     let mut objects = Vec::new();
     let (mut refused, mut open) = (false, false);
     for row in &rows {
-        let answer = accept::query(surrogate, &row.condition)?;
+        let answer = verdict::query(surrogate, &row.condition)?;
         refused |= answer.verdict == State::NotAcceptable;
         open |= answer.verdict == State::Uncertain;
         if out.json {
@@ -113,7 +113,7 @@ fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], ou
     x[index] = Some(variable.low);
     let x = condition::complete(surrogate, x)?;
     let (unit, range) = (variable.unit, format!("{} to {} {}", plain(variable.low), plain(variable.high), variable.unit));
-    match accept::free(surrogate, &x, index)? {
+    match verdict::free(surrogate, &x, index)? {
         Inverse::Found { smallest, until, answer } => {
             let mut object = json(&answer)?;
             object.insert(
@@ -149,7 +149,7 @@ fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], ou
             Ok(status(answer.verdict))
         }
         Inverse::OutsideRange(outside) => {
-            let answer = accept::query(surrogate, &x)?;
+            let answer = verdict::query(surrogate, &x)?;
             let mut object = json(&answer)?;
             // The condition has no value for the free variable, so that nothing was evaluated.
             object.insert("temperatures".into(), json!({}));

@@ -9,9 +9,9 @@ use super::output::Output;
 use super::sweep::default_folder;
 use super::text::{significant, table};
 use crate::error::Result;
-use crate::job::{self, Summary, TARGET};
-use crate::sweep::Options;
-use crate::sweep::bridge::Sweep;
+use crate::explore::sweep::Options;
+use crate::explore::sweep::bridge::Sweep;
+use crate::pipeline::{self, Summary, TARGET};
 
 /// Everything: sweep, fit, charts, surrogate, report
 #[derive(Debug, clap::Args)]
@@ -42,7 +42,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
     out.note(&format!("{}: {} conditions on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.model.mesh.cells));
     let options = Options { threads: None, progress: !out.quiet, retry_failed: args.retry_failed };
-    let summary = job::run(&sweep, &folder, options, &|what| out.note(what))?;
+    let summary = pipeline::run(&sweep, &folder, options, &|what| out.note(what))?;
     for note in &summary.notes {
         out.note(note);
     }

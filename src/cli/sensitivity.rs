@@ -8,9 +8,9 @@ use serde_json::{Map, Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{significant, table};
+use crate::describe::machine::LimitKind;
 use crate::error::Result;
-use crate::machine::LimitKind;
-use crate::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
+use crate::solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
 use crate::units::{Celsius, Kelvin};
 
 /// Derivatives of readings with respect to conditions and numbers of the machine file

@@ -9,16 +9,16 @@ use serde_json::{Map, Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{duration, significant, table};
-use crate::chart::draw_as;
-use crate::chart::history::{Course, HistoryFigure};
-use crate::chart::output::check_name;
-use crate::chart::style::Quantity;
+use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
-use crate::machine::Machine;
-use crate::model::Model;
-use crate::schedule::{self, Schedule};
-use crate::simulate::{self, History, Start};
-use crate::table::Table;
+use crate::explore::schedule::{self, Schedule};
+use crate::explore::simulate::{self, History, Start};
+use crate::figures::chart::draw_as;
+use crate::figures::chart::history::{Course, HistoryFigure};
+use crate::figures::chart::output::check_name;
+use crate::figures::chart::style::Quantity;
+use crate::foundation::table::Table;
+use crate::solve::meshed::Model;
 use crate::units::{Dimension, celsius, express, parse};
 
 /// Temperatures over time, through a schedule of conditions

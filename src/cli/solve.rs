@@ -8,11 +8,11 @@ use serde_json::{Map, Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{significant, table};
+use crate::describe::machine::Machine;
+use crate::discretise::mesh::vtu;
 use crate::error::Result;
-use crate::machine::Machine;
-use crate::mesh::vtu;
-use crate::model::{Model, State};
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
+use crate::solve::meshed::{Model, State};
 use crate::units::{Celsius, Kelvin, express};
 
 /// Steady temperatures at one condition

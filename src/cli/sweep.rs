@@ -8,8 +8,8 @@ use serde_json::json;
 use super::condition::pair_of;
 use super::output::Output;
 use crate::error::Result;
-use crate::sweep::bridge::Sweep;
-use crate::sweep::{Options, Swept};
+use crate::explore::sweep::bridge::Sweep;
+use crate::explore::sweep::{Options, Swept};
 
 /// Design of experiments: run every condition of a sweep file, resuming what is there
 #[derive(Debug, clap::Args)]

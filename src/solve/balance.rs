@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::system::{entering_temperature, surface_states};
-use crate::network::{BoundaryState, EnclosureViews, Load, NONE, Network, StreamState};
+use crate::discretise::network::{BoundaryState, EnclosureViews, Load, NONE, Network, StreamState};
 use crate::physics::radiation::SIGMA;
 
 /// The heat balance of a network. Powers in W; positive is heat into the machine.
@@ -142,13 +142,13 @@ pub struct ContactFlow {
 
 /// Flow through every contact, in the network's order.
 pub fn contact_flows(network: &Network, temperatures: &[f64]) -> Vec<ContactFlow> {
-    let flow = |group: &crate::network::ContactGroup| {
+    let flow = |group: &crate::discretise::network::ContactGroup| {
         let (mut heat, mut conductance) = (0.0, 0.0);
         for joint in &network.joints[group.joints.clone()] {
             let (ta, tb) = network.joint_ends(joint, temperatures);
             heat += network.joint_heat(joint, temperatures);
             // The interface alone: the same joint without its half cells.
-            let bare = crate::network::Joint { length_a: 0.0, length_b: 0.0, ..*joint };
+            let bare = crate::discretise::network::Joint { length_a: 0.0, length_b: 0.0, ..*joint };
             let g = network.joint_state(&bare, ta, tb).conductance;
             conductance += if g.is_nan() { f64::INFINITY } else { g };
         }

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use crate::network::block::Real;
+use crate::discretise::network::block::Real;
 
 /// Rows or entries handled by one task.
 pub const CHUNK: usize = 8192;

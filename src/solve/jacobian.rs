@@ -7,8 +7,8 @@
 use rayon::prelude::*;
 
 use super::csr::for_chunks;
-use crate::network::Network;
-use crate::network::block::{Profile, Real};
+use crate::discretise::network::Network;
+use crate::discretise::network::block::{Profile, Real};
 
 /// Derivatives of the residual with respect to all temperatures, W/K.
 #[derive(Debug, Clone)]

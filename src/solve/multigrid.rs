@@ -15,9 +15,9 @@ use super::csr::{CHUNK, Csr, for_chunks};
 use super::jacobian::SparseRows;
 use super::system::Symmetric;
 use super::tensor::Transfer;
+use crate::discretise::network::Block;
+use crate::discretise::network::block::Profile;
 use crate::error::{Error, Result};
-use crate::network::Block;
-use crate::network::block::Profile;
 
 /// Rows at which the coarsest level is solved directly.
 const COARSEST: usize = 400;

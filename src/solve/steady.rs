@@ -8,8 +8,8 @@ use super::krylov::{Outcome, Scratch, conjugate_gradients, gmres};
 use super::multigrid::{Multigrid, Workspace};
 use super::start::Anchors;
 use super::system::System;
+use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result};
-use crate::network::{Load, Network, StreamState};
 
 /// Largest relative heat imbalance of a result that may be printed.
 pub const BALANCE_TOLERANCE: f64 = 1e-8;
@@ -229,7 +229,7 @@ impl<'a> Solver<'a> {
     /// Water temperatures that follow from given wall temperatures, by one pass downstream.
     fn follow_streams(&self, streams: &[StreamState], right: &[f64], solid: &[f64], water: &mut [f64]) {
         for tree in &self.network.circuits {
-            for s in crate::network::stream::members(&tree.layout) {
+            for s in crate::discretise::network::stream::members(&tree.layout) {
                 let (stream, state) = (&self.network.streams[s], &streams[s]);
                 let first = stream.first_node as usize - solid.len();
                 let outlet = |u: &usize| water[self.network.streams[*u].outlet() as usize - solid.len()];

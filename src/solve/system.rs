@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use super::csr::{CHUNK, for_chunks};
 use super::jacobian::{Conduction, Jacobian, SparseRows};
-use crate::network::block::{Block, Profile, Segment};
-use crate::network::{Joint, Load, NONE, Network, StreamState, surface::SurfaceState};
+use crate::discretise::network::block::{Block, Profile, Segment};
+use crate::discretise::network::{Joint, Load, NONE, Network, StreamState, surface::SurfaceState};
 use crate::physics::radiation::SIGMA;
 
 /// The sparsity pattern of a network's Jacobian outside the blocks, and what in it never changes.
@@ -247,7 +247,7 @@ pub fn entering_temperature(network: &Network, load: &Load, streams: &[StreamSta
 
 /// State of every surface at given temperatures, in the network's order.
 pub fn surface_states(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<SurfaceState> {
-    let state = |s: &crate::network::Surface| s.state(temperatures[s.node as usize], &network.properties, load);
+    let state = |s: &crate::discretise::network::Surface| s.state(temperatures[s.node as usize], &network.properties, load);
     network.surfaces.par_iter().with_min_len(CHUNK).map(state).collect()
 }
 
@@ -359,7 +359,7 @@ fn conductivities(network: &Network, block: &Block, temperatures: &[f64]) -> [Ve
 
 /// Heat from a cell to the next one per kelvin of difference, with derivatives of that conductance with
 /// respect to both temperatures: two half cells in series, each with its own conductivity.
-fn face_conductance(gap: crate::network::block::Gap, (ka, sa): (f64, f64), (kb, sb): (f64, f64)) -> (f64, f64, f64) {
+fn face_conductance(gap: crate::discretise::network::block::Gap, (ka, sa): (f64, f64), (kb, sb): (f64, f64)) -> (f64, f64, f64) {
     let resistance = gap.length_a / ka + gap.length_b / kb;
     let g = gap.area / resistance;
     (g, g / resistance * gap.length_a * sa / (ka * ka), g / resistance * gap.length_b * sb / (kb * kb))

@@ -1,17 +1,17 @@
 //! The exact derivative of a network's residual at a state, and linear solves with it and its transpose.
 //!
 //! J = J_sparse + sum u vᵀ: the sparse part treats the coolant's films and flows as given, the rank-one
-//! terms are what they add (see [`crate::network::slopes`]). Solves are by GMRES, preconditioned by one
+//! terms are what they add (see [`crate::discretise::network::slopes`]). Solves are by GMRES, preconditioned by one
 //! multigrid cycle on the solids and one pass along the streams: downstream for J, upstream for Jᵀ.
 
 use super::csr::{add_scaled, dot, norm};
 use super::jacobian::Jacobian;
 use super::multigrid::{Multigrid, Workspace};
 use super::system::{self, System, surface_states};
+use crate::discretise::network::slopes::RankOne;
+use crate::discretise::network::stream::members;
+use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result};
-use crate::network::slopes::RankOne;
-use crate::network::stream::members;
-use crate::network::{Load, Network, StreamState};
 
 /// Largest relative residual of a solve that may be used.
 const TOLERANCE: f64 = 1e-11;

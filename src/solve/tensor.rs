@@ -10,8 +10,8 @@ use rayon::prelude::*;
 
 use super::csr::{CHUNK, Csr, for_chunks};
 use super::system::Symmetric;
-use crate::network::Block;
-use crate::network::block::Profile;
+use crate::discretise::network::Block;
+use crate::discretise::network::block::Profile;
 
 /// An axis along which cells are bound less than this, relative to the strongest axis, is not coarsened yet.
 const WEAK_AXIS: f64 = 0.1;

@@ -6,15 +6,15 @@ mod page;
 mod samples;
 mod svg;
 
-use coldplate::chart::acceptability::{AcceptabilityMap, Here, State};
-use coldplate::chart::canvas::Canvas;
-use coldplate::chart::fonts::{self, Weight};
-use coldplate::chart::output::to_pixels;
-use coldplate::chart::style::{self, Quantity, Rgb, number, series, unit_symbol};
-use coldplate::chart::surface::Surface;
-use coldplate::chart::ticks::{Range, linear, logarithmic};
-use coldplate::chart::{Figure, draw, to_svg_string};
 use coldplate::error::{Kind, Result};
+use coldplate::figures::chart::acceptability::{AcceptabilityMap, Here, State};
+use coldplate::figures::chart::canvas::Canvas;
+use coldplate::figures::chart::fonts::{self, Weight};
+use coldplate::figures::chart::output::to_pixels;
+use coldplate::figures::chart::style::{self, Quantity, Rgb, number, series, unit_symbol};
+use coldplate::figures::chart::surface::Surface;
+use coldplate::figures::chart::ticks::{Range, linear, logarithmic};
+use coldplate::figures::chart::{Figure, draw, to_svg_string};
 use long::LONG;
 use samples::NASTY;
 
@@ -298,9 +298,9 @@ fn one_sample_is_enough_and_none_is_refused() {
         to_svg_string(&sheet).unwrap_err(),
         to_svg_string(&AcceptabilityMap::default()).unwrap_err(),
         to_svg_string(&AcceptabilityMap { state: vec![], ..samples::map() }).unwrap_err(),
-        to_svg_string(&coldplate::chart::heat::HeatFigure::default()).unwrap_err(),
-        to_svg_string(&coldplate::chart::measured::MeasuredFigure::default()).unwrap_err(),
-        to_svg_string(&coldplate::chart::error_overview::ErrorOverview::default()).unwrap_err(),
+        to_svg_string(&coldplate::figures::chart::heat::HeatFigure::default()).unwrap_err(),
+        to_svg_string(&coldplate::figures::chart::measured::MeasuredFigure::default()).unwrap_err(),
+        to_svg_string(&coldplate::figures::chart::error_overview::ErrorOverview::default()).unwrap_err(),
     ] {
         assert_eq!(error.exit_status(), 2);
     }
@@ -475,7 +475,7 @@ impl Figure for Lines {
         Ok((100.0, 50.0))
     }
     fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
-        let dashed = coldplate::chart::canvas::Stroke { colour: style::INK, width: 2.0, dash: style::DASHED };
+        let dashed = coldplate::figures::chart::canvas::Stroke { colour: style::INK, width: 2.0, dash: style::DASHED };
         canvas.line(&self.0, dashed)?;
         canvas.polygon(&self.0, style::SKY, 0.5)
     }

@@ -1,10 +1,10 @@
 //! The HTML report: stands alone, escapes every text, is well formed.
 
-use coldplate::chart::Figure;
-use coldplate::chart::canvas::Canvas;
-use coldplate::chart::surface::Surface;
 use coldplate::error::{Error, Result};
-use coldplate::report::{Align, Cell, KeyFigure, Report, Table, Tone};
+use coldplate::figures::chart::Figure;
+use coldplate::figures::chart::canvas::Canvas;
+use coldplate::figures::chart::surface::Surface;
+use coldplate::figures::report::{Align, Cell, KeyFigure, Report, Table, Tone};
 
 use super::{long::LONG, samples};
 

@@ -1,21 +1,21 @@
 //! Figures with data like those of a real run, and with data as nasty as they come.
 
-use coldplate::chart::acceptability::{AcceptabilityMap, Here, State};
-use coldplate::chart::balance::{BalanceFigure, HeatPair};
-use coldplate::chart::before_after::BeforeAfter;
-use coldplate::chart::error_overview::{ErrorOverview, PointErrors};
-use coldplate::chart::heat::HeatFigure;
-use coldplate::chart::measured::{MeasuredFigure, SensorRow};
-use coldplate::chart::missing::{Interval, IntervalFigure};
-use coldplate::chart::one_factor::{Curve, OneFactorFigure};
-use coldplate::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
-use coldplate::chart::panels::{Panel, PanelsFigure};
-use coldplate::chart::parity::{ParityFigure, Sample};
-use coldplate::chart::ranking::{Ranked, RankingFigure, Standing};
-use coldplate::chart::residual_panels::ResidualPanels;
-use coldplate::chart::residual_sheet::ResidualSheet;
-use coldplate::chart::residuals::ResidualFigure;
-use coldplate::chart::style::Quantity;
+use coldplate::figures::chart::acceptability::{AcceptabilityMap, Here, State};
+use coldplate::figures::chart::balance::{BalanceFigure, HeatPair};
+use coldplate::figures::chart::before_after::BeforeAfter;
+use coldplate::figures::chart::error_overview::{ErrorOverview, PointErrors};
+use coldplate::figures::chart::heat::HeatFigure;
+use coldplate::figures::chart::measured::{MeasuredFigure, SensorRow};
+use coldplate::figures::chart::missing::{Interval, IntervalFigure};
+use coldplate::figures::chart::one_factor::{Curve, OneFactorFigure};
+use coldplate::figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
+use coldplate::figures::chart::panels::{Panel, PanelsFigure};
+use coldplate::figures::chart::parity::{ParityFigure, Sample};
+use coldplate::figures::chart::ranking::{Ranked, RankingFigure, Standing};
+use coldplate::figures::chart::residual_panels::ResidualPanels;
+use coldplate::figures::chart::residual_sheet::ResidualSheet;
+use coldplate::figures::chart::residuals::ResidualFigure;
+use coldplate::figures::chart::style::Quantity;
 
 /// A deterministic scatter in [-1, 1].
 pub fn scatter(k: usize) -> f64 {

@@ -1,8 +1,8 @@
 //! Sweep files into conditions, and what is wrong with them.
 
-use coldplate::machine::Variable;
-use coldplate::reader::Document;
-use coldplate::sweep::{Definition, Plan, Purpose};
+use coldplate::describe::machine::Variable;
+use coldplate::explore::sweep::{Definition, Plan, Purpose};
+use coldplate::foundation::document::Document;
 use coldplate::units::{self, Dimension};
 
 pub fn variables() -> Vec<Variable> {

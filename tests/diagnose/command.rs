@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use coldplate::identify;
-use coldplate::measure::{Data, Row};
-use coldplate::random::Random;
-use coldplate::reader::Document;
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, Row};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
 use serde_json::Value;
 
 use super::twin::SMALL;

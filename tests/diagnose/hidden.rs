@@ -1,13 +1,13 @@
 //! Readings of a machine with lines of its file changed, on another mesh, with noise: what is to be found is written in the test.
 
-use coldplate::diagnose::{Openness, Problem};
-use coldplate::identify;
-use coldplate::machine::Condition;
-use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty};
-use coldplate::random::Random;
-use coldplate::reader::Document;
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::diagnose::{Openness, Problem};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
 
 /// Noise of a reading and a sensor's own error, K.
 const NOISE: f64 = 0.03;
@@ -32,7 +32,7 @@ impl Hidden<'_> {
         let study = Study::new(machine.clone(), Some(200)).unwrap();
         let mut random = Random::new(seed);
         let mut one = || -> Vec<f64> {
-            let of = |v: &coldplate::machine::Variable| {
+            let of = |v: &coldplate::describe::machine::Variable| {
                 let share = random.unit();
                 let free = v.range.map_or(v.default.unwrap_or(0.0), |(low, high)| low + share * (high - low));
                 held.iter().find(|(name, _)| *name == v.name).map_or(free, |(_, value)| *value)

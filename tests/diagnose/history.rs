@@ -1,8 +1,8 @@
 //! Signatures of logs, followed in a few unknowns, beside differences of whole runs.
 
-use coldplate::diagnose::{Act, Scales, hypotheses, signatures};
-use coldplate::identify;
-use coldplate::simulate::Start;
+use coldplate::evidence::diagnose::{Act, Scales, hypotheses, signatures};
+use coldplate::evidence::identify;
+use coldplate::explore::simulate::Start;
 
 use crate::logs::{CELLS, ROW, logs, study, table};
 
@@ -19,7 +19,7 @@ fn compare(start: Start) {
     let scales = Scales::of(&data, &study.model.machine);
     let uncertain = [study.parameter("material.steel.specific_heat").unwrap(), study.parameter("contact.gear.conductance").unwrap()];
     let found = signatures(&study, &data, start, &uncertain, &catalogue, &scales, &[]).unwrap();
-    let run = |study: &coldplate::sensitivity::Study| identify::values_within(study, &data, start, TOLERANCE).unwrap();
+    let run = |study: &coldplate::solve::sensitivity::Study| identify::values_within(study, &data, start, TOLERANCE).unwrap();
     let mut followed = 0;
     let mut worst: (f64, String) = (0.0, String::new());
     for (h, column) in catalogue.iter().zip(&found.columns).filter(|(h, _)| !h.is_sensor()) {

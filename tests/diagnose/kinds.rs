@@ -1,8 +1,8 @@
 //! Kinds that the twins do not draw: an uneven split of parallel channels, losses that follow the temperature, and surfaces that see
 //! each other.
 
-use coldplate::diagnose::{Diagnosis, Law, Verdict, diagnose};
-use coldplate::reader::Document;
+use coldplate::evidence::diagnose::{Diagnosis, Law, Verdict, diagnose};
+use coldplate::foundation::document::Document;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;

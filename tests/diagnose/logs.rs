@@ -1,13 +1,13 @@
 //! Twins over time: nothing where there is nothing, a wrong heat capacity and a slow sensor by name.
 
-use coldplate::diagnose::{Diagnosis, Openness, Problem, Verdict, diagnose};
-use coldplate::identify;
-use coldplate::machine::Condition;
-use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty};
-use coldplate::random::Random;
-use coldplate::reader::Document;
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::diagnose::{Diagnosis, Openness, Problem, Verdict, diagnose};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
 
 /// A motor of its own material and a gear of steel on one cold plate.
 const MACHINE: &str = r#"
@@ -210,7 +210,7 @@ fn told(seed: u64, found: &Diagnosis) -> String {
 
 /// The first explanation is this cause alone, and nearly all of the probability is with explanations that hold it.
 fn is_named(found: &Diagnosis, kind: &str, place: &str) -> bool {
-    let is_this = |p: &coldplate::diagnose::Part| p.hypothesis.kind == kind && p.hypothesis.place == place;
+    let is_this = |p: &coldplate::evidence::diagnose::Part| p.hypothesis.kind == kind && p.hypothesis.place == place;
     let with: f64 = found.explanations.iter().filter(|e| e.parts.iter().any(is_this)).map(|e| e.probability).sum();
     let first = &found.explanations[0];
     matches!(found.verdict, Verdict::Explained | Verdict::CannotTell) && first.parts.len() == 1 && is_this(&first.parts[0]) && with > 0.9

@@ -11,9 +11,9 @@ mod refused;
 #[allow(dead_code)] // the benchmark uses all of it
 mod twin;
 
-use coldplate::diagnose::{Act, Scales, Verdict, diagnose, hypotheses, signatures};
-use coldplate::identify;
-use coldplate::simulate::Start;
+use coldplate::evidence::diagnose::{Act, Scales, Verdict, diagnose, hypotheses, signatures};
+use coldplate::evidence::identify;
+use coldplate::explore::simulate::Start;
 use twin::score::score;
 use twin::{Family, case};
 

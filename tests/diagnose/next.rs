@@ -1,7 +1,7 @@
 //! What is proposed to be measured next tells apart what could not be told apart.
 
-use coldplate::diagnose::{Diagnosis, Law, Problem, Trial, Verdict, diagnose};
-use coldplate::reader::Document;
+use coldplate::evidence::diagnose::{Diagnosis, Law, Problem, Trial, Verdict, diagnose};
+use coldplate::foundation::document::Document;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -37,7 +37,7 @@ fn the_proposed_test_decides() {
     // The same heat is the same at every flow, pressure and with any heater: only another speed tells.
     let variables = &problem.study.model.machine.variables;
     let speed = variables.iter().position(|v| v.name == "motor_speed").unwrap();
-    let changes_speed = |next: &coldplate::diagnose::Next| match next.trial {
+    let changes_speed = |next: &coldplate::evidence::diagnose::Next| match next.trial {
         Trial::Step { variable, .. } => variable == speed,
         Trial::Steady => (next.condition.si()[speed] / SPEED - 1.0).abs() > 0.05,
         _ => false,

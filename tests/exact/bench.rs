@@ -1,9 +1,9 @@
 //! What every test here does: machine text -> mesh -> network -> solution -> numbers, and the comparison.
 
-use coldplate::machine::Machine;
-use coldplate::mesh::Mesh;
-use coldplate::model::{Model, State};
-use coldplate::network::Network;
+use coldplate::describe::machine::Machine;
+use coldplate::discretise::mesh::Mesh;
+use coldplate::discretise::network::Network;
+use coldplate::solve::meshed::{Model, State};
 use coldplate::units::ZERO_CELSIUS;
 
 /// Values of the four variables, for machines that name none of them.

@@ -1,9 +1,9 @@
 //! View factors from the geometry: rays against closed forms, what stands in the way, and the file they are kept in.
 
 use crate::bench::{check, model};
-use coldplate::machine::Machine;
-use coldplate::mesh::Mesh;
-use coldplate::network::{EnclosureViews, Network};
+use coldplate::describe::machine::Machine;
+use coldplate::discretise::mesh::Mesh;
+use coldplate::discretise::network::{EnclosureViews, Network};
 use coldplate::physics::view;
 use std::f64::consts::PI;
 

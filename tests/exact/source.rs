@@ -1,7 +1,7 @@
 //! A source that follows its own temperature.
 
-use coldplate::machine::Machine;
-use coldplate::model::Model;
+use coldplate::describe::machine::Machine;
+use coldplate::solve::meshed::Model;
 
 const POWER: f64 = 20.0;
 const CONDUCTANCE: f64 = 0.5;

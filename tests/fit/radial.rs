@@ -1,8 +1,8 @@
 //! Radial functions against refitting, finite differences and their own definition.
 
 use super::functions::*;
-use coldplate::fit::model::Kernel;
-use coldplate::fit::rbf::{Criterion, System};
+use coldplate::surrogate::fit::model::Kernel;
+use coldplate::surrogate::fit::rbf::{Criterion, System};
 
 const KERNELS: [Kernel; 4] = [Kernel::Gaussian, Kernel::Multiquadric, Kernel::ThinPlate, Kernel::Cubic];
 const SCALES: [f64; 3] = [0.9, 0.6, 1.3];

@@ -1,8 +1,8 @@
 //! A machine whose readings are known in closed form: estimates, intervals, open directions, bounds, priors, scans.
 
-use coldplate::identify::{Options, Scan, identify, next_tests, profile, scan};
-use coldplate::measure::{Data, Uncertainty, VariableUncertainty};
-use coldplate::sensitivity::Study;
+use coldplate::evidence::identify::{Options, Scan, identify, next_tests, profile, scan};
+use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
+use coldplate::solve::sensitivity::Study;
 
 use super::common::{SERIES, condition, problem, study, table};
 

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use coldplate::identify::{Free, Problem};
-use coldplate::machine::Condition;
-use coldplate::measure::{Data, Row, Uncertainty};
-use coldplate::reader::Document;
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::identify::{Free, Problem};
+use coldplate::evidence::measurement::{Data, Row, Uncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::solve::sensitivity::Study;
 use serde_json::Value;
 use statrs::distribution::{Binomial, DiscreteCDF};
 

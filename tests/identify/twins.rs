@@ -1,10 +1,10 @@
 //! Truth from another mesh with planted parameters and noise drawn from the stated covariance, over many seeds.
 
-use coldplate::identify::{Options, identify, profile, values};
-use coldplate::machine::Condition;
-use coldplate::measure::{Data, Uncertainty, VariableUncertainty};
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::identify::{Options, identify, profile, values};
+use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::solve::sensitivity::Study;
 use rayon::prelude::*;
 
 use super::common::{BLOCKS, Normal, condition, is_likely, problem, study, table};

@@ -2,9 +2,9 @@
 
 use crate::bench::{Solved, solve};
 use crate::{close, everything};
-use coldplate::machine::Machine;
-use coldplate::model::Model;
-use coldplate::network::{Network, Surface};
+use coldplate::describe::machine::Machine;
+use coldplate::discretise::network::{Network, Surface};
+use coldplate::solve::meshed::Model;
 
 fn both_meshes() -> [Solved; 2] {
     [15e-3, 5e-3].map(|size| solve(&everything(&["bed", "plate", "other", "bearing"]), size))

@@ -1,8 +1,8 @@
 //! Enclosures: what is refused, where, and with which remedy.
 
-use coldplate::machine::{Machine, Views};
-use coldplate::mesh::Mesh;
-use coldplate::network::Network;
+use coldplate::describe::machine::{Machine, Views};
+use coldplate::discretise::mesh::Mesh;
+use coldplate::discretise::network::Network;
 
 const PLATES: &str = "name = 'plates'
 [part.low]

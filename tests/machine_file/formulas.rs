@@ -1,7 +1,7 @@
 //! Formulas: arithmetic against hand-calculated values, derivatives against differences, errors.
 
 use coldplate::error::Location;
-use coldplate::formula::{Formula, Names, Values};
+use coldplate::foundation::formula::{Formula, Names, Values};
 use coldplate::units::Dimension;
 
 fn names() -> Names {

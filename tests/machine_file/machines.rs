@@ -2,8 +2,10 @@
 
 use std::f64::consts::PI;
 
+use coldplate::describe::machine::{
+    BoundaryLaw, Condition, ContactLaw, Film, Layout, LimitKind, Machine, Place, Property, Reading, Shape, Side,
+};
 use coldplate::error::Kind;
-use coldplate::machine::{BoundaryLaw, Condition, ContactLaw, Film, Layout, LimitKind, Machine, Place, Property, Reading, Shape, Side};
 
 const FULL: &str = include_str!("full.toml");
 

@@ -1,6 +1,6 @@
 //! The strict reader: places, remedies, `--set`, assumptions.
 
-use coldplate::reader::Document;
+use coldplate::foundation::document::Document;
 use coldplate::units::Dimension;
 
 fn parse(text: &str) -> Document {

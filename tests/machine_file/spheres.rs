@@ -1,8 +1,8 @@
 //! Spheres: what is read and what is refused.
 
-use coldplate::machine::{Machine, Shape, Side};
-use coldplate::mesh::Mesh;
-use coldplate::network::Network;
+use coldplate::describe::machine::{Machine, Shape, Side};
+use coldplate::discretise::mesh::Mesh;
+use coldplate::discretise::network::Network;
 
 fn with(rest: &str) -> String {
     format!("name = 'ball'\n[part.ball]\nmaterial = 'steel'\n{rest}\n")

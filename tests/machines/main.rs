@@ -7,8 +7,8 @@ mod teaching;
 
 use std::path::{Path, PathBuf};
 
-use coldplate::machine::{Condition, Machine};
-use coldplate::model::{Model, State};
+use coldplate::describe::machine::{Condition, Machine};
+use coldplate::solve::meshed::{Model, State};
 use coldplate::units::Celsius;
 
 /// A folder of the project.

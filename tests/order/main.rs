@@ -10,8 +10,8 @@ mod bench;
 mod manufactured;
 
 use bench::{model, solve};
-use coldplate::machine::Side;
-use coldplate::mesh::grid::Grid;
+use coldplate::describe::machine::Side;
+use coldplate::discretise::mesh::grid::Grid;
 use manufactured::{Field, errors};
 use std::f64::consts::PI;
 

@@ -1,10 +1,10 @@
 //! A chosen temperature field as the solution of a network.
 
-use coldplate::machine::Side;
-use coldplate::mesh::grid::{Frame, Grid};
-use coldplate::model::Model;
-use coldplate::network::{BoundaryState, HeatSource, Load};
+use coldplate::describe::machine::Side;
+use coldplate::discretise::mesh::grid::{Frame, Grid};
+use coldplate::discretise::network::{BoundaryState, HeatSource, Load};
 use coldplate::solve::Solver;
+use coldplate::solve::meshed::Model;
 
 const SIGMA: f64 = 5.670374419e-8;
 

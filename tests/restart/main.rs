@@ -5,11 +5,11 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
+use coldplate::describe::machine::Variable;
 use coldplate::error::{Error, Result};
-use coldplate::machine::Variable;
-use coldplate::reader::Document;
-use coldplate::sweep::journal::{Header, Journal, Outcome};
-use coldplate::sweep::{Definition, JOURNAL, Options, Plan, Subject, Swept, execute};
+use coldplate::explore::sweep::journal::{Header, Journal, Outcome};
+use coldplate::explore::sweep::{Definition, JOURNAL, Options, Plan, Subject, Swept, execute};
+use coldplate::foundation::document::Document;
 use coldplate::units::Dimension;
 
 /// Names the folder a child process works in.

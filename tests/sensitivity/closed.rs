@@ -1,8 +1,8 @@
 //! Derivatives that are known in closed form.
 
-use coldplate::machine::Condition;
+use coldplate::describe::machine::Condition;
 use coldplate::physics::radiation::SIGMA;
-use coldplate::sensitivity::{Study, Target};
+use coldplate::solve::sensitivity::{Study, Target};
 
 use crate::common::{condition, study_of};
 

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use coldplate::machine::{Condition, Machine};
-use coldplate::model::Model;
-use coldplate::reader::Document;
-use coldplate::sensitivity::Study;
+use coldplate::describe::machine::{Condition, Machine};
+use coldplate::foundation::document::Document;
+use coldplate::solve::meshed::Model;
+use coldplate::solve::sensitivity::Study;
 
 /// The path of a machine of the repository.
 pub fn path(name: &str) -> PathBuf {

@@ -1,8 +1,8 @@
 //! J d against (R(T + e d) - R(T - e d))/2e, and the adjoint identity, at states that are no solution.
 
-use coldplate::machine::Machine;
-use coldplate::model::Model;
-use coldplate::network::Load;
+use coldplate::describe::machine::Machine;
+use coldplate::discretise::network::Load;
+use coldplate::solve::meshed::Model;
 use coldplate::solve::{System, Tangent};
 
 use crate::common::{ENCLOSED, EVERYTHING, SHIPPED, condition, model};

@@ -1,9 +1,9 @@
 //! Candidates straight from the network: against the parameters of the file that mean the same, and against networks that
 //! hold the candidate.
 
-use coldplate::machine::ContactLaw;
-use coldplate::network::{ContactGroup, Joint, NONE, Network};
-use coldplate::sensitivity::{Derivatives, Effect, Study};
+use coldplate::describe::machine::ContactLaw;
+use coldplate::discretise::network::{ContactGroup, Joint, NONE, Network};
+use coldplate::solve::sensitivity::{Derivatives, Effect, Study};
 use coldplate::solve::{Solver, Tangent};
 
 use crate::common::{ENCLOSED, EVERYTHING, condition, study, study_of};

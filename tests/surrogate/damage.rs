@@ -1,7 +1,7 @@
 //! Damaged files: a million of them, none of which may cause a panic or pass unnoticed.
 
-use coldplate::fit::file::encode;
-use coldplate::fit::model::Kernel;
+use coldplate::surrogate::fit::file::encode;
+use coldplate::surrogate::fit::model::Kernel;
 use coldplate_runtime::{OpenError, Surrogate, format};
 
 use crate::examples::*;

@@ -1,6 +1,6 @@
 //! The surrogates that the tests and the runtime's benchmark use.
 
-use coldplate::fit::model::*;
+use coldplate::surrogate::fit::model::*;
 
 /// SplitMix64: a small generator with a fixed sequence.
 pub struct Random(pub u64);

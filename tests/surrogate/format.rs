@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use coldplate::error::Kind;
-use coldplate::fit::file::{decode, encode, open, write};
-use coldplate::fit::model::*;
+use coldplate::surrogate::fit::file::{decode, encode, open, write};
+use coldplate::surrogate::fit::model::*;
 
 use crate::examples::*;
 

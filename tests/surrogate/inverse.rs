@@ -1,8 +1,8 @@
 //! The inverse question on limits whose crossings are known in closed form.
 
-use coldplate::accept::{Inverse, State, free};
-use coldplate::fit::file::{encode, open};
-use coldplate::fit::model::*;
+use coldplate::surrogate::fit::file::{encode, open};
+use coldplate::surrogate::fit::model::*;
+use coldplate::surrogate::verdict::{Inverse, State, free};
 
 use crate::examples::*;
 

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
-use coldplate::accept::batch::{self, Row};
-use coldplate::accept::condition::condition;
 use coldplate::cli::output::Output;
 use coldplate::cli::query::{Args, run};
 use coldplate::error::{Error, Result};
-use coldplate::fit::file::{encode, open, write};
+use coldplate::surrogate::fit::file::{encode, open, write};
+use coldplate::surrogate::verdict::batch::{self, Row};
+use coldplate::surrogate::verdict::condition::condition;
 
 use crate::examples::*;
 

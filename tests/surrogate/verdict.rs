@@ -1,8 +1,8 @@
 //! The rules of the verdict, on surrogates whose values are plain numbers.
 
-use coldplate::accept::{self, State};
-use coldplate::fit::file::{encode, open};
-use coldplate::fit::model::*;
+use coldplate::surrogate::fit::file::{encode, open};
+use coldplate::surrogate::fit::model::*;
+use coldplate::surrogate::verdict::{self, State};
 
 use crate::examples::*;
 
@@ -63,7 +63,7 @@ fn rise_difference_and_spread_add_up_their_bands() {
         limit("spread", LimitKind::Spread(vec![0, 1, 2]), 5.0),
     ];
     let bytes = constant(&points, limits);
-    let answer = accept::query(&open(&bytes).unwrap(), &[20.0]).unwrap();
+    let answer = verdict::query(&open(&bytes).unwrap(), &[20.0]).unwrap();
     let found: Vec<_> = answer.limits.iter().map(|l| (l.value, l.low, l.high, l.margin, l.unit.as_str())).collect();
     assert_eq!(
         found,
@@ -85,7 +85,7 @@ fn the_band_of_a_spread_holds_every_spread_the_bands_allow() {
     for _ in 0..200 {
         let points: Vec<(f64, f64)> = (0..4).map(|_| (30.0 + random.signed(), random.signed().abs())).collect();
         let bytes = constant(&points, vec![limit("s", LimitKind::Spread(vec![0, 1, 2, 3]), 1.0)]);
-        let answer = accept::query(&open(&bytes).unwrap(), &[20.0]).unwrap();
+        let answer = verdict::query(&open(&bytes).unwrap(), &[20.0]).unwrap();
         let spread =
             |values: &[f64]| values.iter().fold(f64::NEG_INFINITY, |a, b| a.max(*b)) - values.iter().fold(f64::INFINITY, |a, b| a.min(*b));
         let mut largest: f64 = 0.0;

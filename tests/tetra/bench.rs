@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use coldplate::gmsh::{Body, Mesh};
-use coldplate::machine::Machine;
-use coldplate::model::{Model, State};
+use coldplate::describe::gmsh::{Body, Mesh};
+use coldplate::describe::machine::Machine;
+use coldplate::solve::meshed::{Model, State};
 use coldplate::units::ZERO_CELSIUS;
 
 /// A file under tests/tetra/meshes.
@@ -102,7 +102,8 @@ pub struct Tets {
 impl Tets {
     pub fn read(name: &str) -> Self {
         let body: Body = Mesh::read(&fixture(name)).unwrap().body(None, 1.0).unwrap();
-        let named = |s: &coldplate::gmsh::NamedSurface| (s.name.clone(), s.faces.iter().map(|f| body.faces[*f as usize]).collect());
+        let named =
+            |s: &coldplate::describe::gmsh::NamedSurface| (s.name.clone(), s.faces.iter().map(|f| body.faces[*f as usize]).collect());
         Self { points: body.points.clone(), tetrahedra: body.tetrahedra.clone(), surfaces: body.surfaces.iter().map(named).collect() }
     }
 

@@ -1,9 +1,9 @@
 //! Imported volumes beside enclosures and spheres: what they shade and cover, and what is refused.
 
-use coldplate::machine::Machine;
-use coldplate::mesh::Mesh;
-use coldplate::model::Model;
-use coldplate::network::EnclosureViews;
+use coldplate::describe::machine::Machine;
+use coldplate::discretise::mesh::Mesh;
+use coldplate::discretise::network::EnclosureViews;
+use coldplate::solve::meshed::Model;
 
 use crate::bench::{check, fixture, machine, solve};
 

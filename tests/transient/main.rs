@@ -7,8 +7,8 @@ mod storage;
 mod water;
 
 use bench::{CONDITION, model};
-use coldplate::model::Model;
-use coldplate::network::Load;
+use coldplate::discretise::network::Load;
+use coldplate::solve::meshed::Model;
 use coldplate::solve::transient::{Settings, State, Transient};
 use coldplate::units::ZERO_CELSIUS;
 

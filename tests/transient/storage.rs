@@ -1,6 +1,6 @@
 //! Heat that is stored: a capacity that depends on temperature, contacts between bodies that store, and the account of it.
 
-use coldplate::network::{HeatSource, Load};
+use coldplate::discretise::network::{HeatSource, Load};
 use coldplate::solve::transient::{Settings, Transient};
 
 use super::bench::{CONDITION, model};

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::close;
 use crate::bench::{CONDITION, model};
-use coldplate::machine::Machine;
-use coldplate::model::Model;
-use coldplate::network::Load;
+use coldplate::describe::machine::Machine;
+use coldplate::discretise::network::Load;
+use coldplate::solve::meshed::Model;
 use coldplate::solve::transient::{Settings, Transient};
 use coldplate::units::ZERO_CELSIUS;
 

@@ -1,11 +1,11 @@
 //! Where the heat goes at the measured conditions, in the machine as it is and with the best explanation.
 
-use crate::diagnose::{Diagnosis, Problem};
+use crate::describe::machine::Condition;
 use crate::error::Result;
-use crate::machine::Condition;
-use crate::measure::Data;
-use crate::model::{Flows, Model, OutletSensor, State};
-use crate::sensitivity::Study;
+use crate::evidence::diagnose::{Diagnosis, Problem};
+use crate::evidence::measurement::Data;
+use crate::solve::meshed::{Flows, Model, OutletSensor, State};
+use crate::solve::sensitivity::Study;
 
 /// Most conditions that are balanced.
 const MOST: usize = 12;

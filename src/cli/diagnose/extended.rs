@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::super::text::significant;
-use crate::diagnose::{Diagnosis, Problem, Scales, Verdict, sentence};
+use crate::describe::machine::Machine;
 use crate::error::Result;
-use crate::machine::Machine;
-use crate::reader::{Document, Leaf, name_of};
+use crate::evidence::diagnose::{Diagnosis, Problem, Scales, Verdict, sentence};
+use crate::foundation::document::{Document, Leaf, name_of};
 
 /// The file as it is to be written.
 #[derive(Debug)]

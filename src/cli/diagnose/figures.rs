@@ -1,17 +1,17 @@
 //! Figures of a diagnosis, from its numbers.
 
 use super::{Found, words};
-use crate::chart::balance::{BalanceFigure, HeatPair};
-use crate::chart::before_after::BeforeAfter;
-use crate::chart::missing::{Interval, IntervalFigure};
-use crate::chart::ranking::{Ranked, RankingFigure, Standing};
-use crate::chart::residual_panels::ResidualPanels;
-use crate::chart::residual_sheet::ResidualSheet;
-use crate::chart::style::Quantity;
-use crate::diagnose::{Law, Verdict};
-use crate::machine::{Condition, Machine};
-use crate::measure::{Data, whiten};
-use crate::model::Flows;
+use crate::describe::machine::{Condition, Machine};
+use crate::evidence::diagnose::{Law, Verdict};
+use crate::evidence::measurement::{Data, whiten};
+use crate::figures::chart::balance::{BalanceFigure, HeatPair};
+use crate::figures::chart::before_after::BeforeAfter;
+use crate::figures::chart::missing::{Interval, IntervalFigure};
+use crate::figures::chart::ranking::{Ranked, RankingFigure, Standing};
+use crate::figures::chart::residual_panels::ResidualPanels;
+use crate::figures::chart::residual_sheet::ResidualSheet;
+use crate::figures::chart::style::Quantity;
+use crate::solve::meshed::Flows;
 use crate::units::{celsius, express};
 
 /// Most columns of a sheet.
@@ -198,7 +198,7 @@ pub(super) fn ranking(found: &Found<'_>) -> RankingFigure {
 /// Heat that every part alone would have to give; `None` where no part could show.
 pub(super) fn missing(found: &Found<'_>) -> Option<IntervalFigure> {
     let diagnosis = found.diagnosis;
-    let row = |m: &crate::diagnose::MissingHeat| Interval {
+    let row = |m: &crate::evidence::diagnose::MissingHeat| Interval {
         name: m.part.clone(),
         value: m.watts,
         ends: (m.watts - TWO_SIDED_90 * m.deviation, m.watts + TWO_SIDED_90 * m.deviation),
@@ -263,7 +263,7 @@ pub(super) fn balance(found: &Found<'_>) -> Option<BalanceFigure> {
 }
 
 fn fixed(machine: &Machine, condition: &Condition) -> Vec<(Quantity, f64)> {
-    let of = |(v, si): (&crate::machine::Variable, &f64)| {
+    let of = |(v, si): (&crate::describe::machine::Variable, &f64)| {
         let shown = express(*si, &v.unit, v.dimension).unwrap_or(*si);
         // Five digits: the conversion to SI and back must not show.
         (Quantity::new(&v.name, &v.unit), format!("{shown:.4e}").parse().unwrap_or(shown))

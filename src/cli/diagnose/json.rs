@@ -5,9 +5,9 @@ use serde_json::{Map, Value, json};
 use super::super::condition;
 use super::energy::Balance;
 use super::{Found, name, next, number};
-use crate::diagnose::{Explanation, Part, Verdict, sentence};
-use crate::measure::whiten;
-use crate::model::Flows;
+use crate::evidence::diagnose::{Explanation, Part, Verdict, sentence};
+use crate::evidence::measurement::whiten;
+use crate::solve::meshed::Flows;
 use crate::units::celsius;
 
 /// The whole answer.

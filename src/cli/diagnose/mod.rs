@@ -14,11 +14,11 @@ use std::path::{Path, PathBuf};
 use super::condition::pair_of;
 use super::measured;
 use super::output::Output;
-use crate::diagnose::{self, Diagnosis, Explanation, Openness, Problem, UserKind, Verdict, hypotheses, sentence};
 use crate::error::{Error, Result, did_you_mean};
-use crate::files;
-use crate::reader::{Document, quoted};
-use crate::sensitivity::{Parameter, Study};
+use crate::evidence::diagnose::{self, Diagnosis, Explanation, Openness, Problem, UserKind, Verdict, hypotheses, sentence};
+use crate::foundation::atomic_file;
+use crate::foundation::document::{Document, quoted};
+use crate::solve::sensitivity::{Parameter, Study};
 use crate::units::{Dimension, parse};
 use energy::Energy;
 use extended::Extended;
@@ -76,7 +76,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         if !report.extension().is_some_and(|e| e == "html" || e == "htm") {
             return Err(Error::input("a report is an HTML file").in_file(report).at_key("--report").help("end the name in .html"));
         }
-        files::check(report).map_err(|e| e.at_key("--report"))?;
+        atomic_file::check(report).map_err(|e| e.at_key("--report"))?;
     }
     if let Some(surrogate) = &args.surrogate {
         measured::must_be_new(surrogate, "--surrogate")?;
@@ -108,10 +108,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         None => None,
     };
     if let Some(extended) = &extended {
-        files::write(&extended.path, extended.text.as_bytes())?;
+        atomic_file::write(&extended.path, extended.text.as_bytes())?;
     }
     if let Some(fit) = refitted.as_ref().and_then(|r| r.fit.as_ref()) {
-        files::write(&fit.path, &fit.bytes)?;
+        atomic_file::write(&fit.path, &fit.bytes)?;
     }
     if let (Some(report), Some(path)) = (report, &args.report) {
         report.write(path)?;
@@ -206,7 +206,7 @@ fn capital(text: &str) -> String {
 }
 
 /// A kind that is not to be tried, which must be one that this machine and these data have.
-fn kind_named(text: &str, study: &Study, data: &crate::measure::Data, user: &[UserKind]) -> Result<String> {
+fn kind_named(text: &str, study: &Study, data: &crate::evidence::measurement::Data, user: &[UserKind]) -> Result<String> {
     let mut kinds: Vec<&str> = hypotheses(study, data, user).iter().map(|h| h.kind).collect();
     kinds.sort_unstable();
     kinds.dedup();

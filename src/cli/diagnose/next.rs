@@ -5,8 +5,8 @@ use serde_json::{Map, Value, json};
 use super::super::condition::{self, value};
 use super::super::text::significant;
 use super::{Found, number};
-use crate::diagnose::{Next, Trial};
-use crate::machine::Machine;
+use crate::describe::machine::Machine;
+use crate::evidence::diagnose::{Next, Trial};
 
 /// A test as one would ask for it.
 pub(super) fn test_words(machine: &Machine, next: &Next) -> String {

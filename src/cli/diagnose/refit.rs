@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 
 use super::super::output::Output;
 use super::Extended;
-use crate::accept;
-use crate::diagnose::Problem;
 use crate::error::{Error, Result};
-use crate::fit::file;
-pub(super) use crate::job::refit::check;
-use crate::job::refit::{Refit, refit};
-use crate::measure::Data;
-use crate::reader::Document;
-use crate::sensitivity::Study;
+use crate::evidence::diagnose::Problem;
+use crate::evidence::measurement::Data;
+use crate::foundation::document::Document;
+pub(super) use crate::pipeline::refit::check;
+use crate::pipeline::refit::{Refit, refit};
+use crate::solve::sensitivity::Study;
+use crate::surrogate::fit::file;
+use crate::surrogate::verdict;
 use crate::units::{celsius, express};
 
 /// What came of `--surrogate`.
@@ -111,10 +111,10 @@ fn errors(bytes: &[u8], study: &Study, data: &Data) -> Result<Option<(f64, usize
             x.push(express(row.condition.si()[at], v.unit, machine.variables[at].dimension)?);
         }
         // What the design held must be what was measured at.
-        let is_held = |(v, variable): (usize, &crate::machine::Variable)| {
+        let is_held = |(v, variable): (usize, &crate::describe::machine::Variable)| {
             varied[v] || variable.default.is_none_or(|d| (d - row.condition.si()[v]).abs() <= 1e-6 * d.abs().max(1e-12))
         };
-        let answer = accept::query(&surrogate, &x)?;
+        let answer = verdict::query(&surrogate, &x)?;
         let is_covered = answer.in_domain && machine.variables.iter().enumerate().all(is_held);
         for (reading, name) in row.readings.iter().zip(&data.names) {
             let (Some(reading), Some(point)) = (reading, answer.temperatures.iter().find(|t| t.name == *name)) else { continue };

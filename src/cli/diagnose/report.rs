@@ -4,11 +4,11 @@ use super::super::text::short;
 use super::energy::Balance;
 use super::next::test_words;
 use super::{Found, capital, figures, name, words};
-use crate::diagnose::Verdict;
 use crate::error::Result;
-use crate::measure::whiten;
-use crate::reader::name_of;
-use crate::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
+use crate::evidence::diagnose::Verdict;
+use crate::evidence::measurement::whiten;
+use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
+use crate::foundation::document::name_of;
 
 /// Rows of a table of residuals; longer ones say little to a reader.
 const ROWS: usize = 60;
@@ -199,7 +199,7 @@ fn flows(found: &Found<'_>, balances: &[Balance]) -> Table {
     for balance in balances {
         let mut cells = vec![text(&balance.test)];
         for (is_source, name) in &names {
-            let of = |flows: &crate::model::Flows| {
+            let of = |flows: &crate::solve::meshed::Flows| {
                 let pairs = if *is_source { &flows.sources } else { &flows.sinks };
                 pairs.iter().find(|(n, _)| n == *name).map(|(_, q)| *q)
             };

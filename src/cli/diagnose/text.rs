@@ -3,7 +3,7 @@
 use super::super::text::{short, table};
 use super::next::test_words;
 use super::{Found, words};
-use crate::diagnose::Verdict;
+use crate::evidence::diagnose::Verdict;
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Found<'_>) -> String {

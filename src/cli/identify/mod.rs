@@ -10,10 +10,10 @@ use super::condition::pair_of;
 use super::measured;
 use super::output::Output;
 use crate::error::{Error, Result, did_you_mean};
-use crate::files;
-use crate::identify::{self, Free, Options, Problem};
-use crate::measure::Data;
-use crate::sensitivity::Study;
+use crate::evidence::identify::{self, Free, Options, Problem};
+use crate::evidence::measurement::Data;
+use crate::foundation::atomic_file;
+use crate::solve::sensitivity::Study;
 use show::Found;
 
 /// Parameters of a machine file from measured data
@@ -108,7 +108,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         None => None,
     };
     let text = identify::write_machine(&problem, &estimate, &problem.data.tests())?;
-    files::write(&path, text.as_bytes())?;
+    atomic_file::write(&path, text.as_bytes())?;
     let found = Found {
         problem: &problem,
         estimate: &estimate,

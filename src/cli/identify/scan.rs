@@ -8,13 +8,13 @@ use serde_json::{Value, json};
 
 use super::super::output::Output;
 use super::Args;
-use crate::chart::draw_as;
-use crate::chart::style::Quantity;
-use crate::chart::valley::{Trace, ValleyFigure};
 use crate::error::{Error, Result};
-use crate::identify::{self, Problem, Scan};
-use crate::measure::whiten;
-use crate::sensitivity::{Parameter, Study};
+use crate::evidence::identify::{self, Problem, Scan};
+use crate::evidence::measurement::whiten;
+use crate::figures::chart::draw_as;
+use crate::figures::chart::style::Quantity;
+use crate::figures::chart::valley::{Trace, ValleyFigure};
+use crate::solve::sensitivity::{Parameter, Study};
 use crate::units::{celsius, parse};
 
 /// The grid of two parameters.

@@ -6,8 +6,8 @@ use serde_json::{Map, Value, json};
 
 use super::super::condition::{to_json, words};
 use super::super::text::{significant, table};
-use crate::identify::{Advice, Estimate, Problem, Profile};
-use crate::measure::{Data, whiten};
+use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
+use crate::evidence::measurement::{Data, whiten};
 use crate::units::celsius;
 
 /// What was found, for a reader and for programs.

@@ -13,8 +13,8 @@ pub mod water;
 use super::balance::balance;
 use super::steady::Solver;
 use super::system::System;
+use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
-use crate::network::{Load, Network};
 use stage::Stage;
 use water::Parcels;
 
@@ -148,7 +148,7 @@ impl<'a> Transient<'a> {
             temperatures[*node as usize] = load.fixed[*index as usize];
         }
         let area = |diameter: f64| std::f64::consts::PI / 4.0 * diameter * diameter;
-        let fill = |s: &crate::network::Stream| s.stations.iter().map(|k| (area(s.diameter) * k.length, temperature)).collect();
+        let fill = |s: &crate::discretise::network::Stream| s.stations.iter().map(|k| (area(s.diameter) * k.length, temperature)).collect();
         let water = self.network.streams.iter().map(fill).collect();
         State { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
     }

@@ -3,8 +3,8 @@
 use super::super::csr::norm;
 use super::stage::Preconditioner;
 use super::{State, Transient};
+use crate::discretise::network::{Load, StreamState};
 use crate::error::{Error, Result};
-use crate::network::{Load, StreamState};
 
 /// Capacity over time (1/s times J/K) that keeps what stores heat in its place while the rest is solved for.
 const STIFFNESS: f64 = 1e6;

@@ -8,8 +8,8 @@ use super::super::multigrid::{Multigrid, Workspace};
 use super::super::system::System;
 use super::water::{Carried, Flow, Parcels, Passage, mixed};
 use super::{State, Transient};
+use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result};
-use crate::network::{Load, Network, StreamState};
 
 /// Nodal residuals that may remain, over the heat that passes through.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
@@ -107,7 +107,7 @@ impl Streams<'_> {
     fn carry(&self, wall: &dyn Fn(usize) -> f64, parcels: &[Parcels], inflows: &[Flow]) -> Vec<Carried> {
         let mut found: Vec<Carried> = vec![Carried::default(); self.passages.len()];
         for (tree, inflow) in self.network.circuits.iter().zip(inflows) {
-            for s in crate::network::stream::members(&tree.layout) {
+            for s in crate::discretise::network::stream::members(&tree.layout) {
                 let stream = &self.network.streams[s];
                 let walls: Vec<f64> = stream.stations.iter().map(|k| k.cells.iter().map(|(n, w)| w * wall(*n)).sum()).collect();
                 let entering = if stream.upstream.is_empty() {
@@ -318,7 +318,7 @@ fn gathered(streams: &Streams<'_>, before: &[Parcels], inflows: &[Flow], carried
     let zero = inflows.iter().flatten().next().map_or(300.0, |(_, t)| *t);
     let heat = |flow: &Flow| flow.iter().map(|(share, t)| share * (t - zero)).sum::<f64>();
     for (c, tree) in streams.network.circuits.iter().enumerate() {
-        for s in crate::network::stream::members(&tree.layout) {
+        for s in crate::discretise::network::stream::members(&tree.layout) {
             let passage = &streams.passages[s];
             if streams.network.streams[s].upstream.is_empty() {
                 found.brought += passage.moved() * heat(&inflows[c]);
@@ -328,7 +328,7 @@ fn gathered(streams: &Streams<'_>, before: &[Parcels], inflows: &[Flow], carried
             found.dissipated += carried[s].dissipated;
         }
         // The ends of the circuit: streams that feed no other.
-        for s in crate::network::stream::members(&tree.layout) {
+        for s in crate::discretise::network::stream::members(&tree.layout) {
             if !streams.network.streams.iter().any(|t| t.upstream.contains(&s)) {
                 found.brought -= streams.passages[s].moved() * heat(&carried[s].outflow);
             }

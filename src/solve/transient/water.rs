@@ -5,8 +5,8 @@
 //! the path of a piece's middle the plug-flow solution in each station is exact. What the water loses is
 //! what the wall gains, to rounding.
 
-use crate::network::StreamState;
-use crate::network::stream::Stream;
+use crate::discretise::network::StreamState;
+use crate::discretise::network::stream::Stream;
 
 /// Parcels from inlet to outlet: volume m³ and temperature K.
 pub type Parcels = Vec<(f64, f64)>;

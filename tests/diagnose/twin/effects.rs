@@ -1,8 +1,8 @@
 //! What goes wrong in such machines, with magnitudes as they have them.
 
-use coldplate::diagnose::Law;
-use coldplate::random::Random;
-use coldplate::sensitivity::Study;
+use coldplate::evidence::diagnose::Law;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
 
 use super::{Hidden, between, choose};
 
@@ -15,7 +15,7 @@ pub fn effect(study: &Study, sensors: &[usize], random: &mut Random) -> Hidden {
         let p = study.parameter(&key).ok()?;
         Some(p.to_set(p.value * factor, machine).ok()?.into_iter().collect())
     };
-    let total: f64 = coldplate::network::Load::at(machine, &machine.condition(&[]).unwrap()).unwrap().powers.iter().sum();
+    let total: f64 = coldplate::discretise::network::Load::at(machine, &machine.condition(&[]).unwrap()).unwrap().powers.iter().sum();
     loop {
         let made: Option<Hidden> = match (random.unit() * 14.0) as usize {
             0 => {
@@ -197,12 +197,12 @@ fn heat(part: String, watts: f64, law: Law) -> Hidden {
 /// A source's own heat wrong, or other heat where a source is: at one speed the same.
 pub fn inseparable(study: &Study, random: &mut Random) -> Hidden {
     let machine = &study.model.machine;
-    let load = coldplate::network::Load::at(machine, &machine.condition(&[]).unwrap()).unwrap();
+    let load = coldplate::discretise::network::Load::at(machine, &machine.condition(&[]).unwrap()).unwrap();
     let total: f64 = load.powers.iter().sum();
     loop {
         let s = ((random.unit() * machine.sources.len() as f64) as usize).min(machine.sources.len() - 1);
         let source = &machine.sources[s];
-        let [coldplate::machine::Place::Part(part)] = source.places.as_slice() else { continue };
+        let [coldplate::describe::machine::Place::Part(part)] = source.places.as_slice() else { continue };
         let watts = total * between(random, 0.02, 0.1);
         // As much as either could be.
         let share = watts / load.powers[s];

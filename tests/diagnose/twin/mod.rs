@@ -6,14 +6,14 @@
 mod effects;
 pub mod score;
 
-use coldplate::diagnose::{Law, Openness, Problem, Scales};
-use coldplate::identify;
-use coldplate::machine::Condition;
-use coldplate::measure::{Data, Row, Uncertainty, VariableUncertainty, Whitener};
-use coldplate::random::Random;
-use coldplate::reader::Document;
-use coldplate::sensitivity::Study;
-use coldplate::simulate::Start;
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::diagnose::{Law, Openness, Problem, Scales};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, Whitener};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
 
 /// What was hidden.
 #[derive(Debug, Clone, PartialEq)]
@@ -243,7 +243,7 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
     }
     let noise = between(&mut random, 0.03, 0.1);
     let bias = between(&mut random, 0.03, 0.1);
-    let spread = |v: &coldplate::machine::Variable| match v.name.as_str() {
+    let spread = |v: &coldplate::describe::machine::Variable| match v.name.as_str() {
         "coolant_temperature" => VariableUncertainty { absolute: 0.06, relative: 0.0 },
         "coolant_flow" => VariableUncertainty { absolute: 0.0, relative: 0.015 },
         "ambient_temperature" => VariableUncertainty { absolute: 0.15, relative: 0.0 },

@@ -1,8 +1,8 @@
 //! How an answer stands beside what was hidden.
 
-use coldplate::diagnose::{Diagnosis, Explanation, Part, Scales, Verdict};
-use coldplate::machine::Place;
-use coldplate::measure::Whitener;
+use coldplate::describe::machine::Place;
+use coldplate::evidence::diagnose::{Diagnosis, Explanation, Part, Scales, Verdict};
+use coldplate::evidence::measurement::Whitener;
 
 use super::{Case, Hidden};
 

@@ -1,0 +1,200 @@
+//! A condition of a machine, and the value of every name its formulas use there.
+
+use std::f64::consts::PI;
+
+use super::Machine;
+use crate::error::{Error, Result};
+use crate::foundation::formula::{Names, Values};
+use crate::physics::drive;
+use crate::units::{self, Dimension};
+
+/// A value (SI) for every variable of a machine, in the order of [`Machine::variables`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    si: Vec<f64>,
+}
+
+impl Condition {
+    /// From SI values in the order of [`Machine::variables`].
+    pub fn from_si(si: Vec<f64>) -> Self {
+        Self { si }
+    }
+
+    /// The SI values in the order of [`Machine::variables`].
+    pub fn si(&self) -> &[f64] {
+        &self.si
+    }
+}
+
+/// One slot of a machine's formula names.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Meaning {
+    /// Variable in SI.
+    Si(usize),
+    /// Variable in another unit: SI = scale * value + offset.
+    InUnit {
+        /// Index into the variables.
+        variable: usize,
+        /// SI per unit.
+        scale: f64,
+        /// SI at the unit's zero.
+        offset: f64,
+    },
+    /// A quantity of a drive: index of the drive, and of the quantity in `Heats::named`.
+    Drive(usize, usize),
+    /// A definition.
+    Definition(usize),
+}
+
+/// The names of a machine's formulas with their meanings, slot by slot.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Symbols {
+    pub(super) names: Names,
+    pub(super) meanings: Vec<Meaning>,
+    /// Slots of the definitions, in the order of `Machine::definitions`.
+    pub(super) definition_slots: Vec<usize>,
+}
+
+impl Symbols {
+    /// Adds a name; see [`Names::add`].
+    pub(super) fn add(&mut self, name: &str, meaning: Meaning) -> Result<usize> {
+        let slot = self.names.add(name)?;
+        self.meanings.push(meaning);
+        Ok(slot)
+    }
+}
+
+/// What a drive gives to formulas: name after the drive's own, and what [`drive_quantities`] says.
+pub(super) const DRIVE_NAMES: [&str; 7] = ["motor_W", "reducer_W", "screw_W", "rail_W", "bearing_W", "velocity_m_s", "torque_N_m"];
+
+/// The quantities of a drive in the order of [`DRIVE_NAMES`], at `speed` (rad/s).
+fn drive_quantities(parameters: &drive::Parameters, speed: f64) -> [f64; 7] {
+    let heats = drive::heats(parameters, speed);
+    [heats.motor, heats.reducer, heats.screw, heats.rail, heats.bearing, heats.velocity, heats.torques.starting]
+}
+
+/// Their derivatives with respect to the speed. All are polynomials of degree two or less on either side of
+/// standstill, for which the central difference is exact; at standstill it is the mean of the two sides.
+fn drive_slopes(parameters: &drive::Parameters, speed: f64) -> [f64; 7] {
+    let step = if speed == 0.0 { 1.0 } else { speed.abs() / 2.0 };
+    let (above, below) = (drive_quantities(parameters, speed + step), drive_quantities(parameters, speed - step));
+    std::array::from_fn(|i| (above[i] - below[i]) / (2.0 * step))
+}
+
+impl Machine {
+    /// A condition from names and values with units; variables not named take their defaults.
+    ///
+    /// # Errors
+    /// An unknown or repeated name, a value that cannot be read, a variable without value and without default.
+    pub fn condition(&self, given: &[(&str, &str)]) -> Result<Condition> {
+        let mut values: Vec<Option<f64>> = vec![None; self.variables.len()];
+        for (name, text) in given {
+            let Some(at) = self.variables.iter().position(|v| v.name == *name) else {
+                let known: Vec<&str> = self.variables.iter().map(|v| v.name.as_str()).collect();
+                let error = Error::input(format!("'{name}' is not a variable of this machine")).at_key(*name).read(text);
+                return Err(error.help(crate::foundation::document::suggestion(name, &known)));
+            };
+            if values[at].is_some() {
+                return Err(Error::input("this variable is given twice").at_key(*name).read(text).help("give it once"));
+            }
+            let variable = &self.variables[at];
+            let value = units::parse(text, variable.dimension).map_err(|e| e.at_key(*name))?;
+            if !value.is_finite() {
+                return Err(Error::input("the number is too large").at_key(*name).read(text));
+            }
+            check_variable(name, value).map_err(|e| e.at_key(*name).read(text))?;
+            values[at] = Some(value);
+        }
+        let or_default = self.variables.iter().zip(values).map(|(variable, value)| {
+            value.or(variable.default).ok_or_else(|| {
+                let example = variable.range.and_then(|(low, _)| units::express(low, &variable.unit, variable.dimension).ok());
+                let example = example.map_or(variable.dimension.example().to_string(), |v| format!("\"{v} {}\"", variable.unit));
+                Error::input(format!("the condition needs a value for '{}'", variable.name))
+                    .at_key(&variable.name)
+                    .help(format!("give one, for example {example}, or a default under [variables.{}] in the machine file", variable.name))
+            })
+        });
+        Ok(Condition { si: or_default.collect::<Result<_>>()? })
+    }
+
+    /// The value of every name that formulas use, at `condition`.
+    ///
+    /// # Errors
+    /// The condition has not one finite value per variable; a drive's speed or a definition is not finite there.
+    pub fn values(&self, condition: &Condition) -> Result<Values> {
+        if condition.si.len() != self.variables.len() || condition.si.iter().any(|v| !v.is_finite()) {
+            return Err(Error::input(format!("a condition of this machine is {} finite numbers", self.variables.len())));
+        }
+        let mut values = Values(vec![0.0; self.symbols.meanings.len()]);
+        for (value, meaning) in values.0.iter_mut().zip(&self.symbols.meanings) {
+            match *meaning {
+                Meaning::Si(variable) => *value = condition.si[variable],
+                Meaning::InUnit { variable, scale, offset } => *value = (condition.si[variable] - offset) / scale,
+                Meaning::Drive(..) | Meaning::Definition(_) => {}
+            }
+        }
+        let quantities = self.drives.iter().map(|d| Ok(drive_quantities(&d.parameters, d.speed.evaluate(&values)?)));
+        let quantities: Vec<[f64; 7]> = quantities.collect::<Result<_>>()?;
+        self.fill_drives(&mut values, &quantities);
+        for (definition, slot) in self.definitions.iter().zip(&self.symbols.definition_slots) {
+            values.0[*slot] = definition.formula.evaluate(&values)?;
+        }
+        Ok(values)
+    }
+
+    /// The derivative of every name with respect to one variable (index into [`Machine::variables`], per SI unit):
+    /// the second argument of [`crate::foundation::formula::Formula::derivative`]. Drives and definitions are followed.
+    ///
+    /// # Errors
+    /// As [`Machine::values`]; a derivative is not finite; there is no such variable.
+    pub fn tangent(&self, condition: &Condition, variable: usize) -> Result<Values> {
+        if variable >= self.variables.len() {
+            return Err(Error::input(format!("this machine has {} variables, not {}", self.variables.len(), variable + 1)));
+        }
+        let values = self.values(condition)?;
+        let mut tangent = Values(vec![0.0; values.0.len()]);
+        for (slope, meaning) in tangent.0.iter_mut().zip(&self.symbols.meanings) {
+            match *meaning {
+                Meaning::Si(v) if v == variable => *slope = 1.0,
+                Meaning::InUnit { variable: v, scale, .. } if v == variable => *slope = 1.0 / scale,
+                _ => {}
+            }
+        }
+        let mut slopes = Vec::with_capacity(self.drives.len());
+        for drive in &self.drives {
+            let along = drive.speed.derivative(&values, &tangent)?;
+            slopes.push(drive_slopes(&drive.parameters, drive.speed.evaluate(&values)?).map(|slope| slope * along));
+        }
+        self.fill_drives(&mut tangent, &slopes);
+        for (definition, slot) in self.definitions.iter().zip(&self.symbols.definition_slots) {
+            tangent.0[*slot] = definition.formula.derivative(&values, &tangent)?;
+        }
+        Ok(tangent)
+    }
+
+    fn fill_drives(&self, values: &mut Values, quantities: &[[f64; 7]]) {
+        for (value, meaning) in values.0.iter_mut().zip(&self.symbols.meanings) {
+            if let Meaning::Drive(drive, quantity) = *meaning {
+                *value = quantities[drive][quantity];
+            }
+        }
+    }
+}
+
+/// What no condition may say of the four variables that always exist.
+pub(super) fn check_variable(name: &str, si: f64) -> Result<()> {
+    if name == "coolant_flow" && si < 0.0 {
+        return Err(Error::input("the coolant flow is negative").help("write the amount; the circuit says the direction"));
+    }
+    Ok(())
+}
+
+/// SI value of one and of zero of a unit, for a variable shown in it.
+pub(super) fn scale_of(unit: &str, dimension: Dimension) -> Result<(f64, f64)> {
+    match (dimension == Dimension::TEMPERATURE, unit) {
+        (true, "K") => Ok((1.0, 0.0)),
+        (true, _) => units::convert(0.0, unit, dimension).map(|_| (1.0, units::ZERO_CELSIUS)),
+        _ if dimension == Dimension::ANGULAR_SPEED && unit == "rpm" => Ok((PI / 30.0, 0.0)),
+        _ => units::convert(1.0, unit, dimension).map(|scale| (scale, 0.0)),
+    }
+}

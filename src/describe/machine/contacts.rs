@@ -1,0 +1,328 @@
+//! Contacts, boundaries and radiation links: what joins parts, nodes and surroundings.
+
+use super::condition::Symbols;
+use super::geometry::emissivity;
+use super::library::property;
+use super::names::Index;
+use super::variables::{formula, formula_or};
+use super::{Face, Property};
+use crate::error::Result;
+use crate::foundation::document::Section;
+use crate::foundation::formula::Formula;
+use crate::physics::contact::{AIR_MEAN_FREE_PATH, Asperities, Gas, Rough, rarefaction_length};
+use crate::units::Dimension;
+
+/// Something a contact, source or link can attach to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// A whole part.
+    Part(usize),
+    /// A face of a part.
+    Face(Face),
+    /// A lumped node.
+    Node(usize),
+}
+
+/// A named contact between two places.
+#[derive(Debug, Clone)]
+pub struct Contact {
+    /// Name.
+    pub name: String,
+    /// The two sides.
+    pub between: [Place; 2],
+    /// Its law.
+    pub law: ContactLaw,
+    /// Area, m². Needed where a lumped node takes part; for two parts the touching area is
+    /// computed, and this, where given, replaces it in total (hA = h x area).
+    pub area: Option<f64>,
+    /// Line in the machine file.
+    pub line: usize,
+}
+
+/// How heat crosses a contact.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ContactLaw {
+    /// Perfect.
+    Bonded,
+    /// Constant conductance, W/(m² K).
+    Conductance(f64),
+    /// Total conductance, W/K, spread over the true area.
+    Total(f64),
+    /// Conductance (W/(m² K)) against mean interface temperature (K).
+    OfTemperature(Property),
+    /// Conductance against contact pressure (Pa), evaluated at `pressure`.
+    OfPressure {
+        /// Piecewise-linear table of (Pa, W/(m² K)).
+        table: Vec<(f64, f64)>,
+        /// Contact pressure, Pa.
+        pressure: f64,
+    },
+    /// Cooper-Mikic-Yovanovich solid spots with gap gas and radiation in parallel.
+    Rough(crate::physics::contact::Rough),
+    /// No heat crosses.
+    Insulated,
+}
+
+/// A prescribed thermal condition on faces.
+#[derive(Debug, Clone)]
+pub struct Boundary {
+    /// Name.
+    pub name: String,
+    /// The faces it applies to.
+    pub faces: Vec<Face>,
+    /// What is prescribed.
+    pub law: BoundaryLaw,
+}
+
+/// What a boundary prescribes.
+#[derive(Debug, Clone)]
+pub enum BoundaryLaw {
+    /// Surface temperature, K.
+    Temperature(Formula),
+    /// Film coefficient W/(m² K) to a fluid at a temperature (K).
+    Film(Formula, Formula),
+    /// Heat flux into the machine, W/m².
+    Flux(Formula),
+    /// Radiation to a temperature (K) with an emissivity.
+    Radiation(f64, Formula),
+}
+
+/// Radiation between two places that face each other.
+#[derive(Debug, Clone)]
+pub struct RadiationLink {
+    /// Name.
+    pub name: String,
+    /// The two surfaces.
+    pub between: [Place; 2],
+    /// Area of the first, m²; `None` takes its exposed area.
+    pub area: Option<f64>,
+    /// View factor from the first to the second.
+    pub view_factor: f64,
+    /// Emissivities of the two.
+    pub emissivity: [f64; 2],
+}
+
+/// The keys that each say how heat crosses a contact.
+const LAWS: [&str; 7] = ["conductance", "total_conductance", "temperature_table", "pressure_table", "rough", "bonded", "insulated"];
+
+/// Reads `[contact.NAME]`.
+pub(super) fn contacts(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Contact>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("contact")? {
+        let between = pair(&section, index)?;
+        let Some(law) = law(&section)? else {
+            let help = format!("give one of: {}", LAWS.join(", "));
+            return Err(section.error("this contact does not say how heat crosses it").help(help));
+        };
+        let area = section.opt_positive("area", Dimension::AREA)?;
+        if between.iter().any(|place| matches!(place, Place::Node(_))) {
+            let what = match &law {
+                ContactLaw::Bonded => Some("a lumped node cannot be bonded"),
+                ContactLaw::Rough(_) => Some("a lumped node has no conductivity for the law of rough surfaces"),
+                ContactLaw::Conductance(_) | ContactLaw::OfTemperature(_) | ContactLaw::OfPressure { .. } if area.is_none() => {
+                    Some("a contact with a lumped node needs its area")
+                }
+                _ => None,
+            };
+            if let Some(what) = what {
+                return Err(section.error(what).help("give total_conductance = \"7.3 W/K\", or conductance and area = \"143 cm2\""));
+            }
+        }
+        if area.is_some() && matches!(law, ContactLaw::Total(_)) {
+            return Err(section
+                .error_at("area", "a total conductance is spread over the true area")
+                .help("remove 'area', or give 'conductance' with it"));
+        }
+        let line = section.line();
+        section.finish()?;
+        found.push(Contact { name, between, law, area, line });
+    }
+    Ok(found)
+}
+
+/// Reads `[contacts] default`.
+pub(super) fn default_contact(root: &Section<'_>) -> Result<Option<ContactLaw>> {
+    let Some(section) = root.opt_section("contacts")? else { return Ok(None) };
+    let found = match section.opt("default") {
+        None => None,
+        Some(value) if value.is_text() => {
+            Some([ContactLaw::Bonded, ContactLaw::Insulated][value.choice(&["bonded", "insulated"])?].clone())
+        }
+        Some(value) => {
+            let table = value.section()?;
+            let found = law(&table)?;
+            if found.is_none() || matches!(found, Some(ContactLaw::Total(_))) {
+                let help = "write \"bonded\", \"insulated\" or { conductance = \"500 W/(m2 K)\" }";
+                return Err(value.error("this law cannot hold for every touching pair").help(help));
+            }
+            table.finish()?;
+            found
+        }
+    };
+    section.finish()?;
+    Ok(found)
+}
+
+/// The two different places under `between`.
+fn pair(section: &Section<'_>, index: &Index<'_>) -> Result<[Place; 2]> {
+    let value = section.value("between")?;
+    let list = value.list()?;
+    let [first, second] = list.as_slice() else {
+        return Err(value
+            .error(format!("two places are wanted here, not {}", list.len()))
+            .help("write between = [\"motor\", \"plate.+z\"]"));
+    };
+    let places = [index.place(first)?, index.place(second)?];
+    let part = |place: Place| match place {
+        Place::Part(part) => Some(part),
+        Place::Face(face) => Some(face.part),
+        Place::Node(_) => None,
+    };
+    let same_part = part(places[0]).is_some() && part(places[0]) == part(places[1]);
+    if places[0] == places[1] || same_part {
+        return Err(value
+            .error("both places belong to the same body")
+            .help("name two different parts or nodes; blocks of one part are one piece"));
+    }
+    Ok(places)
+}
+
+/// The law a table gives, if any.
+fn law(section: &Section<'_>) -> Result<Option<ContactLaw>> {
+    let Some(key) = section.one_of(&LAWS)? else { return Ok(None) };
+    Ok(Some(match key {
+        "conductance" => ContactLaw::Conductance(section.positive(key, Dimension::FILM)?),
+        "total_conductance" => ContactLaw::Total(section.positive(key, Dimension::CONDUCTANCE)?),
+        "temperature_table" => ContactLaw::OfTemperature(property(&section.value(key)?, Dimension::FILM)?),
+        "pressure_table" => {
+            let table = section.curve(key, Dimension::PRESSURE, Dimension::FILM)?;
+            if table.iter().any(|(p, h)| *p < 0.0 || *h <= 0.0) {
+                return Err(section.error_at(key, "pressures cannot be negative, conductances must be larger than zero"));
+            }
+            let pressure = section.positive("pressure", Dimension::PRESSURE)?;
+            if pressure < table[0].0 || pressure > table[table.len() - 1].0 {
+                return Err(section
+                    .error_at("pressure", "the pressure lies outside the table")
+                    .help("extend the table or change the pressure"));
+            }
+            ContactLaw::OfPressure { table, pressure }
+        }
+        "rough" => ContactLaw::Rough(rough(section.section(key)?)?),
+        _ => {
+            if !section.flag(key)? {
+                return Err(section.error_at(key, format!("'{key}' can only be true")).help("remove it and give another law"));
+            }
+            if key == "bonded" { ContactLaw::Bonded } else { ContactLaw::Insulated }
+        }
+    }))
+}
+
+fn rough(section: Section<'_>) -> Result<Rough> {
+    let asperities = match section.one_of(&["hardness", "modulus"])? {
+        Some("hardness") => Asperities::Plastic { hardness: section.positive("hardness", Dimension::PRESSURE)? },
+        Some(_) => Asperities::Elastic { modulus: section.positive("modulus", Dimension::PRESSURE)? },
+        None => {
+            let help = "give the microhardness of the softer side, hardness = \"1.3 GPa\", or for elastic contact the effective modulus";
+            return Err(section.error_at("hardness", "'hardness' is missing").help(help));
+        }
+    };
+    let gas = match section.opt_section("gas")? {
+        None => None,
+        Some(gas) => {
+            let accommodation = gas.opt_number("accommodation")?.unwrap_or(0.9);
+            if !(accommodation > 0.0 && accommodation <= 1.0) {
+                return Err(gas
+                    .error_at("accommodation", "an accommodation coefficient lies above 0 and at most at 1")
+                    .help("0.9 for machined metal in air"));
+            }
+            // Air: ratio of heat capacities 1.4, Prandtl number 0.71.
+            let of_air = rarefaction_length([accommodation; 2], 1.4, 0.71, AIR_MEAN_FREE_PATH);
+            let read = Gas {
+                conductivity: gas.opt_positive("conductivity", Dimension::CONDUCTIVITY)?.unwrap_or(0.026),
+                pressure: gas.positive("pressure", Dimension::PRESSURE)?,
+                gap: gas.opt_positive("gap", Dimension::LENGTH)?,
+                rarefaction: gas.opt_positive("rarefaction", Dimension::LENGTH)?.unwrap_or(of_air),
+            };
+            gas.finish()?;
+            Some(read)
+        }
+    };
+    let radiating = match section.opt_list("emissivity")? {
+        None => None,
+        Some(list) => Some(two_emissivities(&section, &list)?),
+    };
+    let read = Rough {
+        roughness: section.positive("roughness", Dimension::LENGTH)?,
+        slope: section.positive("slope", Dimension::NUMBER)?,
+        asperities,
+        pressure: section.positive("pressure", Dimension::PRESSURE)?,
+        gas,
+        emissivity: radiating,
+    };
+    section.finish()?;
+    Ok(read)
+}
+
+fn two_emissivities(section: &Section<'_>, list: &[crate::foundation::document::Value<'_>]) -> Result<[f64; 2]> {
+    let [first, second] = list else {
+        return Err(section.error_at("emissivity", "two emissivities are wanted here").help("write emissivity = [0.2, 0.3]"));
+    };
+    Ok([emissivity(first)?, emissivity(second)?])
+}
+
+/// Reads `[boundary.NAME]`.
+pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Boundary>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("boundary")? {
+        let faces = section.list("faces")?.iter().map(|value| index.face(value)).collect::<Result<Vec<_>>>()?;
+        if faces.is_empty() {
+            return Err(section.error_at("faces", "no face is named").help("write faces = [\"bed.-z\"]"));
+        }
+        let law = match section.one_of(&["temperature", "film", "heat_flux", "emissivity"])? {
+            Some("temperature") => BoundaryLaw::Temperature(formula(&section.value("temperature")?, Dimension::TEMPERATURE, symbols)?),
+            Some("film") => {
+                let film = formula(&section.value("film")?, Dimension::FILM, symbols)?;
+                if film.as_constant().is_some_and(|h| h <= 0.0) {
+                    return Err(section.error_at("film", "a film coefficient must be larger than zero"));
+                }
+                BoundaryLaw::Film(film, formula(&section.value("fluid_temperature")?, Dimension::TEMPERATURE, symbols)?)
+            }
+            Some("heat_flux") => BoundaryLaw::Flux(formula(&section.value("heat_flux")?, Dimension::HEAT_FLUX, symbols)?),
+            Some(_) => {
+                let number = emissivity(&section.value("emissivity")?)?;
+                let to = formula_or(&section, "surroundings_temperature", "ambient_temperature", Dimension::TEMPERATURE, symbols)?;
+                BoundaryLaw::Radiation(number, to)
+            }
+            None => {
+                let help = "give temperature, film and fluid_temperature, heat_flux, or emissivity and surroundings_temperature";
+                return Err(section.error("this boundary prescribes nothing").help(help));
+            }
+        };
+        section.finish()?;
+        found.push(Boundary { name, faces, law });
+    }
+    Ok(found)
+}
+
+/// Reads `[radiation_link.NAME]`.
+pub(super) fn radiation_links(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<RadiationLink>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("radiation_link")? {
+        let between = pair(&section, index)?;
+        let view_factor = section.number("view_factor")?;
+        if !(view_factor > 0.0 && view_factor <= 1.0) {
+            let help = "the share of what leaves the first surface that reaches the second; two parallel squares a tenth of their side apart: 0.83";
+            return Err(section.error_at("view_factor", "a view factor lies above 0 and at most at 1").help(help));
+        }
+        let emissivity = two_emissivities(&section, &section.list("emissivity")?)?;
+        let area = section.opt_positive("area", Dimension::AREA)?;
+        if area.is_none() && matches!(between[0], Place::Node(_)) {
+            return Err(section
+                .error_at("area", "a lumped node has no area of its own")
+                .help("give the area of the first surface, area = \"0.02 m2\""));
+        }
+        section.finish()?;
+        found.push(RadiationLink { name, between, area, view_factor, emissivity });
+    }
+    Ok(found)
+}

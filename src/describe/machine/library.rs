@@ -1,0 +1,121 @@
+//! Materials: those of the file and those every file may name.
+
+use super::{Material, Property};
+use crate::error::Result;
+use crate::foundation::document::{Document, Section, Value, suggestion};
+use crate::units::Dimension;
+
+/// The materials every machine file may name, with sources.
+const LIBRARY: &str = include_str!("../../../data/materials.toml");
+
+/// Every known material; those in use are kept by [`Shelf::take`] in the order of first use.
+pub(super) struct Shelf {
+    own: Vec<Material>,
+    library: Vec<Material>,
+    /// The materials in use.
+    pub(super) used: Vec<Material>,
+}
+
+impl Shelf {
+    /// Reads `[material.NAME]` and the library.
+    pub(super) fn read(root: &Section<'_>) -> Result<Self> {
+        let document = Document::parse(LIBRARY, "the built-in materials")?;
+        let built_in = document.root();
+        let mut library = Vec::new();
+        for (name, section) in built_in.sections("material")? {
+            library.push(material(name, section, &[])?);
+        }
+        built_in.finish()?;
+        let mut own: Vec<Material> = Vec::new();
+        for (name, section) in root.sections("material")? {
+            let known = [own.as_slice(), library.as_slice()].concat();
+            own.push(material(name, section, &known)?);
+        }
+        Ok(Self { own, library, used: Vec::new() })
+    }
+
+    /// Index among the materials in use of the one a value names. The file's own come before the library's.
+    pub(super) fn take(&mut self, value: &Value<'_>) -> Result<usize> {
+        let name = value.text()?;
+        if let Some(at) = self.used.iter().position(|m| m.name == name) {
+            return Ok(at);
+        }
+        match self.own.iter().chain(&self.library).find(|m| m.name == name) {
+            Some(material) => {
+                self.used.push(material.clone());
+                Ok(self.used.len() - 1)
+            }
+            None => {
+                let known: Vec<&str> = self.own.iter().chain(&self.library).map(|m| m.name.as_str()).collect();
+                let help = format!("{}; or define it with [material.{name:?}]", suggestion(&name, &known));
+                Err(value.error(format!("there is no material '{name}'")).help(help))
+            }
+        }
+    }
+}
+
+/// Reads one material; `base` takes what is not given from a material known already.
+fn material(name: String, section: Section<'_>, known: &[Material]) -> Result<Material> {
+    let base = match section.opt("base") {
+        None => None,
+        Some(value) => {
+            let base = value.text()?;
+            let names: Vec<&str> = known.iter().map(|m| m.name.as_str()).collect();
+            let found = known.iter().find(|m| m.name == base);
+            Some(
+                found
+                    .ok_or_else(|| value.error(format!("there is no material '{base}' before this one")).help(suggestion(&base, &names)))?,
+            )
+        }
+    };
+    // A key that is missing takes the base's value; without a base, reading it is the error.
+    let wanted = |key: &str| base.is_none() || section.has(key);
+    let conductivity = match base {
+        Some(base) if !wanted("conductivity") => base.conductivity.clone(),
+        _ => conductivity(&section.value("conductivity")?)?,
+    };
+    let density = match base {
+        Some(base) if !wanted("density") => base.density,
+        _ => section.positive("density", Dimension::DENSITY)?,
+    };
+    let specific_heat = match base {
+        Some(base) if !wanted("specific_heat") => base.specific_heat.clone(),
+        _ => property(&section.value("specific_heat")?, Dimension::SPECIFIC_HEAT)?,
+    };
+    let source = match (section.opt_text("source")?, base) {
+        (Some(source), _) => source,
+        (None, Some(base)) => format!("changed from {}: {}", base.name, base.source),
+        (None, None) => String::new(),
+    };
+    section.finish()?;
+    Ok(Material { name, conductivity, density, specific_heat, source })
+}
+
+/// One conductivity, or three along the axes.
+fn conductivity(value: &Value<'_>) -> Result<[Property; 3]> {
+    let entries = if value.is_list() { value.list()? } else { Vec::new() };
+    let three_tables = entries.first().is_some_and(|first| first.list().is_ok_and(|pairs| pairs.first().is_some_and(Value::is_list)));
+    if entries.iter().any(|entry| !entry.is_list()) || three_tables {
+        let [x, y, z] = entries.as_slice() else {
+            return Err(value
+                .error("three conductivities are wanted here, along x, y, z (cylinders: r, theta, z)")
+                .help("or one for all directions, or a table [[\"20 degC\", \"15 W/(m K)\"], ...]"));
+        };
+        let read = |entry: &Value<'_>| property(entry, Dimension::CONDUCTIVITY);
+        return Ok([read(x)?, read(y)?, read(z)?]);
+    }
+    let same = property(value, Dimension::CONDUCTIVITY)?;
+    Ok([same.clone(), same.clone(), same])
+}
+
+/// A positive property: a constant, or a table against temperature.
+pub(super) fn property(value: &Value<'_>, dimension: Dimension) -> Result<Property> {
+    if !value.is_list() {
+        return Ok(Property::Constant(value.positive(dimension)?));
+    }
+    let table = value.curve(Dimension::TEMPERATURE, dimension)?;
+    if table.iter().any(|(_, y)| *y <= 0.0) {
+        return Err(value.error("every value in this table must be larger than zero"));
+    }
+    Ok(Property::Table(table))
+}

@@ -1,0 +1,220 @@
+//! What the engineer writes, read and validated. Everything here is SI; temperatures are kelvin.
+//!
+//! A [`Machine`] knows nothing of meshes or solvers: it is the machine file with names resolved
+//! to indices and every number checked. [`Machine::read`] is the only way to make one.
+
+use crate::foundation::formula::Formula;
+
+mod channels;
+mod condition;
+mod contacts;
+mod enclosures;
+mod geometry;
+mod import;
+mod library;
+mod names;
+mod parts;
+mod read;
+mod sensors;
+mod shape;
+mod variables;
+
+pub use channels::{Channel, Circuit, Film, Layout};
+pub use condition::Condition;
+pub use contacts::{Boundary, BoundaryLaw, Contact, ContactLaw, Place, RadiationLink};
+pub use enclosures::{Enclosure, EnclosureSurface, Views};
+pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
+
+/// A machine, as described by one file.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    /// One-line name.
+    pub name: String,
+    /// Free text.
+    pub description: String,
+    /// SHA-256 of the file's text with every `--set` applied, and of every imported mesh, in hexadecimal.
+    pub hash: String,
+    /// The condition variables: first the four that always exist, then the file's own.
+    pub variables: Vec<Variable>,
+    /// Named intermediate formulas, in the order they must be evaluated.
+    pub definitions: Vec<Definition>,
+    /// Drives, whose heats are available to formulas as `NAME_motor_W` and so on.
+    pub drives: Vec<Drive>,
+    /// The vacuum chamber around the machine.
+    pub chamber: Chamber,
+    /// Materials in use.
+    pub materials: Vec<Material>,
+    /// Parts made of blocks, or of imported meshes.
+    pub parts: Vec<Part>,
+    /// Hand-written lumped nodes.
+    pub nodes: Vec<LumpedNode>,
+    /// Law for faces that touch and that no contact names; `None` means bonded, with a warning.
+    pub default_contact: Option<ContactLaw>,
+    /// Named contacts.
+    pub contacts: Vec<Contact>,
+    /// Coolant channels.
+    pub channels: Vec<Channel>,
+    /// Coolant circuits that feed the channels.
+    pub circuits: Vec<Circuit>,
+    /// Prescribed film, flux or temperature on faces.
+    pub boundaries: Vec<Boundary>,
+    /// Radiative links between facing surfaces.
+    pub radiation_links: Vec<RadiationLink>,
+    /// Enclosures of surfaces that see each other.
+    pub enclosures: Vec<Enclosure>,
+    /// Heat sources.
+    pub sources: Vec<Source>,
+    /// Measurement points.
+    pub sensors: Vec<Sensor>,
+    /// What is acceptable.
+    pub limits: Vec<Limit>,
+    /// Numbers the file marks as assumed, with the reason.
+    pub assumptions: Vec<Assumption>,
+    /// Measured readings to print beside the prediction.
+    pub measurements: Vec<Measurement>,
+    /// Cells aimed at when the caller does not say.
+    pub default_cells: usize,
+    /// The names formulas use, slot by slot.
+    symbols: condition::Symbols,
+}
+
+/// A condition variable.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// Name, for example `coolant_flow`.
+    pub name: String,
+    /// Unit it is shown in, for example `L/min`.
+    pub unit: String,
+    /// Its physical dimension.
+    pub dimension: crate::units::Dimension,
+    /// Value used when a caller gives none (SI), if the file states one.
+    pub default: Option<f64>,
+    /// Range that makes sense (SI), if the file states one.
+    pub range: Option<(f64, f64)>,
+}
+
+/// A named intermediate formula.
+#[derive(Debug, Clone)]
+pub struct Definition {
+    /// Name under which later formulas use it.
+    pub name: String,
+    /// Its formula; the value is used as it stands, without unit conversion.
+    pub formula: Formula,
+}
+
+/// One feed drive: motor, reducer, screw, rails, bearings (equations 1-5 of the source paper).
+#[derive(Debug, Clone)]
+pub struct Drive {
+    /// Prefix of its quantities in formulas.
+    pub name: String,
+    /// Motor speed, rad/s.
+    pub speed: Formula,
+    /// Physical parameters; see [`crate::physics::drive`].
+    pub parameters: crate::physics::drive::Parameters,
+}
+
+/// The chamber: wall temperature, enclosure, residual gas.
+#[derive(Debug, Clone)]
+pub struct Chamber {
+    /// Wall temperature, K.
+    pub temperature: Formula,
+    /// Wall emissivity and area (m²) for the enclosure formula; `None` gives eps_eff = emissivity.
+    pub enclosure: Option<(f64, f64)>,
+    /// Pressure of the residual gas, Pa.
+    pub pressure: f64,
+    /// Energy accommodation coefficient of the residual gas.
+    pub accommodation: f64,
+    /// Distance from machine to wall, m, for the continuum limit of the gas conduction.
+    pub gap: f64,
+}
+
+/// A heat source.
+#[derive(Debug, Clone)]
+pub struct Source {
+    /// Name.
+    pub name: String,
+    /// Where: spread evenly over the volume of a part, the area of a face, or put into a node.
+    pub places: Vec<Place>,
+    /// Total power, W, shared among the places by volume or area.
+    pub power: Formula,
+    /// Relative change of the power of each piece with its own temperature, 1/K: 0.0039 for copper losses at a given current.
+    pub temperature_coefficient: f64,
+    /// Temperature at which the power is as stated, K.
+    pub reference_temperature: f64,
+}
+
+/// A measurement point.
+#[derive(Debug, Clone)]
+pub struct Sensor {
+    /// Name.
+    pub name: String,
+    /// What it reads.
+    pub reads: Reading,
+}
+
+/// What a sensor reads.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Reading {
+    /// Temperature at a point (m) of a part.
+    Point(usize, [f64; 3]),
+    /// Area mean over a face.
+    FaceMean(Face),
+    /// Volume mean over a part.
+    PartMean(usize),
+    /// Temperature of a lumped node.
+    Node(usize),
+    /// Water entering a channel.
+    Inlet(usize),
+    /// Water leaving a channel.
+    Outlet(usize),
+}
+
+/// A limit on sensors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Name.
+    pub name: String,
+    /// What is limited.
+    pub kind: LimitKind,
+    /// Largest value allowed: K for maxima (absolute), K for differences.
+    pub maximum: f64,
+}
+
+/// What a limit looks at. Sensors are indices into [`Machine::sensors`].
+#[derive(Debug, Clone, PartialEq)]
+pub enum LimitKind {
+    /// A sensor's temperature.
+    Maximum(usize),
+    /// A sensor's rise over the chamber (`ambient_temperature`).
+    RiseOverAmbient(usize),
+    /// First sensor minus second.
+    Difference(usize, usize),
+    /// Largest minus smallest of several sensors.
+    Spread(Vec<usize>),
+}
+
+/// A number the file marks as assumed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Assumption {
+    /// Dotted key of the number.
+    pub key: String,
+    /// The value as written.
+    pub value: String,
+    /// Why it was chosen.
+    pub reason: String,
+}
+
+/// One measured state of the machine, to be printed beside the prediction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Measurement {
+    /// Name, for example `working condition 1`.
+    pub name: String,
+    /// The condition it was taken at: (index into [`Machine::variables`], SI value).
+    pub condition: Vec<(usize, f64)>,
+    /// Readings: (index into [`Machine::sensors`], K).
+    pub readings: Vec<(usize, f64)>,
+    /// What other programs predicted, where known: (sensor, K).
+    pub others: Vec<(usize, f64)>,
+    /// Remarks on the readings.
+    pub note: String,
+}

@@ -1,0 +1,271 @@
+//! Reading a machine file from beginning to end.
+
+use std::path::Path;
+
+use super::channels::{branches, channels, circuits, distance};
+use super::condition::Symbols;
+use super::contacts::{boundaries, contacts, default_contact, radiation_links};
+use super::enclosures::enclosures;
+use super::geometry::parts;
+use super::library::Shelf;
+use super::names::Index;
+use super::sensors::{limits, measurements, nodes, sensors, sources};
+use super::shape::overlap;
+use super::variables::{definitions, drives, formula_or, variables};
+use super::{Assumption, Chamber, Film, Machine, Part};
+use crate::error::Result;
+use crate::foundation::document::{Document, Section};
+use crate::physics::channel::{nusselt, reynolds, serpentine_bend_factor};
+use crate::units::Dimension;
+
+/// Everything that may stand at the top of a machine file.
+const TOP: [&str; 22] = [
+    "name",
+    "description",
+    "variables",
+    "define",
+    "drive",
+    "chamber",
+    "mesh",
+    "material",
+    "part",
+    "surfaces",
+    "node",
+    "contact",
+    "contacts",
+    "channel",
+    "circuit",
+    "boundary",
+    "radiation_link",
+    "enclosure",
+    "source",
+    "sensor",
+    "limit",
+    "measurement",
+];
+
+/// Cells aimed at when neither the file nor the caller says.
+const DEFAULT_CELLS: usize = 20_000;
+
+impl Machine {
+    /// Reads a machine file and applies `sets` (key, value) to it; see [`Document::apply_set`].
+    ///
+    /// # Errors
+    /// The file cannot be read or is not a valid machine; the error names the file, the line, the key, the value
+    /// and what to do. `docs/machine-file.md` describes the format.
+    pub fn read(path: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
+        Self::with_sets(Document::read(path)?, sets)
+    }
+
+    /// As [`Machine::read`], from the text of a file; `file` is the name used in errors.
+    ///
+    /// # Errors
+    /// As [`Machine::read`].
+    pub fn from_text(text: &str, file: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
+        Self::with_sets(Document::parse(text, file)?, sets)
+    }
+
+    fn with_sets(mut document: Document, sets: &[(String, String)]) -> Result<Self> {
+        for (key, value) in sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        Self::from_document(&document)
+    }
+
+    /// As [`Machine::read`], from a file that is parsed already.
+    ///
+    /// # Errors
+    /// As [`Machine::read`].
+    pub fn from_document(document: &Document) -> Result<Self> {
+        machine(document).map_err(|error| error.in_file(document.file()))
+    }
+}
+
+impl std::str::FromStr for Machine {
+    type Err = crate::error::Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        Self::from_text(text, "machine.toml", &[])
+    }
+}
+
+fn machine(document: &Document) -> Result<Machine> {
+    // A misspelt table would otherwise show as something missing elsewhere.
+    let top = document.root();
+    for key in TOP {
+        top.has(key);
+    }
+    top.finish()?;
+    let root = document.root();
+    let name = root.text("name")?;
+    let description = root.opt_text("description")?.unwrap_or_default();
+    let mut symbols = Symbols::default();
+    let variables = variables(&root, &mut symbols)?;
+    let drives = drives(&root, &mut symbols)?;
+    let definitions = definitions(&root, &mut symbols)?;
+    let chamber = chamber(&root, &symbols)?;
+    let default_cells = cells(&root)?;
+
+    let mut shelf = Shelf::read(&root)?;
+    let folder = document.file().parent().unwrap_or(Path::new(""));
+    let parts = parts(&root, &mut shelf, folder)?;
+    check_overlaps(&root, &parts)?;
+    let nodes = nodes(&root, &symbols)?;
+    let node_names: Vec<String> = nodes.iter().map(|node| node.name.clone()).collect();
+    if let Some(node) = node_names.iter().find(|node| parts.iter().any(|part| part.name == **node)) {
+        let table = root.section("node")?;
+        return Err(table.section(node)?.error(format!("'{node}' is the name of a part and of a node")).help("rename one of them"));
+    }
+    if parts.is_empty() && nodes.is_empty() {
+        return Err(root.error("the machine has neither parts nor nodes").help("add [part.NAME] with material and box"));
+    }
+    let (channels, automatic) = channels(&root, &parts)?;
+    let channel_names: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
+    let index = Index { parts: &parts, nodes: &node_names, channels: &channel_names };
+    let default_contact = default_contact(&root)?;
+    let contacts = contacts(&root, &index)?;
+    let circuits = circuits(&root, &channel_names, &symbols)?;
+    let boundaries = boundaries(&root, &index, &symbols)?;
+    let radiation_links = radiation_links(&root, &index)?;
+    let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;
+    let sources = sources(&root, &index, &symbols)?;
+    let sensors = sensors(&root, &index)?;
+    let sensor_names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).collect();
+    let limits = limits(&root, &sensor_names)?;
+    let measurements = measurements(&root, &variables, &sensor_names)?;
+    let assumption = |a: crate::foundation::document::Assumed| Assumption { key: a.key, value: a.value, reason: a.reason };
+    let assumptions = document.assumptions()?.into_iter().map(assumption).collect();
+    let mut machine = Machine {
+        name,
+        description,
+        hash: super::import::hash(document.hash(), &parts),
+        variables,
+        definitions,
+        drives,
+        chamber,
+        materials: shelf.used,
+        parts,
+        nodes,
+        default_contact,
+        contacts,
+        channels,
+        circuits,
+        boundaries,
+        radiation_links,
+        enclosures,
+        sources,
+        sensors,
+        limits,
+        assumptions,
+        measurements,
+        default_cells,
+        symbols,
+    };
+    bend_factors(&mut machine, &automatic, &root)?;
+    root.finish()?;
+    Ok(machine)
+}
+
+fn chamber(root: &Section<'_>, symbols: &Symbols) -> Result<Chamber> {
+    let section = root.opt_section("chamber")?;
+    let Some(section) = section else {
+        let temperature = formula_or(root, "chamber", "ambient_temperature", Dimension::TEMPERATURE, symbols)?;
+        return Ok(Chamber { temperature, enclosure: None, pressure: 0.0, accommodation: 0.9, gap: 0.5 });
+    };
+    let temperature = formula_or(&section, "temperature", "ambient_temperature", Dimension::TEMPERATURE, symbols)?;
+    let wall = section.opt("wall_emissivity").map(|value| super::geometry::emissivity(&value)).transpose()?;
+    let area = section.opt_positive("wall_area", Dimension::AREA)?;
+    let enclosure = match (wall, area) {
+        (None, None) => None,
+        (Some(wall), Some(area)) => Some((wall, area)),
+        (Some(_), None) => {
+            return Err(section
+                .error_at("wall_area", "'wall_area' is missing")
+                .help("the enclosure formula needs both: wall_area = \"40 m2\""));
+        }
+        (None, Some(_)) => {
+            return Err(section
+                .error_at("wall_emissivity", "'wall_emissivity' is missing")
+                .help("the enclosure formula needs both: wall_emissivity = 0.2"));
+        }
+    };
+    let pressure = section.opt_quantity("pressure", Dimension::PRESSURE)?.unwrap_or(0.0);
+    if pressure < 0.0 {
+        return Err(section.error_at("pressure", "a pressure cannot be negative").help("leave it out for a perfect vacuum"));
+    }
+    let accommodation = section.opt_number("accommodation")?.unwrap_or(0.9);
+    if !(accommodation > 0.0 && accommodation <= 1.0) {
+        return Err(section
+            .error_at("accommodation", "an accommodation coefficient lies above 0 and at most at 1")
+            .help("0.9 for machined metal in air"));
+    }
+    let gap = section.opt_positive("gap", Dimension::LENGTH)?.unwrap_or(0.5);
+    section.finish()?;
+    Ok(Chamber { temperature, enclosure, pressure, accommodation, gap })
+}
+
+fn cells(root: &Section<'_>) -> Result<usize> {
+    let Some(section) = root.opt_section("mesh")? else { return Ok(DEFAULT_CELLS) };
+    let cells = section.opt_integer("cells", 1)?.unwrap_or(DEFAULT_CELLS);
+    if cells > 1_000_000_000 {
+        return Err(section.error_at("cells", "more than 10^9 cells").help("use fewer"));
+    }
+    section.finish()?;
+    Ok(cells)
+}
+
+/// No two blocks may share volume.
+fn check_overlaps(root: &Section<'_>, parts: &[Part]) -> Result<()> {
+    let blocks: Vec<(&Part, usize)> = parts.iter().flat_map(|part| (0..part.blocks.len()).map(move |block| (part, block))).collect();
+    let called = |(part, block): (&Part, usize)| {
+        if part.blocks.len() == 1 { format!("'{}'", part.name) } else { format!("block {} of '{}'", block + 1, part.name) }
+    };
+    for (i, second) in blocks.iter().enumerate() {
+        for first in &blocks[..i] {
+            if overlap(&first.0.blocks[first.1].shape, &second.0.blocks[second.1].shape) {
+                let what = format!("{} and {} overlap", called(*first), called(*second));
+                let table = root.section("part")?;
+                let help = "move one with 'at' or 'offset', or give the part that surrounds the other room with several blocks";
+                return Err(table.section(&second.0.name)?.error(what).help(help));
+            }
+        }
+    }
+    super::import::check_overlaps(root, parts)
+}
+
+/// Finds the bend factors marked "auto" at the default condition, with the flow shared evenly among branches.
+fn bend_factors(machine: &mut Machine, automatic: &[bool], root: &Section<'_>) -> Result<()> {
+    for channel in (0..automatic.len()).filter(|channel| automatic[*channel]) {
+        let table = root.section("channel")?.section(&machine.channels[channel].name)?;
+        let refused = |what: &str| table.error_at("bend_factor", format!("\"auto\" cannot be worked out: {what}"));
+        let help = "give defaults under [variables], or the factor itself (1.0 to 1.4)";
+        let condition = machine.condition(&[]).map_err(|error| refused(error.what()).help(help))?;
+        let values = machine.values(&condition)?;
+        let fed = machine.circuits.iter().find_map(|circuit| Some((circuit, branches(&circuit.layout, channel)?)));
+        let Some((circuit, ways)) = fed else { continue };
+        let flow = circuit.flow.evaluate(&values)? / ways as f64;
+        let state = circuit.liquid.at(circuit.inlet.evaluate(&values)?).map_err(|error| refused(error.what()).help(help))?;
+        let run = &machine.channels[channel];
+        let legs: Vec<f64> = run.path.windows(2).map(|leg| distance(leg[0], leg[1])).collect();
+        let passes: Vec<f64> = legs.iter().copied().step_by(2).collect();
+        let bends: Vec<f64> = legs.iter().copied().skip(1).step_by(2).collect();
+        let mean = |lengths: &[f64]| lengths.iter().sum::<f64>() / lengths.len() as f64;
+        if bends.is_empty() || mean(&bends) <= run.diameter {
+            return Err(refused("the path is no serpentine of passes and bends wider than the diameter")
+                .help("give the factor itself (1.0 to 1.4)"));
+        }
+        if flow <= 0.0 {
+            return Err(refused("no coolant flows at the default condition").help(help));
+        }
+        let re = reynolds(flow, run.diameter, &state);
+        let total = run.length.unwrap_or_else(|| legs.iter().sum());
+        let Film::Correlation { wall, .. } = run.film else { continue };
+        let straight = nusselt(re, state.prandtl(), run.diameter / total, wall, false, state.prandtl());
+        let factor = serpentine_bend_factor(re, state.prandtl(), run.diameter, mean(&bends), mean(&passes), straight).value;
+        if !factor.is_finite() {
+            return Err(refused("the correlations give no number here").help(help));
+        }
+        machine.channels[channel].film = Film::Correlation { bend_factor: factor, wall };
+    }
+    Ok(())
+}

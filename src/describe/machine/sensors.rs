@@ -1,0 +1,198 @@
+//! Sources, lumped nodes, sensors, limits and measurements.
+
+use super::channels::absolute;
+use super::condition::Symbols;
+use super::geometry::{check_name, emissivity};
+use super::names::{Index, lookup};
+use super::shape::{origin, part_contains};
+use super::variables::formula;
+use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, Source, Variable};
+use crate::error::Result;
+use crate::foundation::document::{Section, suggestion};
+use crate::units::Dimension;
+
+/// Reads `[node.NAME]`.
+pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedNode>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("node")? {
+        check_name(&name, &section)?;
+        let capacity = section.opt_quantity("capacity", Dimension::CAPACITY)?.unwrap_or(0.0);
+        if capacity < 0.0 {
+            return Err(section
+                .error_at("capacity", "a heat capacity cannot be negative")
+                .help("leave it out for a node without capacity"));
+        }
+        let fixed = section.opt("temperature").map(|value| formula(&value, Dimension::TEMPERATURE, symbols)).transpose()?;
+        let radiation = match section.one_of(&["emissivity", "effective_emissivity"])? {
+            None => None,
+            Some(key) => {
+                let number = emissivity(&section.value(key)?)?;
+                Some((number, key == "effective_emissivity", section.positive("area", Dimension::AREA)?))
+            }
+        };
+        section.finish()?;
+        found.push(LumpedNode { name, capacity, fixed, radiation });
+    }
+    Ok(found)
+}
+
+/// Largest relative change of a source's power with its temperature, 1/K.
+const MOST_PER_KELVIN: f64 = 0.2;
+/// Temperature at which powers are as stated where the file does not say, K.
+const REFERENCE: f64 = 293.15;
+
+/// Reads `[source.NAME]`.
+pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("source")? {
+        let value = section.value("in")?;
+        let values = if value.is_text() { vec![value.clone()] } else { value.list()? };
+        let mut places = Vec::new();
+        for value in &values {
+            let place = index.place(value)?;
+            if places.contains(&place) {
+                return Err(value.error("this place is named twice").help("name it once; the power is shared by volume or area"));
+            }
+            places.push(place);
+        }
+        if places.is_empty() {
+            return Err(value.error("the source heats nothing").help("write in = [\"motor\"]"));
+        }
+        let power = formula(&section.value("power")?, Dimension::POWER, symbols)?;
+        let temperature_coefficient = match section.opt("temperature_coefficient") {
+            Some(value) => value.quantity(Dimension::PER_KELVIN)?,
+            None => 0.0,
+        };
+        if temperature_coefficient.abs() > MOST_PER_KELVIN {
+            return Err(section
+                .error_at("temperature_coefficient", "losses change by a few percent per kelvin")
+                .help("copper: \"0.39 %/K\"; grease and oil: about \"-3 %/K\""));
+        }
+        let reference_temperature = match section.opt("reference_temperature") {
+            Some(value) => value.quantity(Dimension::TEMPERATURE)?,
+            None => REFERENCE,
+        };
+        section.finish()?;
+        found.push(Source { name, places, power, temperature_coefficient, reference_temperature });
+    }
+    Ok(found)
+}
+
+/// Reads `[sensor.NAME]`.
+pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Sensor>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("sensor")? {
+        let kinds = ["point", "face", "part", "node", "inlet", "outlet"];
+        let Some(kind) = section.one_of(&kinds)? else {
+            let help =
+                format!("give one of: {}; for example point = [\"10 mm\", \"0 mm\", \"5 mm\"] with in = \"plate\"", kinds.join(", "));
+            return Err(section.error("this sensor reads nothing").help(help));
+        };
+        let value = section.value(kind)?;
+        let reads = match kind {
+            "point" => {
+                let part = index.part(&section.value("in")?)?;
+                let from = if absolute(&section)? { [0.0; 3] } else { origin(&index.parts[part]) };
+                let at = value.triple(Dimension::LENGTH)?;
+                let point: [f64; 3] = std::array::from_fn(|d| at[d] + from[d]);
+                if !part_contains(&index.parts[part], point) {
+                    let help = "coordinates are relative to the smallest corner of the part's first block (cylinders: the centre of its base; spheres: the centre; imported meshes: their own origin) unless coordinates = \"machine\"";
+                    return Err(value.error(format!("this point lies outside the part '{}'", index.parts[part].name)).help(help));
+                }
+                Reading::Point(part, point)
+            }
+            "face" => Reading::FaceMean(index.face(&value)?),
+            "part" => Reading::PartMean(index.part(&value)?),
+            "node" => Reading::Node(index.node(&value)?),
+            "inlet" => Reading::Inlet(index.channel(&value)?),
+            _ => Reading::Outlet(index.channel(&value)?),
+        };
+        section.finish()?;
+        found.push(Sensor { name, reads });
+    }
+    Ok(found)
+}
+
+/// Reads `[limit.NAME]`.
+pub(super) fn limits(root: &Section<'_>, sensors: &[String]) -> Result<Vec<Limit>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("limit")? {
+        let several = |key: &str| -> Result<Vec<usize>> { section.list(key)?.iter().map(|v| lookup(v, sensors, "sensor")).collect() };
+        let (kind, maximum) = match section.one_of(&["maximum", "rise", "difference", "spread"])? {
+            Some("maximum") => (
+                LimitKind::Maximum(lookup(&section.value("sensor")?, sensors, "sensor")?),
+                section.quantity("maximum", Dimension::TEMPERATURE)?,
+            ),
+            Some("rise") => (
+                LimitKind::RiseOverAmbient(lookup(&section.value("sensor")?, sensors, "sensor")?),
+                section.quantity("rise", Dimension::DIFFERENCE)?,
+            ),
+            Some("difference") => {
+                let both = several("between")?;
+                let [first, second] = both[..] else {
+                    return Err(section
+                        .error_at("between", "two sensors are wanted here")
+                        .help("the limit holds for the first minus the second"));
+                };
+                if first == second {
+                    return Err(section.error_at("between", "the difference of a sensor to itself is zero").help("name two sensors"));
+                }
+                (LimitKind::Difference(first, second), section.quantity("difference", Dimension::DIFFERENCE)?)
+            }
+            Some(_) => {
+                let all = several("sensors")?;
+                let repeated = all.iter().enumerate().any(|(i, sensor)| all[..i].contains(sensor));
+                if all.len() < 2 || repeated {
+                    return Err(section
+                        .error_at("sensors", "two or more different sensors are wanted here")
+                        .help("the spread is largest minus smallest"));
+                }
+                (LimitKind::Spread(all), section.positive("spread", Dimension::DIFFERENCE)?)
+            }
+            None => {
+                let help = "give sensor and maximum = \"30 degC\" or rise = \"3 K\", between and difference, or sensors and spread";
+                return Err(section.error("this limit limits nothing").help(help));
+            }
+        };
+        section.finish()?;
+        found.push(Limit { name, kind, maximum });
+    }
+    Ok(found)
+}
+
+/// Reads `[measurement.NAME]`.
+pub(super) fn measurements(root: &Section<'_>, variables: &[Variable], sensors: &[String]) -> Result<Vec<Measurement>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("measurement")? {
+        let mut condition = Vec::new();
+        if let Some(given) = section.opt_section("condition")? {
+            for key in given.keys() {
+                let value = given.value(key)?;
+                let Some(at) = variables.iter().position(|v| v.name == key) else {
+                    let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+                    return Err(value.error(format!("there is no variable '{key}'")).help(suggestion(key, &known)));
+                };
+                condition.push((at, value.quantity(variables[at].dimension)?));
+            }
+        }
+        let temperatures = |key: &str| -> Result<Vec<(usize, f64)>> {
+            let Some(given) = section.opt_section(key)? else { return Ok(Vec::new()) };
+            let read = given.keys().map(|name| {
+                let value = given.value(name)?;
+                let known: Vec<&str> = sensors.iter().map(String::as_str).collect();
+                let at = sensors.iter().position(|s| s == name);
+                let at = at.ok_or_else(|| value.error(format!("there is no sensor '{name}'")).help(suggestion(name, &known)))?;
+                Ok((at, value.quantity(Dimension::TEMPERATURE)?))
+            });
+            read.collect()
+        };
+        let (readings, others) = (temperatures("readings")?, temperatures("others")?);
+        if readings.is_empty() {
+            return Err(section.error_at("readings", "there are no readings").help("write readings = { \"SENSOR\" = \"42.2 degC\" }"));
+        }
+        let note = section.opt_text("note")?.unwrap_or_default();
+        section.finish()?;
+        found.push(Measurement { name, condition, readings, others, note });
+    }
+    Ok(found)
+}

@@ -1,0 +1,296 @@
+//! Variables, definitions and drives: everything formulas may name.
+
+use super::condition::{DRIVE_NAMES, Meaning, Symbols, check_variable, scale_of};
+use super::{Definition, Drive, Variable};
+use crate::error::{Error, Result};
+use crate::foundation::document::{Section, Value};
+use crate::foundation::formula::Formula;
+use crate::physics::drive::Parameters;
+use crate::units::Dimension;
+
+/// The variables that always exist: name, unit, dimension, further units formulas may use.
+const FOUR: [(&str, &str, Dimension, &[&str]); 4] = [
+    ("coolant_flow", "L/min", Dimension::VOLUME_FLOW, &["m3/s"]),
+    ("coolant_temperature", "degC", Dimension::TEMPERATURE, &["K"]),
+    ("motor_speed", "rpm", Dimension::ANGULAR_SPEED, &["rad/s"]),
+    ("ambient_temperature", "degC", Dimension::TEMPERATURE, &["K"]),
+];
+
+/// Dimensions a variable of the file may have, found from its unit.
+const DIMENSIONS: [Dimension; 24] = [
+    Dimension::NUMBER,
+    Dimension::LENGTH,
+    Dimension::AREA,
+    Dimension::VOLUME,
+    Dimension::MASS,
+    Dimension::TIME,
+    Dimension::DIFFERENCE,
+    Dimension::VELOCITY,
+    Dimension::ANGULAR_SPEED,
+    Dimension::VOLUME_FLOW,
+    Dimension::MASS_FLOW,
+    Dimension::POWER,
+    Dimension::HEAT_FLUX,
+    Dimension::POWER_DENSITY,
+    Dimension::CONDUCTIVITY,
+    Dimension::FILM,
+    Dimension::CONDUCTANCE,
+    Dimension::SPECIFIC_HEAT,
+    Dimension::CAPACITY,
+    Dimension::PRESSURE,
+    Dimension::FORCE,
+    Dimension::TORQUE,
+    Dimension::INERTIA,
+    Dimension::DENSITY,
+];
+
+/// Reads a formula in a slot of `dimension`: text, a pure number, or `{ formula = "...", unit = "L/min" }`.
+///
+/// # Errors
+/// As [`Formula::parse`], placed.
+pub(super) fn formula(value: &Value<'_>, dimension: Dimension, symbols: &Symbols) -> Result<Formula> {
+    let place = value.error("").location().clone();
+    if value.is_table() {
+        let section = value.section()?;
+        let (text, unit) = (section.text("formula")?, section.text("unit")?);
+        section.finish()?;
+        return Formula::parse(&text, dimension, Some(&unit), &symbols.names, place).map_err(|e| value.place(e));
+    }
+    if value.is_number() {
+        return Ok(Formula::constant(value.quantity(dimension)?));
+    }
+    Formula::parse(&value.text()?, dimension, None, &symbols.names, place).map_err(|e| value.place(e))
+}
+
+/// Reads the formula under `key`; without it takes `default`, which must be readable.
+pub(super) fn formula_or(section: &Section<'_>, key: &str, default: &str, dimension: Dimension, symbols: &Symbols) -> Result<Formula> {
+    match section.opt(key) {
+        Some(value) => formula(&value, dimension, symbols),
+        None => {
+            let place = section.error_at(key, "").location().clone();
+            Formula::parse(default, dimension, None, &symbols.names, place).map_err(|e| section.error_at(key, e.what()))
+        }
+    }
+}
+
+/// Reads `[variables]` and gives the names to `symbols`.
+pub(super) fn variables(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<Variable>> {
+    let given = root.opt_section("variables")?;
+    let mut found = Vec::new();
+    for (name, unit, dimension, more) in FOUR {
+        let mut variable = Variable { name: name.into(), unit: unit.into(), dimension, default: None, range: None };
+        if let Some(value) = given.as_ref().and_then(|section| section.opt(name)) {
+            read_variable(&value, &mut variable)?;
+        }
+        add_variable(symbols, found.len(), &variable, more)?;
+        found.push(variable);
+    }
+    let Some(given) = given else { return Ok(found) };
+    for name in given.keys().filter(|name| !FOUR.iter().any(|four| four.0 == *name)) {
+        let value = given.value(name)?;
+        let section = own_variable_section(&value)?;
+        let unit = section.text("unit")?;
+        let dimension = dimension_of(&unit).ok_or_else(|| {
+            section
+                .error_at("unit", "the unit is not known here")
+                .help("for example \"W\", \"degC\", \"m/s\", \"N m\", \"Pa\", \"1\" for a pure number")
+        })?;
+        let mut variable = Variable { name: name.into(), unit, dimension, default: None, range: None };
+        read_variable(&value, &mut variable)?;
+        let more: &[&str] = if dimension == Dimension::TEMPERATURE { &["K"] } else { &[] };
+        add_variable(symbols, found.len(), &variable, more).map_err(|e| value.place(e))?;
+        found.push(variable);
+    }
+    given.finish()?;
+    Ok(found)
+}
+
+fn own_variable_section<'a>(value: &Value<'a>) -> Result<Section<'a>> {
+    if value.is_table() {
+        return value.section();
+    }
+    let four: Vec<&str> = FOUR.iter().map(|four| four.0).collect();
+    Err(value
+        .error("a variable of one's own needs a table")
+        .help(format!("write {{ unit = \"W\", default = \"5 W\" }}; if one of the usual was meant: {}", four.join(", "))))
+}
+
+/// Dimension of a unit; `degC` is an absolute temperature, `K` a difference.
+fn dimension_of(unit: &str) -> Option<Dimension> {
+    if matches!(unit, "degC" | "°C") {
+        return Some(Dimension::TEMPERATURE);
+    }
+    DIMENSIONS
+        .into_iter()
+        .find(|dimension| crate::units::convert(1.0, unit, *dimension).is_ok_and(|scale| scale.is_finite() && scale > 0.0))
+}
+
+/// Default and range: a bare value is the default.
+fn read_variable(value: &Value<'_>, variable: &mut Variable) -> Result<()> {
+    if !value.is_table() {
+        variable.default = Some(value.quantity(variable.dimension)?);
+    } else {
+        let section = value.section()?;
+        if let Some(unit) = section.opt_text("unit")?
+            && let Err(error) = scale_of(&unit, variable.dimension).map(|_| variable.unit = unit)
+        {
+            return Err(section.value("unit")?.place(error));
+        }
+        variable.default = section.opt_quantity("default", variable.dimension)?;
+        variable.range = section.opt_range("range", variable.dimension)?;
+        if let (Some(default), Some((low, high))) = (variable.default, variable.range)
+            && !(low..=high).contains(&default)
+        {
+            return Err(section.error_at("default", "the default lies outside the range").help("widen the range or move the default"));
+        }
+        section.finish()?;
+    }
+    let lowest = variable.range.map(|range| range.0).into_iter().chain(variable.default).fold(f64::INFINITY, f64::min);
+    check_variable(&variable.name, lowest).map_err(|e| value.place(e))
+}
+
+fn add_variable(symbols: &mut Symbols, index: usize, variable: &Variable, more: &[&str]) -> Result<()> {
+    symbols.names.add_bare(&variable.name, variable.dimension)?;
+    symbols.meanings.push(Meaning::Si(index));
+    for unit in std::iter::once(variable.unit.as_str()).chain(more.iter().copied()) {
+        let name = format!("{}_{}", variable.name, suffix(unit));
+        if suffix(unit).is_empty() || symbols.names.slot(&name).is_some() {
+            continue;
+        }
+        let (scale, offset) = scale_of(unit, variable.dimension)?;
+        symbols.add(&name, Meaning::InUnit { variable: index, scale, offset })?;
+    }
+    // The names that always work, whatever unit the file shows the four in.
+    if let Some(four) = FOUR.iter().find(|four| four.0 == variable.name && four.1 != variable.unit) {
+        let name = format!("{}_{}", variable.name, suffix(four.1));
+        if symbols.names.slot(&name).is_none() {
+            let (scale, offset) = scale_of(four.1, variable.dimension)?;
+            symbols.add(&name, Meaning::InUnit { variable: index, scale, offset })?;
+        }
+    }
+    Ok(())
+}
+
+impl Variable {
+    /// A name under which expressions may use the variable, and the unit its value has there: kelvin for absolute
+    /// temperatures, else the unit it is shown in.
+    pub fn in_expressions(&self) -> (String, String) {
+        let unit = if self.dimension == Dimension::TEMPERATURE { "K" } else { self.unit.as_str() };
+        let suffix = suffix(unit);
+        // "1" leaves a suffix too, but a pure number goes by its own name.
+        let name = if self.dimension == Dimension::NUMBER { self.name.clone() } else { format!("{}_{suffix}", self.name) };
+        (name, unit.to_string())
+    }
+}
+
+/// A unit as part of a name: `L/min` is `L_min`, `W/(m2 K)` is `W_m2_K`, `%` is `percent`.
+fn suffix(unit: &str) -> String {
+    let spelled = unit.replace('%', "percent").replace('°', "deg");
+    let parts: Vec<&str> = spelled.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty()).collect();
+    parts.join("_")
+}
+
+/// Reads `[drive.NAME]` and gives its quantities to `symbols`.
+pub(super) fn drives(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<Drive>> {
+    let mut found = Vec::new();
+    for (name, section) in root.sections("drive")? {
+        let speed = formula_or(&section, "speed", "motor_speed", Dimension::ANGULAR_SPEED, symbols)?;
+        found.push((Drive { parameters: parameters(&section)?, name, speed }, section.error("")));
+        section.finish()?;
+    }
+    // Names are added last: a drive's speed cannot depend on a drive.
+    for (index, (drive, place)) in found.iter().enumerate() {
+        for (quantity, suffix) in DRIVE_NAMES.iter().enumerate() {
+            symbols.add(&format!("{}_{suffix}", drive.name), Meaning::Drive(index, quantity)).map_err(|e| at(e, place))?;
+        }
+    }
+    Ok(found.into_iter().map(|(drive, _)| drive).collect())
+}
+
+/// Gives an error the place of another.
+fn at(error: Error, place: &Error) -> Error {
+    let location = place.location();
+    let mut error = error;
+    if let Some(file) = &location.file {
+        error = error.in_file(file);
+    }
+    if let Some(line) = location.line {
+        error = error.at_line(line);
+    }
+    if let Some(key) = &location.key {
+        error = error.at_key(key);
+    }
+    error
+}
+
+fn parameters(section: &Section<'_>) -> Result<Parameters> {
+    let mut p = Parameters::default();
+    let fields: [(&str, Dimension, &mut f64); 18] = [
+        ("reducer_inertia", Dimension::INERTIA, &mut p.reducer_inertia),
+        ("screw_mass", Dimension::MASS, &mut p.screw_mass),
+        ("screw_diameter", Dimension::LENGTH, &mut p.screw_diameter),
+        ("coupling_mass", Dimension::MASS, &mut p.coupling_mass),
+        ("coupling_diameter", Dimension::LENGTH, &mut p.coupling_diameter),
+        ("moving_mass", Dimension::MASS, &mut p.moving_mass),
+        ("rotary_inertia", Dimension::INERTIA, &mut p.rotary_inertia),
+        ("lead", Dimension::LENGTH, &mut p.lead),
+        ("ratio", Dimension::NUMBER, &mut p.ratio),
+        ("acceleration_time", Dimension::TIME, &mut p.acceleration_time),
+        ("preload", Dimension::FORCE, &mut p.preload),
+        ("screw_efficiency", Dimension::NUMBER, &mut p.screw_efficiency),
+        ("reducer_efficiency", Dimension::NUMBER, &mut p.reducer_efficiency),
+        ("motor_efficiency", Dimension::NUMBER, &mut p.motor_efficiency),
+        ("guide_friction", Dimension::NUMBER, &mut p.guide_friction),
+        ("bearing_friction", Dimension::NUMBER, &mut p.bearing_friction),
+        ("bearing_load", Dimension::FORCE, &mut p.bearing_load),
+        ("bearing_diameter", Dimension::LENGTH, &mut p.bearing_diameter),
+    ];
+    for (key, dimension, target) in fields {
+        if let Some(value) = section.opt_quantity(key, dimension)? {
+            *target = value;
+        }
+    }
+    if let Some(share) = section.opt_number("rail_heat_share")? {
+        p.rail_heat_share = share;
+    }
+    if let Some(value) = section.opt("reference_speed") {
+        let as_printed = value.is_text() && value.text()? == "actual";
+        p.reference_speed = if as_printed { None } else { Some(value.quantity(Dimension::ANGULAR_SPEED)?) };
+    }
+    p.starting_torque = section.opt_quantity("starting_torque", Dimension::TORQUE)?;
+    p.check().map_err(|error| {
+        let key = error.location().key.clone().unwrap_or_default();
+        section.error_at(&key, error.what()).help(error.remedy().unwrap_or("see docs/machine-file.md"))
+    })?;
+    Ok(p)
+}
+
+/// Reads `[define]`, in the order in which each can be evaluated, and gives the names to `symbols`.
+pub(super) fn definitions(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<Definition>> {
+    let Some(section) = root.opt_section("define")? else { return Ok(Vec::new()) };
+    let names: Vec<&str> = section.keys().collect();
+    let mut slots = Vec::new();
+    for (i, name) in names.iter().enumerate() {
+        let slot = symbols.add(name, Meaning::Definition(i));
+        slots.push(slot.map_err(|e| section.error_at(name, e.what()).help(e.remedy().unwrap_or("choose another name")))?);
+    }
+    let mut waiting: Vec<(usize, Formula)> = Vec::new();
+    for (i, name) in names.iter().enumerate() {
+        waiting.push((i, formula(&section.value(name)?, Dimension::NUMBER, symbols)?));
+    }
+    let mut ordered = Vec::new();
+    while !waiting.is_empty() {
+        let blocked = |f: &Formula| f.slots().any(|slot| waiting.iter().any(|(i, _)| slots[*i] == slot));
+        let Some(ready) = waiting.iter().position(|(_, f)| !blocked(f)) else {
+            let circle: Vec<&str> = waiting.iter().map(|(i, _)| names[*i]).collect();
+            return Err(section
+                .error_at(circle[0], "these definitions need one another")
+                .help(format!("break the circle among: {}", circle.join(", "))));
+        };
+        let (i, formula) = waiting.remove(ready);
+        symbols.definition_slots.push(slots[i]);
+        ordered.push(Definition { name: names[i].into(), formula });
+    }
+    section.finish()?;
+    Ok(ordered)
+}

@@ -1,0 +1,4 @@
+//! From a described machine to the thermal network: cells and faces, then nodes, conductors and sources.
+
+pub mod mesh;
+pub mod network;

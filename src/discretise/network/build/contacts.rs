@@ -1,0 +1,382 @@
+//! Contacts and radiative links: where parts touch, and where the machine file joins them all the same.
+
+use super::tetra::Crossing;
+use super::{Builder, Foot};
+use crate::describe::machine::{Contact, ContactLaw, Face, Place, Side};
+use crate::discretise::mesh::Interface;
+use crate::discretise::mesh::grid::{Grid, tangents};
+use crate::discretise::network::{ContactGroup, Joint, NONE, Reach};
+use crate::error::{Error, Result};
+use std::f64::consts::TAU;
+
+impl Builder<'_> {
+    /// The contact of the machine file that covers an interface; one that names faces goes first.
+    fn covering(&self, interface: &Interface) -> Option<(&Contact, bool)> {
+        let faces = [interface.a, interface.b].map(|(g, side)| {
+            let grid = &self.mesh.grids[g];
+            Face { part: grid.part, block: Some(grid.block), side }
+        });
+        let covers = |place: &Place, face: Face| match place {
+            Place::Part(p) => *p == face.part,
+            Place::Face(f) => f.part == face.part && f.side == face.side && f.block.is_none_or(|b| Some(b) == face.block),
+            Place::Node(_) => false,
+        };
+        let is_specific = |c: &Contact| c.between.iter().any(|p| matches!(p, Place::Face(_)));
+        let (specific, general): (Vec<&Contact>, Vec<&Contact>) = self.machine.contacts.iter().partition(|c| is_specific(c));
+        specific.into_iter().chain(general).find_map(|c| {
+            let straight = covers(&c.between[0], faces[0]) && covers(&c.between[1], faces[1]);
+            let crossed = covers(&c.between[0], faces[1]) && covers(&c.between[1], faces[0]);
+            (straight || crossed).then_some((c, crossed && !straight))
+        })
+    }
+
+    /// Joints where blocks touch.
+    pub(super) fn interfaces(&mut self) -> Result<()> {
+        // Interfaces that share a contact form one group: sort them by the contact they belong to.
+        let default = self.machine.default_contact.clone().unwrap_or(ContactLaw::Bonded);
+        let mut named: Vec<Vec<Crossing>> = vec![Vec::new(); self.machine.contacts.len()];
+        let mut unnamed: Vec<((usize, usize), Vec<Crossing>)> = Vec::new();
+        let mut add_unnamed = |pa: usize, pb: usize, crossing: Crossing| {
+            let key = (pa.min(pb), pa.max(pb));
+            match unnamed.iter_mut().find(|(k, _)| *k == key) {
+                Some((_, list)) => list.push(crossing),
+                None => unnamed.push((key, vec![crossing])),
+            }
+        };
+        let mesh = self.mesh;
+        for interface in &mesh.interfaces {
+            let (pa, pb) = (self.mesh.grids[interface.a.0].part, self.mesh.grids[interface.b.0].part);
+            let covering = self.covering(interface).map(|(contact, crossed)| (contact.name.clone(), crossed));
+            if let Some((contact, crossed)) = covering {
+                let index = self.machine.contacts.iter().position(|c| c.name == contact).unwrap_or(0);
+                named[index].push(self.block_crossing(interface, crossed));
+            } else if pa == pb {
+                let joints = self.joints_of(interface, false, NONE);
+                self.network.joints.extend(joints);
+            } else {
+                add_unnamed(pa, pb, self.block_crossing(interface, pa > pb));
+            }
+        }
+        for touch in &self.mesh.touches {
+            let [pa, pb] = self.touch_parts(touch);
+            for (contact, crossed, pieces) in self.covered_pieces(touch) {
+                match contact {
+                    Some(index) => named[index].push(self.crossing(touch, &pieces, &self.machine.contacts[index].law, crossed)),
+                    None => add_unnamed(pa, pb, self.crossing(touch, &pieces, &default, pa > pb)),
+                }
+            }
+        }
+        for (index, list) in named.into_iter().enumerate() {
+            let contact = &self.machine.contacts[index];
+            if list.is_empty() {
+                let stated = contact.area.is_some()
+                    || matches!(contact.law, ContactLaw::Total(_))
+                    || contact.between.iter().any(|p| matches!(p, Place::Node(_)));
+                if !stated {
+                    return Err(Error::input(format!("the contact '{}' joins faces that do not touch", contact.name))
+                        .at_line(contact.line)
+                        .at_key(format!("contact.{}", contact.name))
+                        .help("move the parts together, or give the contact an area to join them all the same"));
+                }
+                continue; // joined by its stated area later
+            }
+            let true_area: f64 = list.iter().map(|crossing| crossing.area).sum();
+            let scale = match (&contact.law, contact.area) {
+                (ContactLaw::Total(_), _) | (_, None) => 1.0,
+                (_, Some(stated)) => stated / true_area,
+            };
+            let names = contact.between.map(|p| self.place_name(p));
+            self.group(contact.name.clone(), contact.law.clone(), names, true_area, scale, list, false);
+        }
+        for ((pa, pb), list) in unnamed {
+            let area = list.iter().map(|crossing| crossing.area).sum();
+            let names = [pa, pb].map(|p| self.machine.parts[p].name.clone());
+            let name = format!("{} | {}", names[0], names[1]);
+            self.group(name, default.clone(), names, area, 1.0, list, true);
+        }
+        Ok(())
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn group(
+        &mut self,
+        name: String,
+        law: ContactLaw,
+        between: [String; 2],
+        area: f64,
+        scale: f64,
+        crossings: Vec<Crossing>,
+        unnamed: bool,
+    ) {
+        let start = self.network.joints.len();
+        let contact = self.network.contacts.len() as u32;
+        let within = |joint: Joint| Joint { contact, ..joint };
+        for crossing in &crossings {
+            self.network.joints.extend(crossing.joints.iter().copied().map(within));
+        }
+        let joints = start..self.network.joints.len();
+        // Where the law follows the temperature of the interface, that of one side alone would not do: pairs are as
+        // accurate there, to second order.
+        if !matches!(law, ContactLaw::OfTemperature(_) | ContactLaw::Insulated) {
+            self.network.joints.extend(crossings.iter().flat_map(|c| &c.along).copied().map(within));
+        }
+        self.network.contacts.push(ContactGroup { name, law, between, area, scale, is_half: false, joints, unnamed });
+    }
+
+    fn block_crossing(&mut self, interface: &Interface, crossed: bool) -> Crossing {
+        Crossing { joints: self.joints_of(interface, crossed, NONE), along: Vec::new(), area: interface.area() }
+    }
+
+    /// Joints of one interface, from its first side to its second (or crossed).
+    fn joints_of(&mut self, interface: &Interface, crossed: bool, contact: u32) -> Vec<Joint> {
+        let ((ga, sa), (gb, sb)) = (interface.a, interface.b);
+        let (grid_a, grid_b) = (&self.mesh.grids[ga], &self.mesh.grids[gb]);
+        let (property_a, property_b) = (self.property(grid_a.part, sa.axis()), self.property(grid_b.part, sb.axis()));
+        let reaches = &mut self.network.reaches;
+        let mut joint = |o: &crate::discretise::mesh::overlap::Overlap| {
+            let (length_a, length_b) = (grid_a.half_length(grid_a.indices(o.a), sa), grid_b.half_length(grid_b.indices(o.b), sb));
+            let reach = [reach(grid_a, o.a, sa, o.point, reaches), reach(grid_b, o.b, sb, o.point, reaches)];
+            let (a, b) = (o.a as u32, o.b as u32);
+            let joint = Joint { a, b, area: o.area, length_a, length_b, property_a, property_b, contact, reach };
+            if crossed { reversed(joint) } else { joint }
+        };
+        interface.overlaps.iter().map(&mut joint).collect()
+    }
+
+    pub(super) fn place_name(&self, place: Place) -> String {
+        match place {
+            Place::Part(p) => self.machine.parts[p].name.clone(),
+            Place::Face(f) => self.machine.parts[f.part].name.clone(),
+            Place::Node(n) => self.machine.nodes[n].name.clone(),
+        }
+    }
+
+    /// The nodes of a place with their share of `area` (of its own area where `None`).
+    pub(super) fn feet(&self, place: Place, area: Option<f64>, key: &str) -> Result<Vec<Foot>> {
+        let faces: Vec<Face> = match place {
+            Place::Node(n) => {
+                let area = area.ok_or_else(|| {
+                    Error::input("a lumped node has no faces of its own")
+                        .at_key(key)
+                        .help("state the area, for example area = \"0.0143 m2\"")
+                })?;
+                return Ok(vec![(self.lumped(n), area, 0.0, NONE)]);
+            }
+            place => self.faces_of(place),
+        };
+        let gather = |open: bool| {
+            let mut cells: Vec<Foot> = Vec::new();
+            for face in &faces {
+                if let Some(tetra) = self.mesh.tetra_of(face.part) {
+                    cells.extend(self.vertex_areas(tetra, *face, open));
+                }
+                for (g, c, a) in if open { self.mesh.open_cells(*face) } else { self.mesh.face_cells(*face) } {
+                    let grid = &self.mesh.grids[g];
+                    let property = self.property(grid.part, face.side.axis());
+                    cells.push((grid.cell(c) as u32, a, grid.half_length(c, face.side), property));
+                }
+            }
+            cells
+        };
+        // A face that is covered altogether (a plate under a motor) is still a place to join a node to.
+        let open = gather(true);
+        let mut cells = if open.is_empty() { gather(false) } else { open };
+        let total: f64 = cells.iter().map(|c| c.1).sum();
+        if total <= 0.0 {
+            return Err(Error::input(format!("'{}' has no open face here", self.place_name(place)))
+                .at_key(key)
+                .help("name a face that is not covered by another part"));
+        }
+        let factor = area.map_or(1.0, |a| a / total);
+        for foot in &mut cells {
+            foot.1 *= factor;
+        }
+        Ok(cells)
+    }
+
+    /// Contacts joined by a stated area: to lumped nodes, or between places that do not touch.
+    ///
+    /// Conduction to the surface goes through the whole face of each cell; only the interface itself is
+    /// scaled to the stated area, so that coarse cells do not choke it.
+    pub(super) fn stated_contacts(&mut self) -> Result<()> {
+        for contact in &self.machine.contacts {
+            if self.network.contacts.iter().any(|c| c.name == contact.name) {
+                continue;
+            }
+            let key = format!("contact.{}", contact.name);
+            let is_node = contact.between.map(|p| matches!(p, Place::Node(_)));
+            if is_node == [true, true] {
+                let area = contact.area.unwrap_or(1.0);
+                if contact.area.is_none() && !matches!(contact.law, ContactLaw::Total(_)) {
+                    return Err(Error::input("two lumped nodes have no faces to take the area from")
+                        .at_line(contact.line)
+                        .at_key(key)
+                        .help("state the area, for example area = \"0.0143 m2\", or give total_conductance"));
+                }
+                let feet = contact.between.map(|p| self.node_foot(p, area));
+                let start = self.network.joints.len();
+                self.network.joints.push(joint_between(feet[0], feet[1], self.network.contacts.len() as u32));
+                self.push_group(contact, area, 1.0, false, start);
+                continue;
+            }
+            let sides = [0, 1].map(|i| if is_node[i] { Ok(Vec::new()) } else { self.feet(contact.between[i], None, &key) });
+            let [first, second] = sides;
+            let sides = [first?, second?];
+            let own = [0, 1].map(|i| sides[i].iter().map(|f| f.1).sum::<f64>());
+            let smaller = own.iter().copied().filter(|a| *a > 0.0).fold(f64::INFINITY, f64::min);
+            let area = contact.area.unwrap_or(smaller);
+            // What the contact covers no longer sees the chamber.
+            for (place, own) in contact.between.iter().zip(own) {
+                if let (Place::Face(face), Some(covered)) = (place, contact.area) {
+                    self.view_left.push((*face, (1.0 - covered / own).max(0.0)));
+                }
+            }
+            let start = self.network.joints.len();
+            let index = self.network.contacts.len() as u32;
+            if is_node[0] || is_node[1] {
+                let crossed = !is_node[0];
+                let (node, others) = if crossed { (contact.between[1], &sides[0]) } else { (contact.between[0], &sides[1]) };
+                for other in others {
+                    let joint = joint_between(self.node_foot(node, other.1), *other, index);
+                    self.network.joints.push(if crossed { reversed(joint) } else { joint });
+                }
+                self.push_group(contact, area, area / own[usize::from(!crossed)], false, start);
+            } else {
+                // Two resolved places: an arithmetic node between, half of the resistance on each side.
+                let middle = self.arithmetic_node();
+                for foot in &sides[0] {
+                    self.network.joints.push(joint_between(*foot, (middle, foot.1, 0.0, NONE), index));
+                }
+                self.push_group(contact, area, 2.0 * area / own[0], true, start);
+                let start = self.network.joints.len();
+                for foot in &sides[1] {
+                    self.network.joints.push(joint_between((middle, foot.1, 0.0, NONE), *foot, index + 1));
+                }
+                self.push_group(contact, area, 2.0 * area / own[1], true, start);
+            }
+        }
+        Ok(())
+    }
+
+    /// The foot of a lumped node.
+    fn node_foot(&self, place: Place, area: f64) -> Foot {
+        match place {
+            Place::Node(n) => (self.lumped(n), area, 0.0, NONE),
+            Place::Part(_) | Place::Face(_) => (NONE, 0.0, 0.0, NONE),
+        }
+    }
+
+    /// Closes the group of the joints from `start` on.
+    fn push_group(&mut self, contact: &Contact, area: f64, scale: f64, is_half: bool, start: usize) {
+        let name = match self.network.contacts.last() {
+            Some(last) if is_half && last.name == contact.name => format!("{} (far side)", contact.name),
+            _ => contact.name.clone(),
+        };
+        let between = contact.between.map(|p| self.place_name(p));
+        let joints = start..self.network.joints.len();
+        self.network.contacts.push(ContactGroup { name, law: contact.law.clone(), between, area, scale, is_half, joints, unnamed: false });
+    }
+
+    /// Radiation between facing places: each side radiates to one arithmetic node between them, with
+    /// half of the space resistance each; exact for two isothermal grey surfaces.
+    pub(super) fn radiation_links(&mut self) -> Result<()> {
+        for link in &self.machine.radiation_links {
+            let key = format!("radiation_link.{}", link.name);
+            let first = self.feet(link.between[0], link.area, &key)?;
+            let area_1: f64 = first.iter().map(|f| f.1).sum();
+            let second = match link.between[1] {
+                Place::Node(_) => self.feet(link.between[1], Some(area_1), &key)?,
+                place => self.feet(place, None, &key)?,
+            };
+            let area_2: f64 = second.iter().map(|f| f.1).sum();
+            let back = link.view_factor * area_1 / area_2;
+            if back > 1.0 + 1e-9 {
+                return Err(Error::input("by reciprocity the second surface would see the first with a view factor above one")
+                    .at_key(format!("{key}.view_factor"))
+                    .read(link.view_factor)
+                    .help(format!("with these areas at most {:.4}", area_2 / area_1)));
+            }
+            let middle = self.arithmetic_node();
+            for (feet, e, area, view) in
+                [(&first, link.emissivity[0], area_1, link.view_factor), (&second, link.emissivity[1], area_2, back)]
+            {
+                let resistance = (1.0 - e) / (e * area) + 0.5 / (area_1 * link.view_factor);
+                for foot in feet {
+                    let surface = self.surface_node(*foot);
+                    self.network.radiative.push((surface, middle, foot.1 / area / resistance));
+                }
+                let place = if std::ptr::eq(feet, &first) { link.between[0] } else { link.between[1] };
+                self.view_left.extend(self.faces_of(place).into_iter().map(|face| (face, 1.0 - view)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The node of a foot's surface: behind half a cell of conduction, or the node itself where it is lumped.
+    pub(super) fn surface_node(&mut self, (node, area, length, property): Foot) -> u32 {
+        if property == NONE || length == 0.0 {
+            return node;
+        }
+        let surface = self.arithmetic_node();
+        self.network.group[surface as usize] = self.network.group[node as usize];
+        self.network.joints.push(joint_between((node, area, length, property), (surface, area, 0.0, NONE), NONE));
+        surface
+    }
+}
+
+/// A joint from one foot to another, over the area of the first.
+fn joint_between(a: Foot, b: Foot, contact: u32) -> Joint {
+    Joint { a: a.0, b: b.0, area: a.1, length_a: a.2, length_b: b.2, property_a: a.3, property_b: b.3, contact, reach: [NONE; 2] }
+}
+
+/// The same joint, counted the other way.
+pub(super) fn reversed(j: Joint) -> Joint {
+    Joint {
+        a: j.b,
+        b: j.a,
+        area: j.area,
+        length_a: j.length_b,
+        length_b: j.length_a,
+        property_a: j.property_b,
+        property_b: j.property_a,
+        contact: j.contact,
+        reach: [j.reach[1], j.reach[0]],
+    }
+}
+
+/// How the temperature beside the middle of a face cell is found, where `point` (m) is not in its middle.
+fn reach(grid: &Grid, cell: usize, side: Side, point: [f64; 3], reaches: &mut Vec<Reach>) -> u32 {
+    let (c, local) = (grid.indices(cell), grid.to_local(point));
+    let mut found = Reach { nodes: [cell as u32; 2], shares: [0.0; 2] };
+    for (slot, d) in tangents(side.axis()).into_iter().enumerate() {
+        let (n, at) = (grid.n(d), c[d]);
+        let mut offset = local[d] - grid.centre(d, at);
+        if grid.wraps(d) {
+            offset = (offset + TAU / 2.0).rem_euclid(TAU) - TAU / 2.0;
+        }
+        if offset.abs() < 1e-6 * grid.width(d, at) {
+            continue;
+        }
+        let (next, sign) = match (offset > 0.0, grid.wraps(d)) {
+            (true, true) => ((at + 1) % n, 1.0),
+            (false, true) => ((at + n - 1) % n, 1.0),
+            (true, false) if at + 1 < n => (at + 1, 1.0),
+            (false, false) if at > 0 => (at - 1, 1.0),
+            // At the edge of a face nothing lies beyond: the slope inside is continued.
+            (true, false) if at > 0 => (at - 1, -1.0),
+            (false, false) if at + 1 < n => (at + 1, -1.0),
+            _ => continue,
+        };
+        let mut other = c;
+        other[d] = next;
+        let span = (grid.width(d, at) + grid.width(d, next)) / 2.0;
+        let span = if grid.wraps(d) { span } else { (grid.centre(d, next) - grid.centre(d, at)).abs() };
+        found.nodes[slot] = grid.cell(other) as u32;
+        found.shares[slot] = sign * (offset.abs() / span).min(0.5);
+    }
+    if found.shares == [0.0; 2] {
+        return NONE;
+    }
+    reaches.push(found);
+    (reaches.len() - 1) as u32
+}

@@ -1,0 +1,85 @@
+//! A condition, evaluated: every number of the network that changes from one condition to the next.
+
+use crate::describe::machine::{BoundaryLaw, Condition, Machine};
+use crate::error::Result;
+use crate::physics::gas;
+
+/// All numbers that depend on the condition. SI, temperatures in kelvin.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Load {
+    /// Chamber wall temperature, K.
+    pub chamber: f64,
+    /// Film of the residual gas, W/(m² K).
+    pub gas: f64,
+    /// State of each boundary of the machine.
+    pub boundaries: Vec<BoundaryState>,
+    /// Power of each source, W.
+    pub powers: Vec<f64>,
+    /// Volume flow into each circuit, m³/s.
+    pub flows: Vec<f64>,
+    /// Inlet temperature of each circuit, K.
+    pub inlets: Vec<f64>,
+    /// Temperatures at which nodes are held, K: those of the lumped nodes, of the chamber wall, of the boundaries
+    /// (entries without a temperature are 0).
+    pub fixed: Vec<f64>,
+}
+
+/// A boundary at one condition.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum BoundaryState {
+    /// Surface temperature, K.
+    Temperature(f64),
+    /// Film coefficient W/(m² K) and fluid temperature K.
+    Film(f64, f64),
+    /// Flux into the machine, W/m².
+    Flux(f64),
+    /// Emissivity and temperature of what it sees, K.
+    Radiation(f64, f64),
+}
+
+impl Load {
+    /// Evaluates every formula of `machine` at `condition`.
+    ///
+    /// # Errors
+    /// A formula has no finite value there, or a flow, film or absolute temperature comes out negative.
+    pub fn at(machine: &Machine, condition: &Condition) -> Result<Self> {
+        let values = machine.values(condition)?;
+        let positive = |value: f64, what: &str| {
+            if value < 0.0 {
+                return Err(crate::error::Error::input(format!("{what} is negative at this condition")).read(value));
+            }
+            Ok(value)
+        };
+        let chamber = positive(machine.chamber.temperature.evaluate(&values)?, "the chamber's absolute temperature")?;
+        let mut boundaries = Vec::with_capacity(machine.boundaries.len());
+        for boundary in &machine.boundaries {
+            boundaries.push(match &boundary.law {
+                BoundaryLaw::Temperature(t) => BoundaryState::Temperature(positive(t.evaluate(&values)?, "an absolute temperature")?),
+                BoundaryLaw::Film(h, t) => BoundaryState::Film(
+                    positive(h.evaluate(&values)?, "a film coefficient")?,
+                    positive(t.evaluate(&values)?, "an absolute temperature")?,
+                ),
+                BoundaryLaw::Flux(q) => BoundaryState::Flux(q.evaluate(&values)?),
+                BoundaryLaw::Radiation(e, t) => BoundaryState::Radiation(*e, positive(t.evaluate(&values)?, "an absolute temperature")?),
+            });
+        }
+        let powers = machine.sources.iter().map(|s| s.power.evaluate(&values)).collect::<Result<_>>()?;
+        let flows = machine
+            .circuits
+            .iter()
+            .map(|c| positive(c.flow.evaluate(&values)?, &format!("the flow of the circuit '{}'", c.name)))
+            .collect::<Result<_>>()?;
+        let inlets = machine.circuits.iter().map(|c| c.inlet.evaluate(&values)).collect::<Result<_>>()?;
+        let mut fixed: Vec<f64> =
+            machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
+        fixed.push(chamber);
+        fixed.extend(boundaries.iter().map(|b| if let BoundaryState::Temperature(t) = b { *t } else { 0.0 }));
+        let gas = gas::film(machine.chamber.pressure, chamber, machine.chamber.accommodation, machine.chamber.gap);
+        Ok(Self { chamber, gas, boundaries, powers, flows, inlets, fixed })
+    }
+
+    /// The boundary whose temperature an entry of [`Load::fixed`] is, if it is one's.
+    pub fn boundary_of(&self, fixed: u32) -> Option<usize> {
+        (fixed as usize + self.boundaries.len()).checked_sub(self.fixed.len())
+    }
+}

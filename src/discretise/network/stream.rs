@@ -1,0 +1,286 @@
+//! Coolant: one-way fluid conductors (GF) along channels, exchanging heat with the wall both ways.
+//!
+//! A channel is a chain of stations. Water enters station k at the temperature of node k-1 and leaves
+//! it at node k. With the wall at the conductance-weighted mean T_s of the cells the station touches,
+//! the plug-flow solution T_k = T_s + (T_{k-1} - T_s) exp(-UA/C) is exact for a wall that is uniform
+//! over the station; the heat is shared among the cells in proportion to their conductances. What the
+//! water gains is exactly what the cells lose.
+
+use super::{Load, NONE, Network};
+use crate::describe::machine::{Circuit, Film, Layout};
+use crate::discretise::mesh::path::Station;
+use crate::error::{Kind, Result};
+use crate::physics::channel;
+use crate::physics::water::{Liquid, State};
+
+/// A coolant channel in the network.
+#[derive(Debug, Clone)]
+pub struct Stream {
+    /// Name of the channel.
+    pub name: String,
+    /// Circuit it belongs to.
+    pub circuit: usize,
+    /// Stations from inlet to outlet.
+    pub stations: Vec<Station>,
+    /// Node of the water leaving the first station; the others follow.
+    pub first_node: u32,
+    /// Streams whose mixed outflow enters; empty means the circuit's inlet.
+    pub upstream: Vec<usize>,
+    /// Conductivities of the wall: index of the first of three in the network's properties.
+    pub property: u32,
+    /// Hydraulic diameter, m.
+    pub diameter: f64,
+    /// Wetted length, m.
+    pub length: f64,
+    /// Factor on the film: fouling, or a correlation known to be off.
+    pub film_factor: f64,
+    /// Loss coefficients of bends, inlet and outlet.
+    pub minor_loss: f64,
+    /// Wall roughness, m.
+    pub roughness: f64,
+    /// How the film is found.
+    pub film: Film,
+}
+
+/// A circuit: its layout over streams.
+#[derive(Debug, Clone)]
+pub struct CircuitTree {
+    /// The circuit as described.
+    pub circuit: Circuit,
+    /// Layout with stream indices (equal to the machine's channel indices).
+    pub layout: Layout,
+}
+
+/// A stream at one condition and one estimate of the temperatures.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StreamState {
+    /// Heat capacity rate rho q c, W/K.
+    pub capacity_rate: f64,
+    /// Volume flow, m³/s.
+    pub flow: f64,
+    /// Weight of each upstream stream in the inlet mixture.
+    pub mixture: Vec<f64>,
+    /// For each station the exchange C (1 - exp(-UA/C)), W/K.
+    pub exchange: Vec<f64>,
+    /// For each station the conductance between water and cells, UA, W/K.
+    pub conductance: Vec<f64>,
+    /// Heat capacity of a cubic metre of water at the inlet, J/(m³ K).
+    pub volumetric_capacity: f64,
+    /// Heat of viscous dissipation per metre, W/m.
+    pub dissipation: f64,
+    /// Reynolds number.
+    pub reynolds: f64,
+    /// Film coefficient, W/(m² K).
+    pub film: f64,
+    /// Pressure drop, Pa.
+    pub pressure_drop: f64,
+    /// A remark where a closure leaves its range.
+    pub note: Option<&'static str>,
+}
+
+impl Stream {
+    /// Node of the water leaving the last station.
+    pub fn outlet(&self) -> u32 {
+        self.first_node + self.stations.len() as u32 - 1
+    }
+
+    /// Mean wall-side (cell) temperature and mean water temperature (K), weighted by length.
+    pub fn mean_temperatures(&self, temperatures: &[f64]) -> (f64, f64) {
+        let (mut wall, mut water, mut length) = (0.0, 0.0, 0.0);
+        for (k, station) in self.stations.iter().enumerate() {
+            let cells: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
+            wall += station.length * cells;
+            water += station.length * temperatures[self.first_node as usize + k];
+            length += station.length;
+        }
+        (wall / length, water / length)
+    }
+
+    /// Share of a station's exchange that each of its cells has: proportional to the wall it holds.
+    pub fn shares(station: &Station) -> impl Iterator<Item = (usize, f64)> + '_ {
+        station.cells.iter().copied()
+    }
+}
+
+impl Network {
+    /// The state of every stream, from the flows of `load` and the current temperatures (K).
+    ///
+    /// # Errors
+    /// Water outside its property range, or a flow split that does not converge; both name the circuit.
+    pub fn stream_states(&self, load: &Load, temperatures: &[f64]) -> Result<Vec<StreamState>> {
+        let means: Vec<(f64, f64)> = self.streams.iter().map(|s| s.mean_temperatures(temperatures)).collect();
+        let mut states = vec![StreamState::default(); self.streams.len()];
+        for circuit in 0..self.circuits.len() {
+            self.circuit_states(circuit, load, temperatures, &means, &mut states)?;
+        }
+        Ok(states)
+    }
+
+    /// The states of one circuit's streams, with the mean (wall, water) temperatures of all streams given apart
+    /// from the temperatures themselves: films, water properties and flow split depend on the means alone.
+    ///
+    /// # Errors
+    /// As [`Network::stream_states`].
+    pub fn circuit_states(
+        &self,
+        c: usize,
+        load: &Load,
+        temperatures: &[f64],
+        means: &[(f64, f64)],
+        states: &mut [StreamState],
+    ) -> Result<()> {
+        let tree = &self.circuits[c];
+        let name = &tree.circuit.name;
+        let at = |t: f64| {
+            tree.circuit.liquid.at(t).map_err(|e| {
+                let key = format!("circuit.{name}");
+                if e.kind() == Kind::Input { e.at_key(key) } else { e }
+            })
+        };
+        let inlet = at(load.inlets[c])?;
+        let total = load.flows[c];
+        // Mass is conserved along the circuit; volume flow is stated at the inlet.
+        let mass_flow = total * inlet.density;
+        let mut flows = vec![0.0; self.streams.len()];
+        let mut liquids = vec![None; self.streams.len()];
+        for s in members(&tree.layout) {
+            let (_, water) = means[s];
+            // Water at rest carries nothing, whatever its wall makes of it.
+            let mean = if total > 0.0 { water.clamp(load.inlets[c] - 1.0, load.inlets[c] + 60.0) } else { load.inlets[c] };
+            liquids[s] = Some(at(mean)?);
+        }
+        self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
+        for s in members(&tree.layout) {
+            let Some(liquid) = liquids[s] else { continue };
+            states[s] = self.stream_state(s, flows[s], inlet, liquid, means[s].0, temperatures, tree.circuit.dissipation, &flows);
+        }
+        Ok(())
+    }
+
+    /// Fills in the mass flow of every stream below `layout`.
+    fn distribute(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<State>], flows: &mut [f64]) -> Result<()> {
+        match layout {
+            Layout::Channel(s) => flows[*s] = mass_flow,
+            Layout::Series(items) => {
+                for item in items {
+                    self.distribute(item, mass_flow, liquids, flows)?;
+                }
+            }
+            Layout::Parallel(items) => {
+                let drops: Vec<_> = items.iter().map(|item| move |m: f64| self.pressure_drop(item, m, liquids)).collect();
+                for (item, m) in items.iter().zip(channel::split_flow(mass_flow, &drops)?) {
+                    self.distribute(item, m, liquids, flows)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Pressure drop (Pa) over `layout` at a mass flow (kg/s).
+    fn pressure_drop(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<State>]) -> f64 {
+        match layout {
+            Layout::Channel(s) => {
+                let stream = &self.streams[*s];
+                liquids[*s].map_or(0.0, |liquid| stream.pressure_drop(mass_flow, liquid))
+            }
+            Layout::Series(items) => items.iter().map(|item| self.pressure_drop(item, mass_flow, liquids)).sum(),
+            Layout::Parallel(items) => {
+                let drops: Vec<_> = items.iter().map(|item| move |m: f64| self.pressure_drop(item, m, liquids)).collect();
+                match channel::split_flow(mass_flow, &drops) {
+                    Ok(flows) => flows.iter().zip(&drops).map(|(m, dp)| dp(*m)).fold(0.0, f64::max),
+                    Err(_) => f64::NAN,
+                }
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn stream_state(
+        &self,
+        index: usize,
+        mass_flow: f64,
+        inlet: State,
+        liquid: State,
+        wall: f64,
+        temperatures: &[f64],
+        dissipation: bool,
+        flows: &[f64],
+    ) -> StreamState {
+        let stream = &self.streams[index];
+        let flow = mass_flow / liquid.density;
+        let velocity = flow / (std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter);
+        let reynolds = liquid.density * velocity * stream.diameter / liquid.viscosity;
+        let (film, note) = stream.film_coefficient(reynolds, liquid, wall, &self.circuits[stream.circuit].circuit.liquid);
+        let drop = stream.pressure_drop(mass_flow, liquid);
+        // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
+        let rate = mass_flow * inlet.specific_heat;
+        let conductance: Vec<f64> = stream
+            .stations
+            .iter()
+            .map(|station| {
+                let perimeter = std::f64::consts::PI * stream.diameter;
+                let film_resistance = 1.0 / (film * perimeter * station.length);
+                let cell: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
+                let spread = if stream.property == NONE {
+                    0.0
+                } else {
+                    let k = |axis: usize| self.properties[stream.property as usize + axis].at(cell);
+                    let across: f64 = (0..3).map(|axis| station.across[axis] * k(axis).ln()).sum();
+                    station.shape / (across.exp() * station.length)
+                };
+                1.0 / (film_resistance + spread).max(0.2 * film_resistance)
+            })
+            .collect();
+        let exchange = conductance.iter().map(|ua| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 }).collect();
+        let volumetric_capacity = inlet.density * inlet.specific_heat;
+        let upstream_flow: f64 = stream.upstream.iter().map(|u| flows[*u]).sum();
+        let mixture = stream
+            .upstream
+            .iter()
+            .map(|u| if upstream_flow > 0.0 { flows[*u] / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
+            .collect();
+        let dissipation = if dissipation { drop * flow / stream.length } else { 0.0 };
+        StreamState {
+            capacity_rate: rate,
+            flow,
+            mixture,
+            exchange,
+            conductance,
+            volumetric_capacity,
+            dissipation,
+            reynolds,
+            film,
+            pressure_drop: drop,
+            note,
+        }
+    }
+}
+
+impl Stream {
+    /// Pressure drop (Pa) at a mass flow (kg/s).
+    fn pressure_drop(&self, mass_flow: f64, liquid: State) -> f64 {
+        channel::pressure_drop(mass_flow / liquid.density, self.diameter, self.length, self.minor_loss, self.roughness, &liquid)
+    }
+
+    /// Film coefficient W/(m² K), mean over the channel, and a remark where the closure leaves its range.
+    fn film_coefficient(&self, reynolds: f64, liquid: State, wall_temperature: f64, kind: &Liquid) -> (f64, Option<&'static str>) {
+        match &self.film {
+            Film::Given(h) => (self.film_factor * h, None),
+            Film::Correlation { bend_factor, wall } => {
+                // Outside the range of the water formulas the wall factor is taken as one.
+                let prandtl_wall = kind.at(wall_temperature).map_or(liquid.prandtl(), |s| s.prandtl());
+                let nusselt = channel::nusselt(reynolds, liquid.prandtl(), self.diameter / self.length, *wall, false, prandtl_wall);
+                let note = channel::note(reynolds, liquid.prandtl(), self.diameter / self.length, prandtl_wall);
+                (self.film_factor * bend_factor * nusselt * liquid.conductivity / self.diameter, note)
+            }
+        }
+    }
+}
+
+/// The streams below a layout, in order.
+pub fn members(layout: &Layout) -> Vec<usize> {
+    match layout {
+        Layout::Channel(s) => vec![*s],
+        Layout::Series(items) | Layout::Parallel(items) => items.iter().flat_map(members).collect(),
+    }
+}

@@ -1,0 +1,106 @@
+//! Open faces: half a cell of conduction to a surface that radiates, loses heat to gas, and may
+//! have a film, a flux or a temperature prescribed. The surface temperature is eliminated here.
+
+use super::{BoundaryState, Load, NONE};
+use crate::describe::machine::Property;
+use crate::physics::radiation::SIGMA;
+
+/// An open face of a cell, or the radiating area of a lumped node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Surface {
+    /// The node behind it.
+    pub node: u32,
+    /// Conductivity behind it: index into the network's properties, or [`NONE`] for a lumped node.
+    pub property: u32,
+    /// Conduction length from the node to the surface, m.
+    pub length: f64,
+    /// Area of the face, m².
+    pub area: f64,
+    /// Effective emissivity times radiating area towards the chamber, m².
+    pub emissive: f64,
+    /// Area wetted by the residual gas, m².
+    pub gas_area: f64,
+    /// Boundary of the machine that acts on it, or [`NONE`].
+    pub law: u32,
+}
+
+/// What leaves through a surface.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct SurfaceState {
+    /// Temperature of the surface itself, K.
+    pub temperature: f64,
+    /// Heat leaving the node, W.
+    pub heat: f64,
+    /// Its derivative with respect to the node's temperature at the conductivity the node has, W/K; never negative.
+    pub slope: f64,
+    /// What the slope grows by because the node's conductivity follows its temperature, W/K.
+    pub stiffening: f64,
+    /// Part of it that radiates to the chamber, W.
+    pub radiated: f64,
+    /// Part of it that the gas carries, W.
+    pub gas: f64,
+    /// Part of it that leaves through the prescribed law, W.
+    pub law: f64,
+    /// What the heat changes by when the outside takes one watt more at the same surface temperature; also what
+    /// the surface moves by when the node moves by one kelvin (for a constant conductivity).
+    pub share: f64,
+}
+
+impl Surface {
+    /// Heat leaving at a node temperature (K). The surface balance is solved by Newton's method, which
+    /// converges from above for the convex, increasing balance; it stops at rounding.
+    pub fn state(&self, node: f64, properties: &[Property], load: &Load) -> SurfaceState {
+        let law = if self.law == NONE { None } else { Some(load.boundaries[self.law as usize]) };
+        // Conductance to the surface, W/K, and its derivative with respect to the node's temperature.
+        let (inward, stiffening) = if self.property == NONE || self.length == 0.0 {
+            (f64::INFINITY, 0.0)
+        } else {
+            let (k, slope) = properties[self.property as usize].with_slope(node);
+            (k * self.area / self.length, slope * self.area / self.length)
+        };
+        if let Some(BoundaryState::Temperature(t)) = law {
+            // Nothing between a lumped node and its held surface: a stiff but finite link.
+            let inward = if inward.is_finite() { inward } else { 1e9 * self.area.max(1e-9) };
+            let heat = inward * (node - t);
+            let stiffening = stiffening * (node - t);
+            return SurfaceState { temperature: t, heat, slope: inward, stiffening, law: heat, ..SurfaceState::default() };
+        }
+        let outward = |ts: f64| {
+            let radiated = SIGMA * self.emissive * (ts.powi(4) - load.chamber.powi(4));
+            let gas = load.gas * self.gas_area * (ts - load.chamber);
+            let mut slope = 4.0 * SIGMA * self.emissive * ts.powi(3) + load.gas * self.gas_area;
+            let law = match law {
+                Some(BoundaryState::Film(h, t)) => {
+                    slope += h * self.area;
+                    h * self.area * (ts - t)
+                }
+                Some(BoundaryState::Flux(q)) => -q * self.area,
+                Some(BoundaryState::Radiation(e, t)) => {
+                    slope += 4.0 * SIGMA * e * self.area * ts.powi(3);
+                    SIGMA * e * self.area * (ts.powi(4) - t.powi(4))
+                }
+                _ => 0.0,
+            };
+            (radiated, gas, law, slope)
+        };
+        let mut ts = node;
+        if inward.is_finite() {
+            for _ in 0..50 {
+                let (radiated, gas, law, slope) = outward(ts);
+                let step = (inward * (node - ts) - radiated - gas - law) / (inward + slope);
+                ts = (ts + step).max(0.0);
+                if step.abs() <= 1e-13 * ts.max(1.0) {
+                    break;
+                }
+            }
+        }
+        let (radiated, gas, law, slope) = outward(ts);
+        let share = if inward.is_finite() { inward / (inward + slope) } else { 1.0 };
+        let (slope, stiffening) = if inward.is_finite() {
+            (inward * slope / (inward + slope), stiffening * (node - ts) * slope / (inward + slope))
+        } else {
+            (slope, 0.0)
+        };
+        SurfaceState { temperature: ts, heat: radiated + gas + law, slope, stiffening, radiated, gas, law, share }
+    }
+}

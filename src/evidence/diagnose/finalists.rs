@@ -1,0 +1,311 @@
+//! The most probable causes fitted through the full solver, and what could act beside them.
+
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
+use super::Problem;
+use super::catalogue::{Hypothesis, hypotheses};
+use super::probability::{self, Candidate, Posterior};
+use super::refine::{Bench, Extended, Fitted, Used, fit};
+use super::screen::Screened;
+use super::signature::signatures;
+use super::view::{Held, View, add_mesh_share};
+use crate::error::Result;
+use crate::evidence::identify::chi_square_tail;
+
+/// Causes and pairs of a screen that are fitted.
+const FINALISTS: usize = 6;
+/// Least probability of a finalist, once there is one.
+const LEAST: f64 = 3e-3;
+/// A misfit left that is less probable than this is looked into for a second cause.
+const LEFT: f64 = 0.05;
+/// Causes beside which a second one is looked for, and how many of each are fitted.
+const FIRSTS: usize = 2;
+const SECONDS: usize = 3;
+/// Turns of fitting what leads unfitted.
+const MOST_TURNS: usize = 3;
+/// How often covariance and mesh are taken anew about the best explanation.
+const ROUNDS: usize = 2;
+
+/// What fitting needs.
+pub struct Finals<'a> {
+    /// Machine and data.
+    pub problem: &'a Problem,
+    /// Predictions with causes in force.
+    pub bench: &'a Bench<'a>,
+    /// All causes.
+    pub catalogue: &'a [Hypothesis],
+    /// The machine as it is.
+    pub base: &'a View,
+    /// The first screen.
+    pub screened: &'a Screened,
+    /// Prior of every cause in it.
+    pub prior: &'a [f64],
+    /// Row and sensor of every reading.
+    pub places: Vec<(usize, usize)>,
+}
+
+/// Members of an explanation, as positions in the screen, with their fit.
+pub type Entry = (Vec<usize>, Fitted);
+
+/// What the fits come to.
+pub struct Outcome {
+    /// Everything with its probability.
+    pub posterior: Posterior,
+    /// The fits.
+    pub fitted: Vec<Entry>,
+    /// The screen under the covariance about the best explanation.
+    pub screened: Screened,
+    /// What a finer mesh changes there, K.
+    pub mesh: Vec<f64>,
+}
+
+impl Finals<'_> {
+    /// Fits the most probable causes and pairs, looks for a second cause where one alone leaves too much, and puts the
+    /// evidence of the fits in place of the linear one. Covariance and mesh are taken anew about the best explanation: what
+    /// is common to all films or heats acts on what the cause adds too.
+    ///
+    /// # Errors
+    /// As [`signatures`].
+    pub fn fit(&self, posterior: Posterior, progress: &mut dyn FnMut(&str)) -> Result<Outcome> {
+        progress("fitting the most probable causes through the full solver");
+        let mut now = Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), mesh: self.base.mesh.clone() };
+        let mut about: Vec<usize> = Vec::new();
+        let mut view = self.base.clone();
+        now.fitted = self.solve(&leading(&now.posterior, &now.screened, FINALISTS), &now.fitted, &view);
+        self.weigh(&mut now);
+        for round in 0..ROUNDS {
+            let Some(best) = self.best(&now).filter(|best| best.0 != about) else { break };
+            about.clone_from(&best.0);
+            if let Some(about_best) = self.about(&best, round)? {
+                view = about_best;
+                let base = &self.base.found;
+                let (residual, columns, places) = (&base.residual, &base.columns, &self.places);
+                let held = Held { residual, columns, whitener: &view.whitener, catalogue: self.catalogue, places };
+                now.screened = held.screen_of(&self.screened.visible);
+                now.mesh.clone_from(&view.mesh);
+                // In logs, whose fits are runs, a second cause is looked for beside the first only where one leaves too much.
+                now.posterior = probability::posterior(&now.screened, self.prior, !self.problem.data.is_transient());
+                self.keep(&mut now);
+                let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
+                chosen.extend(self.again(&now, &chosen));
+                now.fitted = self.solve(&chosen, &now.fitted, &view);
+                self.weigh(&mut now);
+            }
+            self.settle(&mut now, &view);
+            if round == 0 && self.leaves_much(&now) {
+                progress("looking for a second cause beside the best ones");
+                let pairs = self.seconds(&now, &view)?;
+                let more = self.solve(&pairs, &[], &view);
+                now.posterior.candidates.retain(|c| !more.iter().any(|(m, _)| *m == c.members));
+                now.posterior.candidates.extend(pairs.into_iter().filter(|c| more.iter().any(|(m, _)| *m == c.members)));
+                now.fitted.extend(more);
+                self.weigh(&mut now);
+                self.settle(&mut now, &view);
+            }
+        }
+        Ok(now)
+    }
+
+    /// Covariance and mesh with an explanation in force; `None` where they are those already taken, or the machine file has no words
+    /// for it.
+    fn about(&self, (members, fitted): &Entry, round: usize) -> Result<Option<View>> {
+        let members: Vec<(&Hypothesis, f64)> = members.iter().map(|j| self.of(*j)).zip(fitted.amplitudes.iter().copied()).collect();
+        if members.iter().all(|(h, _)| h.is_sensor()) {
+            return Ok((round > 0).then(|| self.base.clone()));
+        }
+        let Some(Extended { study, .. }) = self.bench.extended(&members)? else { return Ok(None) };
+        View::about(self.problem, &study, self.catalogue, self.bench.scales).map(Some)
+    }
+
+    /// Fits what slopes put ahead of all that is fitted, until what leads is fitted.
+    fn settle(&self, now: &mut Outcome, view: &View) {
+        for _ in 0..MOST_TURNS {
+            let is_open = |c: &&Candidate| c.probability > LEAST && !now.fitted.iter().any(|(m, _)| *m == c.members);
+            let open: Vec<Candidate> = now.posterior.candidates.iter().take(FINALISTS).filter(is_open).cloned().collect();
+            let more = self.solve(&open, &[], view);
+            if more.is_empty() {
+                break;
+            }
+            now.fitted.extend(more);
+            self.weigh(now);
+        }
+    }
+
+    fn of(&self, j: usize) -> &Hypothesis {
+        &self.catalogue[self.screened.visible[j]]
+    }
+
+    /// The most probable explanation that is fitted.
+    fn best(&self, now: &Outcome) -> Option<Entry> {
+        let of = |c: &Candidate| now.fitted.iter().find(|(members, _)| *members == c.members).cloned();
+        now.posterior.candidates.iter().find_map(of)
+    }
+
+    fn leaves_much(&self, now: &Outcome) -> bool {
+        let least = now.fitted.iter().map(|(_, f)| f.misfit).fold(f64::INFINITY, f64::min);
+        chi_square_tail(least, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
+    }
+
+    /// What was fitted and is not among the linear candidates (a second cause found beside the first) stays one.
+    fn keep(&self, now: &mut Outcome) {
+        for (members, f) in &now.fitted {
+            if now.posterior.candidates.iter().any(|c| c.members == *members) {
+                continue;
+            }
+            let amplitudes = members.iter().zip(&f.amplitudes).map(|(j, a)| a / self.of(*j).scale).collect();
+            let gain = now.screened.misfit() - f.misfit;
+            now.posterior.candidates.push(Candidate {
+                members: members.clone(),
+                amplitudes,
+                gain,
+                weight: f64::NEG_INFINITY,
+                probability: 0.0,
+            });
+        }
+    }
+
+    /// Those fitted before that are not chosen yet, the better ones.
+    fn again(&self, now: &Outcome, chosen: &[Candidate]) -> Vec<Candidate> {
+        let mut before: Vec<&Entry> = now.fitted.iter().filter(|(m, _)| !chosen.iter().any(|c| c.members == *m)).collect();
+        before.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        let of = |(members, _): &&Entry| now.posterior.candidates.iter().find(|c| c.members == *members).cloned();
+        before.iter().filter_map(of).take(FINALISTS / 2).collect()
+    }
+
+    /// Fits, from amplitudes found before where there are any.
+    fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &View) -> Vec<Entry> {
+        let all: Vec<usize> = (0..view.readings.len()).collect();
+        let attempt = |c: &Candidate| -> Option<Entry> {
+            let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
+            let guess: Vec<f64> = match before.iter().find(|(m, _)| *m == c.members) {
+                Some((_, f)) => f.amplitudes.clone(),
+                None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
+            };
+            fit(
+                self.bench,
+                &members,
+                &guess,
+                Used { which: &all, readings: &view.readings, mesh: &view.mesh, places: &self.places, whitener: &view.whitener },
+            )
+            .ok()
+            .map(|f| (c.members.clone(), f))
+        };
+        candidates.par_iter().filter_map(attempt).collect()
+    }
+
+    /// The evidence of fits in place of the linear one.
+    fn weigh(&self, now: &mut Outcome) {
+        let whole = now.screened.misfit();
+        for (members, f) in &now.fitted {
+            let Some(candidate) = now.posterior.candidates.iter_mut().find(|c| c.members == *members) else { continue };
+            let sides = members.iter().filter(|j| !self.screened.signed[**j]).count() as f64 * 2f64.ln();
+            candidate.weight = f.evidence + 0.5 * whole + sides + probability::prior_of(members, self.prior);
+            candidate.gain = whole - f.misfit;
+        }
+        now.posterior.normalise();
+    }
+
+    /// Pairs of the best single causes with whatever could act beside them.
+    fn seconds(&self, now: &Outcome, view: &View) -> Result<Vec<Candidate>> {
+        let mut singles: Vec<&Entry> = now.fitted.iter().filter(|(members, _)| members.len() == 1).collect();
+        singles.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        let mut pairs: Vec<Candidate> = Vec::new();
+        for (members, f) in singles.into_iter().take(FIRSTS) {
+            for pair in self.beside(members[0], f, now, view)? {
+                if !pairs.iter().any(|p| p.members == pair.members) && !now.fitted.iter().any(|(m, _)| *m == pair.members) {
+                    pairs.push(pair);
+                }
+            }
+        }
+        Ok(pairs)
+    }
+
+    /// What could act beside a cause: all causes screened again about the machine with it in force, its own amplitude free.
+    fn beside(&self, first: usize, fitted: &Fitted, now: &Outcome, view: &View) -> Result<Vec<Candidate>> {
+        let (h, problem) = (self.of(first), self.problem);
+        let Some(Extended { study, .. }) = self.bench.extended(&[(h, fitted.amplitudes[0])])? else { return Ok(Vec::new()) };
+        let mut again = hypotheses(&study, &problem.data, &problem.user);
+        let name = |h: &Hypothesis| (h.kind, h.place.clone(), h.law);
+        let known: HashMap<_, usize> = (0..self.screened.visible.len()).map(|j| (name(self.of(j)), j)).collect();
+        again.retain(|h| known.contains_key(&name(h)));
+        let found = signatures(&study, &problem.data, problem.start, &[], &again, self.bench.scales, &problem.user)?;
+        let left: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
+        let relabelled = h.relabelled(&self.places);
+        let residual = relabelled
+            .as_ref()
+            .map_or_else(|| left.clone(), |from| from.iter().enumerate().map(|(i, o)| left[*o] + view.mesh[*o] - view.mesh[i]).collect());
+        // What the readings show of another cause goes through the sensors' own error first; exchanged ones were put back.
+        let shown = |column: &Vec<f64>, other: &Hypothesis| -> Vec<f64> {
+            if !h.is_sensor() || h.is_fixed() || other.is_sensor() {
+                return column.clone();
+            }
+            let values = &found.prediction.values;
+            let moved: Vec<f64> = values.iter().zip(column).map(|(v, c)| v + c).collect();
+            let read = |v: &[f64]| h.read(&problem.data, v, fitted.amplitudes[0]);
+            read(&moved).iter().zip(read(values)).map(|(a, b)| a - b).collect()
+        };
+        let mut columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
+        add_mesh_share(&again, &mut columns, &view.mesh, &self.places);
+        let held = Held { residual: &residual, columns: &columns, whitener: &view.whitener, catalogue: &again, places: &self.places };
+        let mut second = held.screen();
+        let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
+        let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
+        // What is found of the first is a change of its amplitude.
+        second.signed[own] = true;
+        let pair = |i: usize| -> Option<Candidate> {
+            // With the first one's amplitude free, where it has one.
+            let share = if h.is_fixed() { 0.0 } else { second.gram[(own, i)] / second.gram[(own, own)] };
+            let ([moved, other], gain) = if h.is_fixed() {
+                let (other, gain) = second.single(i);
+                ([0.0, other], gain)
+            } else {
+                second.pair(own, i)
+            };
+            let g = second.gram[(i, i)] - share * second.gram[(own, i)];
+            let b = second.along[i] - share * second.along[own];
+            let evidence = match &second.relabelled[i] {
+                Some(left) if h.is_fixed() => 0.5 * (second.misfit() - left.misfit),
+                Some(left) => 0.5 * (second.misfit() - left.misfit + left.along[own].powi(2) / (1.0 + second.gram[(own, own)])),
+                None => 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln(),
+            };
+            let weight = evidence + self.prior[position[i]].ln();
+            let is_possible = h.is_signed || fitted.amplitudes[0] / h.scale + moved >= 0.0;
+            let mut both = [(first, fitted.amplitudes[0] / h.scale + moved), (position[i], other)];
+            both.sort_by_key(|(j, _)| *j);
+            (gain > 0.0 && is_possible).then(|| Candidate {
+                members: both.iter().map(|b| b.0).collect(),
+                amplitudes: both.iter().map(|b| b.1).collect(),
+                gain: now.screened.misfit() - fitted.misfit + gain,
+                weight,
+                probability: 0.0,
+            })
+        };
+        let mut pairs: Vec<Candidate> = (0..position.len()).filter(|i| *i != own).filter_map(pair).collect();
+        pairs.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+        pairs.truncate(SECONDS);
+        Ok(pairs)
+    }
+}
+
+/// Candidates worth a fit, at most `most`. Slopes serve only near the machine as it is: where even the best leaves more than
+/// noise, differences of evidence count for as much less.
+pub fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<Candidate> {
+    let candidates = &posterior.candidates;
+    let Some(best) = candidates.first() else { return Vec::new() };
+    let left = (screened.misfit() - best.gain) / screened.residual.len() as f64;
+    let share = 1.0 / left.max(1.0);
+    let is_probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
+    let mut chosen: Vec<Candidate> = candidates.iter().filter(is_probable).take(most).cloned().collect();
+    // Two must be held against the stronger one alone, which slopes put far behind where its effect bends.
+    for pair in chosen.clone().iter().filter(|c| c.members.len() > 1) {
+        let alone = candidates.iter().filter(|c| c.members.len() == 1 && pair.members.contains(&c.members[0]));
+        if let Some(single) = alone.max_by(|a, b| a.gain.total_cmp(&b.gain))
+            && !chosen.iter().any(|c| c.members == single.members)
+        {
+            chosen.push(single.clone());
+        }
+    }
+    chosen
+}

@@ -1,0 +1,372 @@
+//! Finalists, fitted through the full solver.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::catalogue::{Hypothesis, Scales, UserKind};
+use super::history::TIME_TOLERANCE;
+use crate::error::{Error, Result};
+use crate::evidence::identify;
+use crate::evidence::measurement::{Data, Whitener};
+use crate::explore::simulate::Start;
+use crate::solve::sensitivity::Study;
+
+/// Steps with the same slopes, and how often slopes are renewed.
+const MOST_STEPS: usize = 3;
+const MOST_RENEWALS: usize = 4;
+/// Where fronts run through the water every step has slopes of its own.
+const MOST_RENEWALS_OF_FRONTS: usize = 6;
+/// A step shorter than this share of the standard deviation is none.
+const SMALL: f64 = 0.05;
+/// Slopes are renewed until they moved the fit by less than this share of its standard deviation.
+const RENEWED: f64 = 0.3;
+/// Difference step, as a share of the prior's scale.
+const STEP: f64 = 0.02;
+/// The same in logs, whose runs are known to the error of their time steps.
+const STEP_OF_LOGS: f64 = 0.1;
+/// The same to both sides of where fronts run, which are known to a part of a station and of a time step only.
+const STEP_OF_FRONTS: f64 = 0.25;
+
+/// What is needed to predict with a hypothesis in force.
+#[derive(Debug, Clone, Copy)]
+pub struct Bench<'a> {
+    /// The machine as it is.
+    pub study: &'a Study,
+    /// The data.
+    pub data: &'a Data,
+    /// What the machine as it is predicts for them, K.
+    pub predicted: &'a [f64],
+    /// Its temperatures of all nodes at each distinct condition, K, where solves begin; none of logs.
+    pub fields: &'a [Vec<f64>],
+    /// State logs begin with.
+    pub start: Start,
+    /// Where laws are one.
+    pub scales: &'a Scales,
+    /// The user's kinds.
+    pub user: &'a [UserKind],
+    /// Whether fronts in the water make much of what the data show: a log of a pipe.
+    pub fronts: bool,
+}
+
+/// A machine with causes in force.
+#[derive(Debug, Clone)]
+pub struct Extended {
+    /// The machine.
+    pub study: Study,
+    /// The lines of its file that make it so.
+    pub sets: Vec<(String, String)>,
+}
+
+impl Bench<'_> {
+    /// The machine with several hypotheses in force at once; `None` where its file has no words for one.
+    ///
+    /// # Errors
+    /// As [`Hypothesis::sets`]; the machine with these lines is not valid.
+    pub fn extended(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<Extended>> {
+        let mut all = Vec::new();
+        let mut study = self.study.clone();
+        for (h, amplitude) in members {
+            let Some(sets) = h.sets(&study, self.scales, self.user, *amplitude)? else { return Ok(None) };
+            if !sets.is_empty() {
+                // The second edits what the first one left: both may speak of the same key.
+                study = study.edited(&sets)?;
+            }
+            all.extend(sets);
+        }
+        Ok(Some(Extended { study, sets: all }))
+    }
+
+    /// Predictions with hypotheses in force.
+    ///
+    /// # Errors
+    /// The machine file has no words for one of them, or the machine with them cannot be solved.
+    pub fn predict(&self, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
+        let (values, _) = self.solve_near(members, self.fields)?;
+        Ok(self.read(members, values))
+    }
+
+    /// What the machine comes to, before its sensors' own errors, with the temperatures of all nodes; from those of a machine
+    /// much like it, see [`identify::steady_near`].
+    fn solve_near(&self, members: &[(&Hypothesis, f64)], near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+        if members.iter().all(|(h, _)| h.is_sensor()) {
+            return Ok((self.predicted.to_vec(), Vec::new()));
+        }
+        let Some(Extended { study, .. }) = self.extended(members)? else {
+            return Err(Error::input("the machine file has no words for this cause"));
+        };
+        if self.data.is_transient() {
+            Ok((identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, Vec::new()))
+        } else {
+            identify::steady_near(&study, self.data, near)
+        }
+    }
+
+    /// What the sensors make of it.
+    fn read(&self, members: &[(&Hypothesis, f64)], values: Vec<f64>) -> Vec<f64> {
+        in_order(members).fold(values, |values, (h, amplitude)| h.read(self.data, &values, amplitude))
+    }
+}
+
+/// What acts on readings, in order: each sensor's own error, then exchanges of sensors with their errors.
+pub(super) fn in_order<'a>(members: &'a [(&'a Hypothesis, f64)]) -> impl Iterator<Item = (&'a Hypothesis, f64)> {
+    let own = members.iter().filter(|(h, _)| h.is_sensor() && !h.is_fixed());
+    own.chain(members.iter().filter(|(h, _)| h.is_fixed())).copied()
+}
+
+/// A cause with its amplitudes as the full solver has them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fitted {
+    /// Amplitudes.
+    pub amplitudes: Vec<f64>,
+    /// Their standard deviations.
+    pub deviations: Vec<f64>,
+    /// Whitened misfit left.
+    pub misfit: f64,
+    /// Predictions, K.
+    pub values: Vec<f64>,
+    /// Evidence over that of a misfit of zero, without the prior of the hypothesis: Laplace's approximation.
+    pub evidence: f64,
+}
+
+/// Readings that a fit may use.
+#[derive(Debug, Clone, Copy)]
+pub struct Used<'a> {
+    /// Which, as positions among all readings.
+    pub which: &'a [usize],
+    /// These readings less what a finer mesh changes in their predictions, K.
+    pub readings: &'a [f64],
+    /// What it changes in all predictions, K.
+    pub mesh: &'a [f64],
+    /// Row and sensor of each.
+    pub places: &'a [(usize, usize)],
+    /// What makes their residuals independent.
+    pub whitener: &'a Whitener,
+}
+
+/// A point of a fit.
+struct Point {
+    amplitudes: Vec<f64>,
+    /// Predictions before the sensors' own errors, and temperatures of all nodes, K.
+    solved: (Vec<f64>, Vec<Vec<f64>>),
+    values: Vec<f64>,
+    residual: Vec<f64>,
+    cost: f64,
+}
+
+/// Slopes at a point, per unit of every amplitude: none where one is not free.
+struct Slopes {
+    /// Of the whitened predictions, one column each.
+    whitened: DMatrix<f64>,
+    /// Of the temperatures of all nodes.
+    fields: Vec<Vec<Vec<f64>>>,
+}
+
+/// One column of them.
+struct Slope {
+    whitened: Vec<f64>,
+    fields: Vec<Vec<f64>>,
+}
+
+/// The fit of one explanation.
+struct Fit<'a> {
+    bench: &'a Bench<'a>,
+    members: &'a [&'a Hypothesis],
+    used: Used<'a>,
+}
+
+impl Fit<'_> {
+    fn with(&self, amplitudes: &[f64]) -> Vec<(&Hypothesis, f64)> {
+        self.members.iter().copied().zip(amplitudes.iter().copied()).collect()
+    }
+
+    fn at(&self, amplitudes: Vec<f64>, near: &[Vec<f64>]) -> Result<Point> {
+        let solved = self.bench.solve_near(&self.with(&amplitudes), near)?;
+        Ok(self.seen(amplitudes, solved))
+    }
+
+    /// A point where the machine is solved already.
+    fn seen(&self, amplitudes: Vec<f64>, solved: (Vec<f64>, Vec<Vec<f64>>)) -> Point {
+        // Sensors read what the machine comes to on a finer mesh.
+        let finer = solved.0.iter().zip(self.used.mesh).map(|(v, m)| v + m).collect();
+        let read = self.bench.read(&self.with(&amplitudes), finer);
+        let values: Vec<f64> = read.iter().zip(self.used.mesh).map(|(v, m)| v - m).collect();
+        let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
+        let residual = self.used.whitener.apply(&self.put_back(apart));
+        let cost = square(&residual) + self.prior(&amplitudes);
+        Point { amplitudes, solved, values, residual, cost }
+    }
+
+    /// What belongs to each place, where sensors are exchanged: the covariance is that of places.
+    fn put_back(&self, apart: Vec<f64>) -> Vec<f64> {
+        let relabelled = self.members.iter().rev().filter_map(|h| h.relabelled(self.used.places));
+        relabelled.fold(apart, |apart, from| from.iter().map(|i| apart[*i]).collect())
+    }
+
+    fn prior(&self, amplitudes: &[f64]) -> f64 {
+        amplitudes.iter().zip(self.members).filter(|(_, h)| !h.is_fixed()).map(|(a, h)| (a / h.scale).powi(2)).sum()
+    }
+
+    fn bounded(&self, j: usize, amplitude: f64) -> f64 {
+        let h = self.members[j];
+        if h.is_fixed() {
+            return 1.0;
+        }
+        let most = if h.unit.starts_with("ln") { 4.0 } else { 50.0 * h.scale };
+        amplitude.clamp(if h.is_signed { -most } else { 0.0 }, most)
+    }
+
+    fn slopes(&self, here: &Point) -> Result<Slopes> {
+        let fronts = self.bench.fronts;
+        let share = match (fronts, self.bench.data.is_transient()) {
+            (true, _) => STEP_OF_FRONTS,
+            (false, true) => STEP_OF_LOGS,
+            (false, false) => STEP,
+        };
+        let one = |j: usize| -> Result<Option<Slope>> {
+            let h = self.members[j];
+            if h.is_fixed() {
+                return Ok(None);
+            }
+            let moved = |by: f64| -> Result<(Option<Point>, f64)> {
+                let mut to = here.amplitudes.clone();
+                to[j] = self.bounded(j, to[j] + by);
+                let by = to[j] - here.amplitudes[j];
+                Ok(match by {
+                    0.0 => (None, by),
+                    // The machine stays as it is.
+                    _ if h.is_sensor() => (Some(self.seen(to, (here.solved.0.clone(), Vec::new()))), by),
+                    _ => (Some(self.at(to, &here.solved.1)?), by),
+                })
+            };
+            let step = share * h.scale;
+            // Fronts bend: to both sides.
+            let (above, below) = rayon::join(|| moved(step), || if fronts { moved(-step) } else { Ok((None, 0.0)) });
+            let ((above, up), (below, down)) = (above?, below?);
+            let (Some(above), true) = (above, up > down) else { return Ok(None) };
+            let below = below.as_ref().map_or(&here.residual, |p| &p.residual);
+            let column = below.iter().zip(&above.residual).map(|(b, a)| (b - a) / (up - down)).collect();
+            let of_field = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) / up).collect();
+            Ok(Some(Slope { whitened: column, fields: above.solved.1.iter().zip(&here.solved.1).map(of_field).collect() }))
+        };
+        let columns: Vec<_> = (0..self.members.len()).into_par_iter().map(one).collect::<Result<_>>()?;
+        let mut slopes =
+            Slopes { whitened: DMatrix::zeros(here.residual.len(), self.members.len()), fields: vec![Vec::new(); self.members.len()] };
+        for (j, found) in columns.into_iter().enumerate() {
+            if let Some(Slope { whitened, fields }) = found {
+                slopes.whitened.set_column(j, &DVector::from_vec(whitened));
+                slopes.fields[j] = fields;
+            }
+        }
+        Ok(slopes)
+    }
+
+    /// Temperatures of all nodes, K, as slopes continue them: where the next solve begins.
+    fn continued(here: &Point, slopes: &Slopes, to: &[f64]) -> Vec<Vec<f64>> {
+        let mut fields = here.solved.1.clone();
+        for (j, of_amplitude) in slopes.fields.iter().enumerate() {
+            let by = to[j] - here.amplitudes[j];
+            for (field, slope) in fields.iter_mut().zip(of_amplitude) {
+                field.iter_mut().zip(slope).for_each(|(t, s)| *t += by * s);
+            }
+        }
+        fields
+    }
+
+    /// Curvature with priors: its inverse is the covariance.
+    fn covariance(&self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
+        let mut matrix = jacobian.transpose() * jacobian;
+        for (j, h) in self.members.iter().enumerate() {
+            matrix[(j, j)] += if h.is_fixed() { 1.0 } else { 1.0 / (h.scale * h.scale) };
+        }
+        let k = matrix.nrows();
+        matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k))
+    }
+
+    /// One step of Gauss and Newton's method, shortened until it leads down; `None` where none does or it is too small.
+    fn step(&self, here: &Point, slopes: &Slopes, covariance: &DMatrix<f64>) -> Option<Point> {
+        let mut right = slopes.whitened.transpose() * DVector::from_vec(here.residual.clone());
+        for (j, h) in self.members.iter().enumerate() {
+            right[j] = if h.is_fixed() { 0.0 } else { right[j] - here.amplitudes[j] / (h.scale * h.scale) };
+        }
+        let step = covariance * right;
+        if step.iter().enumerate().all(|(j, s)| s.abs() < SMALL * covariance[(j, j)].sqrt()) {
+            return None;
+        }
+        let mut share = 1.0;
+        for _ in 0..3 {
+            let to: Vec<f64> = (0..step.len()).map(|j| self.bounded(j, here.amplitudes[j] + share * step[j])).collect();
+            if to == here.amplitudes {
+                return None;
+            }
+            let near = Self::continued(here, slopes, &to);
+            if let Ok(there) = self.at(to, &near)
+                && there.cost <= here.cost
+            {
+                return Some(there);
+            }
+            share *= 0.4;
+        }
+        None
+    }
+
+    /// Where to begin: the guess, nearer to nothing where the machine cannot be solved with it.
+    fn begin(&self, guess: &[f64]) -> Result<Point> {
+        let mut at: Vec<f64> = guess.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect();
+        let near = self.bench.fields;
+        let mut here = self.at(at.clone(), near);
+        for _ in 0..4 {
+            if here.is_ok() {
+                break;
+            }
+            at.iter_mut().for_each(|a| *a *= 0.5);
+            here = self.at(at.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect(), near);
+        }
+        let here = here?;
+        if !self.bench.fronts {
+            return Ok(here);
+        }
+        // A front that is off by more than its width gives a slope that leads nowhere: the prior's scale may lie nearer.
+        let sided = |(j, a): (usize, &f64)| self.bounded(j, if *a < 0.0 { -self.members[j].scale } else { self.members[j].scale });
+        let far = self.at(here.amplitudes.iter().enumerate().map(sided).collect(), near);
+        Ok(far.ok().filter(|far| far.cost < here.cost).unwrap_or(here))
+    }
+}
+
+/// Fits amplitudes by Gauss and Newton's method from a first guess.
+///
+/// # Errors
+/// As [`Bench::predict`].
+pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], used: Used<'_>) -> Result<Fitted> {
+    let fit = Fit { bench, members, used };
+    let mut here = fit.begin(guess)?;
+    let (renewals, steps) = if bench.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
+    let mut covariance = DMatrix::identity(members.len(), members.len());
+    for _ in 0..renewals {
+        let slopes = fit.slopes(&here)?;
+        covariance = fit.covariance(&slopes.whitened);
+        let begun = here.amplitudes.clone();
+        for _ in 0..steps {
+            let Some(there) = fit.step(&here, &slopes, &covariance) else { break };
+            here = there;
+        }
+        // Slopes, and with them the interval, are those of where the fit ended.
+        if begun.iter().enumerate().all(|(j, b)| (here.amplitudes[j] - b).abs() < RENEWED * covariance[(j, j)].sqrt()) {
+            break;
+        }
+    }
+    let misfit = square(&here.residual);
+    let scale: f64 = members.iter().filter(|h| !h.is_fixed()).map(|h| h.scale.ln()).sum();
+    let evidence = -0.5 * misfit - 0.5 * fit.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
+    let deviation = |j: usize| if members[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
+    Ok(Fitted {
+        deviations: (0..members.len()).map(deviation).collect(),
+        amplitudes: here.amplitudes,
+        misfit,
+        values: here.values,
+        evidence,
+    })
+}
+
+fn square(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum()
+}

@@ -1,0 +1,131 @@
+//! What each hypothesis would do to every reading, to first order.
+//!
+//! In steady state one adjoint field per reading gives every source, leak and link at once: the signature of a
+//! hypothesis is a scalar product. Logs are in [`super::history`].
+
+use rayon::prelude::*;
+
+use super::catalogue::{Act, Hypothesis, Law, Scales, UserKind};
+use super::effect::Acting;
+use super::history::logs;
+use crate::error::Result;
+use crate::evidence::identify::{Prediction, conditions, states};
+use crate::evidence::measurement::{Data, whiten};
+use crate::explore::simulate::Start;
+use crate::solve::sensitivity::{Adjoint, Derivatives, Study, Target};
+
+/// Relative residual of adjoint fields: causes are compared, and what is named is fitted.
+const ADJOINT: f64 = 1e-9;
+/// The machine as it is beside the data, and the slope of every hypothesis.
+#[derive(Debug, Clone)]
+pub struct Signatures {
+    /// Readings less predictions, K.
+    pub residual: Vec<f64>,
+    /// Predictions of the machine as it is, and their slopes with respect to uncertain parameters and conditions.
+    pub prediction: Prediction,
+    /// Temperatures of all nodes at each distinct condition, K; none of logs.
+    pub fields: Vec<Vec<f64>>,
+    /// One column per hypothesis, K per unit of its amplitude; zeros where it does nothing.
+    pub columns: Vec<Vec<f64>>,
+}
+
+/// Computes them.
+///
+/// # Errors
+/// The machine as it is cannot be solved at the data's conditions.
+pub fn signatures(
+    study: &Study,
+    data: &Data,
+    start: Start,
+    uncertain: &[crate::solve::sensitivity::Parameter],
+    hypotheses: &[Hypothesis],
+    scales: &Scales,
+    user: &[UserKind],
+) -> Result<Signatures> {
+    if data.is_transient() {
+        return logs(study, data, start, uncertain, hypotheses, scales, user);
+    }
+    steady(study, data, uncertain, hypotheses, scales, user)
+}
+
+pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+fn steady(
+    study: &Study,
+    data: &Data,
+    uncertain: &[crate::solve::sensitivity::Parameter],
+    hypotheses: &[Hypothesis],
+    scales: &Scales,
+    user: &[UserKind],
+) -> Result<Signatures> {
+    let (distinct, index) = conditions(data);
+    let states = states(study, &distinct)?;
+    let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
+    let wanted: Vec<_> = uncertain.iter().chain(&variables).cloned().collect();
+    let acts = acts(hypotheses);
+    let acting = Acting::new(study, hypotheses, user);
+    struct At {
+        values: Vec<f64>,
+        slopes: Vec<Vec<f64>>,
+        effects: Vec<Vec<f64>>,
+    }
+    let of = |at: &Derivatives<'_>| -> Result<At> {
+        let adjoints: Vec<Adjoint> =
+            data.sensors.par_iter().map(|s| at.adjoint_within(Target::Sensor(*s), ADJOINT)).collect::<Result<_>>()?;
+        let slopes = wanted
+            .iter()
+            .map(|p| {
+                let partial = at.partial(p)?;
+                Ok(adjoints.iter().map(|adjoint| at.against(adjoint, &partial)).collect())
+            })
+            .collect::<Result<Vec<Vec<f64>>>>()?;
+        let screen = at.screen();
+        let network = &study.model.network;
+        let effects = acts
+            .par_iter()
+            .map(|(act, drifts)| {
+                let effect = acting.effect(at, &screen, *act, *drifts);
+                let inlet = |k: usize| network.sensors[data.sensors[k]].inlet;
+                adjoints.iter().enumerate().map(|(k, adjoint)| effect.as_ref().map_or(0.0, |e| e.on(&adjoint.field, inlet(k)))).collect()
+            })
+            .collect();
+        let values = data.sensors.iter().map(|s| network.sensors[*s].read(&at.state.solution.temperatures, &at.state.load)).collect();
+        Ok(At { values, slopes, effects })
+    };
+    let all: Vec<At> = states.par_iter().map(of).collect::<Result<_>>()?;
+    let places = whiten::places(data);
+    let p = uncertain.len();
+    let pick = |which: std::ops::Range<usize>| -> Vec<Vec<f64>> {
+        places.iter().map(|(r, k)| which.clone().map(|w| all[index[*r]].slopes[w][*k]).collect()).collect()
+    };
+    let prediction = Prediction {
+        values: places.iter().map(|(r, k)| all[index[*r]].values[*k]).collect(),
+        slopes: pick(0..p),
+        conditions: pick(p..wanted.len()),
+    };
+    let column = |h: &Hypothesis| -> Vec<f64> {
+        if h.is_sensor() {
+            return difference(&h.read(data, &prediction.values, 1.0), &prediction.values);
+        }
+        let Some(at) = position(&acts, h) else { return vec![0.0; places.len()] };
+        places.iter().map(|(r, k)| all[index[*r]].effects[at][*k] * scales.factor(h.law, &data.rows[*r].condition)).collect()
+    };
+    let columns = hypotheses.par_iter().map(column).collect();
+    let fields = states.iter().map(|at| at.state.solution.temperatures.clone()).collect();
+    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, fields, columns })
+}
+
+/// The acts of hypotheses and whether they drift: different laws share what the act does.
+pub(super) fn acts(hypotheses: &[Hypothesis]) -> Vec<(Act, bool)> {
+    let mut acts: Vec<(Act, bool)> = hypotheses.iter().map(|h| (h.act, h.law == Law::Temperature)).collect();
+    acts.sort_by_key(|a| format!("{a:?}"));
+    acts.dedup();
+    acts
+}
+
+/// Where the act of a hypothesis stands among them.
+pub(super) fn position(acts: &[(Act, bool)], h: &Hypothesis) -> Option<usize> {
+    acts.binary_search_by_key(&format!("{:?}", (h.act, h.law == Law::Temperature)), |a| format!("{a:?}")).ok()
+}

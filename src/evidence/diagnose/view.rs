@@ -1,0 +1,248 @@
+//! The data held against one machine: predictions, what a finer mesh changes in them, and the covariance of what is left.
+
+use std::collections::HashSet;
+
+use rayon::prelude::*;
+
+use super::catalogue::{Act, Hypothesis, Law, Scales, capacity, hypotheses};
+use super::history::TIME_TOLERANCE;
+use super::screen::Screened;
+use super::signature::{Signatures, signatures};
+use super::{Openness, Problem};
+use crate::error::Result;
+use crate::evidence::identify::{self, Prediction};
+use crate::evidence::measurement::{Data, Whitener, wander, whiten};
+use crate::solve::sensitivity::{Parameter, Study};
+
+/// Cells of the finer mesh that predictions are corrected with, over those of the model.
+const FINER: f64 = 3.0;
+/// Meshes between that one and the model's, likewise: how far all of them lie from the finest says how far that one may be off.
+const BETWEEN: [f64; 2] = [1.5, 2.0];
+
+/// Data and one machine.
+#[derive(Debug, Clone)]
+pub struct View {
+    /// Predictions, residual (less the mesh's share) and signatures of the catalogue it was made with.
+    pub found: Signatures,
+    /// What a finer mesh changes, K.
+    pub mesh: Vec<f64>,
+    /// Covariance in parts.
+    pub errors: Errors,
+    /// What makes residuals independent.
+    pub whitener: Whitener,
+    /// Readings less the mesh's share: what predictions on the model's own mesh are held against, K.
+    pub readings: Vec<f64>,
+}
+
+impl View {
+    /// Of a machine with the signatures of `catalogue`.
+    ///
+    /// # Errors
+    /// The machine cannot be solved at the data's conditions.
+    pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+        let uncertain = problem.uncertain.iter().map(|(p, _)| study.parameter(&p.name)).collect::<Result<Vec<Parameter>>>()?;
+        let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
+        let (mesh, scatter) = mesh_correction(problem, study, &found.prediction.values)?;
+        found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
+        add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
+        let mut errors = Errors::new(problem, study, &found.prediction, catalogue, &found.columns);
+        errors.common.extend(scatter);
+        if !problem.data.is_transient() {
+            errors.common.extend(bends(problem, study, catalogue, scales, &found));
+        }
+        let all: Vec<usize> = (0..mesh.len()).collect();
+        let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
+        Ok(Self { whitener: errors.whitener(&all), found, mesh, errors, readings })
+    }
+
+    /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors act differently too.
+    ///
+    /// # Errors
+    /// As [`View::of`].
+    pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+        let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind, h.place.as_str())).collect();
+        let mut common = hypotheses(study, &problem.data, &problem.user);
+        let counts = |h: &Hypothesis| is_open(h, &problem.openness) || matches!(h.act, Act::Capacity(_));
+        common.retain(|h| counts(h) && own.contains(&(h.kind, h.place.as_str())));
+        Self::of(problem, study, &common, scales)
+    }
+
+    /// Signatures held against the residual.
+    pub fn screen(&self, catalogue: &[Hypothesis], data: &Data) -> Screened {
+        let (residual, columns, places) = (&self.found.residual, &self.found.columns, &whiten::places(data));
+        Held { residual, columns, whitener: &self.whitener, catalogue, places }.screen()
+    }
+}
+
+/// Exchanged readings take what a finer mesh changes at each other's place.
+pub fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: &[f64], places: &[(usize, usize)]) {
+    for (h, column) in catalogue.iter().zip(columns) {
+        let Some(from) = h.relabelled(places) else { continue };
+        column.iter_mut().zip(from).enumerate().for_each(|(i, (c, other))| *c += mesh[other] - mesh[i]);
+    }
+}
+
+/// What is held against each other in a screen: a residual, K, the column of every hypothesis, K per unit, what makes readings
+/// independent, and row and sensor of every reading.
+pub struct Held<'a> {
+    /// K
+    pub residual: &'a [f64],
+    /// One per hypothesis.
+    pub columns: &'a [Vec<f64>],
+    /// Of these readings.
+    pub whitener: &'a Whitener,
+    /// All hypotheses.
+    pub catalogue: &'a [Hypothesis],
+    /// Row and sensor.
+    pub places: &'a [(usize, usize)],
+}
+
+impl Held<'_> {
+    /// The screen of all that shows.
+    pub fn screen(&self) -> Screened {
+        let signatures = scaled(self.columns, self.whitener, self.catalogue);
+        self.of_visible(Screened::visible(&signatures), &signatures)
+    }
+
+    /// The screen of given hypotheses.
+    pub fn screen_of(&self, visible: &[usize]) -> Screened {
+        self.of_visible(visible.to_vec(), &scaled(self.columns, self.whitener, self.catalogue))
+    }
+
+    fn of_visible(&self, visible: Vec<usize>, signatures: &[Vec<f64>]) -> Screened {
+        // Exchanged sensors: what is left when the readings change places. Whatever else acts, acts on that.
+        let relabelled = |h: &usize| {
+            let from = self.catalogue[*h].relabelled(self.places)?;
+            let left = from.iter().zip(&self.columns[*h]).map(|(other, moved)| self.residual[*other] + moved);
+            Some(self.whitener.apply(&left.collect::<Vec<_>>()))
+        };
+        let relabelled: Vec<Option<Vec<f64>>> = visible.par_iter().map(relabelled).collect();
+        let signed: Vec<bool> = visible.iter().map(|h| self.catalogue[*h].is_signed).collect();
+        Screened::new(visible, self.whitener.apply(self.residual), signatures, signed, relabelled)
+    }
+}
+
+fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Vec<Vec<f64>> {
+    let of = |(column, h): (&Vec<f64>, &Hypothesis)| whitener.apply(&column.iter().map(|c| c * h.scale).collect::<Vec<_>>());
+    columns.par_iter().zip(catalogue).map(of).collect()
+}
+
+/// What a mesh of more cells changes in every prediction, K, and how far that may still be off; nothing where there are no
+/// cells, but lumped nodes alone.
+///
+/// Cells end at the faces of parts, so that a sensor's temperature does not approach its limit evenly: it scatters from mesh to
+/// mesh by its own few parts in a hundred of its rise, at every condition alike. The deviations of three coarser meshes from the
+/// finest measure that scatter, sensor by sensor. Their sum of squares, not their mean, is its variance: a normal number whose
+/// scale is known from three samples has Student's variance, three times the square of that scale.
+fn mesh_correction(problem: &Problem, study: &Study, own: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+    if study.model.mesh.cells == 0 {
+        return Ok((vec![0.0; own.len()], Vec::new()));
+    }
+    let of = |factor: f64| -> Result<Vec<f64>> {
+        let meshed = Study::new(study.document().clone(), Some((factor * study.model.mesh.cells as f64) as usize))?;
+        identify::values_within(&meshed, &problem.data, problem.start, TIME_TOLERANCE)
+    };
+    let mut meshes: Vec<Vec<f64>> = [FINER].par_iter().chain(&BETWEEN).map(|factor| of(*factor)).collect::<Result<_>>()?;
+    let finest = std::mem::replace(&mut meshes[0], own.to_vec());
+    let places = whiten::places(&problem.data);
+    let apart = |values: &Vec<f64>, sensor: usize| -> Vec<f64> {
+        let of = |(i, (_, k)): (usize, &(usize, usize))| if *k == sensor { values[i] - finest[i] } else { 0.0 };
+        places.iter().enumerate().map(of).collect()
+    };
+    let scatter = meshes.iter().flat_map(|values| (0..problem.data.names.len()).map(|k| apart(values, k))).collect();
+    Ok((finest.iter().zip(own).map(|(f, c)| f - c).collect(), scatter))
+}
+
+/// What the common factors of films, heats and emissivities change beside their slopes: far from the water a bearing that only radiates
+/// bends with its emissivity by more than its reading's noise. Half the second derivative times the variance, as large as the square
+/// of a normal number is in the mean square.
+fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, found: &Signatures) -> Vec<Vec<f64>> {
+    let moved = |factor: usize, sign: f64| -> Option<Vec<f64>> {
+        let mut sets = Vec::new();
+        for h in catalogue {
+            let Some((own, spread)) = openness_of(h, &problem.openness) else { continue };
+            if own == factor {
+                sets.extend(h.sets(study, scales, &problem.user, sign * spread).ok().flatten()?);
+            }
+        }
+        if sets.is_empty() {
+            return None;
+        }
+        let (values, _) = identify::steady_near(&study.edited(&sets).ok()?, &problem.data, &found.fields).ok()?;
+        Some(values)
+    };
+    let bend = |factor: usize| -> Option<Vec<f64>> {
+        let (more, less) = (moved(factor, 1.0)?, moved(factor, -1.0)?);
+        let square = more.iter().zip(&less).zip(&found.prediction.values).map(|((m, l), v)| 0.5 * (m + l) - v);
+        Some(square.map(|c| 3f64.sqrt() * c).collect())
+    };
+    (0..3).into_par_iter().filter_map(bend).collect()
+}
+
+/// Standard deviation of a common factor that a hypothesis is part of, and which.
+fn openness_of(h: &Hypothesis, openness: &Openness) -> Option<(usize, f64)> {
+    match h.act {
+        _ if h.law != Law::Constant => None,
+        Act::Film(_) => Some((0, openness.films)),
+        Act::Source(_) => Some((1, openness.heats)),
+        Act::Emissivity(_) => Some((2, openness.emissivities)),
+        _ => None,
+    }
+}
+
+/// Whether a hypothesis is part of a common factor.
+pub fn is_open(h: &Hypothesis, openness: &Openness) -> bool {
+    openness_of(h, openness).is_some()
+}
+
+/// What the common factors of films, heats and emissivities leave open in every reading, K.
+pub fn open_factors(openness: &Openness, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
+    let mut factors = vec![vec![0.0; readings]; 3];
+    for (h, column) in catalogue.iter().zip(columns) {
+        let Some((factor, spread)) = openness_of(h, openness) else { continue };
+        factors[factor].iter_mut().zip(column).for_each(|(s, c)| *s += spread * c);
+    }
+    factors
+}
+
+/// Covariance in parts, so that it can be cut to some readings.
+#[derive(Debug, Clone)]
+pub struct Errors {
+    deviation: Vec<f64>,
+    common: Vec<Vec<f64>>,
+}
+
+impl Errors {
+    fn new(problem: &Problem, study: &Study, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> Self {
+        let deviation = if problem.data.is_transient() {
+            whiten::noise(&problem.data, &problem.uncertainty)
+        } else {
+            whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect()
+        };
+        let mut common = whiten::common_errors(&problem.data, &problem.uncertainty, &prediction.conditions);
+        common.extend(wander::errors(&problem.data, &problem.uncertainty, problem.openness.model, &prediction.values));
+        for (k, (_, spread)) in problem.uncertain.iter().enumerate() {
+            common.push(prediction.slopes.iter().map(|row| row[k] * spread).collect());
+        }
+        common.extend(open_factors(&problem.openness, catalogue, columns, prediction.values.len()));
+        // Films follow one correlation; what parts store does not: each has its own shape and material.
+        for (h, column) in catalogue.iter().zip(columns) {
+            let Act::Capacity(g) = h.act else { continue };
+            let spread = problem.openness.capacities * capacity(&study.model.network, g);
+            common.push(column.iter().map(|c| spread * c).collect());
+        }
+        Self { deviation, common }
+    }
+
+    /// What makes the residuals of some readings independent.
+    pub fn whitener(&self, readings: &[usize]) -> Whitener {
+        let pick = |v: &Vec<f64>| readings.iter().map(|i| v[*i]).collect::<Vec<f64>>();
+        Whitener::new(&pick(&self.deviation), &self.common.iter().map(pick).collect::<Vec<_>>())
+    }
+
+    /// Standard deviation of each reading, K.
+    pub fn marginal(&self) -> Vec<f64> {
+        let of = |i: usize| (self.deviation[i].powi(2) + self.common.iter().map(|c| c[i] * c[i]).sum::<f64>()).sqrt();
+        (0..self.deviation.len()).map(of).collect()
+    }
+}

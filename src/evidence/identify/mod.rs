@@ -1,0 +1,221 @@
+//! Parameters of a machine file from measured data, and how well the data determine them.
+//!
+//! What is minimised is the whitened misfit, (y - f)ᵀ Σ⁻¹ (y - f), with priors where they are given, by
+//! Levenberg and Marquardt's method with the solver's own derivatives. Σ holds reading noise, each sensor's own error and
+//! the errors of every condition ([`crate::evidence::measurement::Whitener`]). Positive parameters vary by their logarithm.
+//! Intervals come from the curvature at the optimum, and from the profile likelihood where the model is refitted along
+//! each parameter. Directions that the data leave open are named.
+
+mod advice;
+mod estimate;
+mod predict;
+mod profile;
+mod scan;
+mod search;
+mod write;
+
+use crate::describe::machine::Machine;
+use crate::error::{Error, Result};
+use crate::evidence::measurement::{Data, Uncertainty};
+use crate::explore::simulate::Start;
+use crate::solve::sensitivity::{Kind, Parameter, Study};
+use crate::units;
+
+pub use advice::{Advice, next_tests};
+pub use estimate::{Estimate, Options, Undetermined, chi_square_tail, identify};
+pub use predict::{Prediction, TIME_TOLERANCE, conditions, histories, predict, predict_within, states, steady_near, values, values_within};
+pub use profile::{Profile, profile};
+pub use scan::{Scan, scan};
+pub use write::write_machine;
+
+/// A parameter that is to be found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Free {
+    /// Which; its value is where the search begins.
+    pub parameter: Parameter,
+    /// Least and largest value, SI.
+    pub bounds: (f64, f64),
+    /// What is known beforehand: value and standard deviation, SI.
+    pub prior: Option<(f64, f64)>,
+    /// Whether it varies by its logarithm: it is positive by nature.
+    pub is_logarithmic: bool,
+}
+
+impl Free {
+    /// From `KEY`, `KEY=LOW..HIGH`, `KEY=VALUE +- DEVIATION`, or both: `KEY=LOW..HIGH, VALUE +- DEVIATION`.
+    ///
+    /// # Errors
+    /// No such key, a condition variable, or bounds that cannot be read or hold nothing.
+    pub fn parse(text: &str, study: &Study) -> Result<Self> {
+        let (key, rest) = text.split_once('=').map_or((text, ""), |(k, r)| (k, r));
+        let parameter = study.parameter(key)?;
+        if parameter.kind == Kind::Condition {
+            return Err(Error::input(format!("'{}' is a condition, not a number of the machine", parameter.name))
+                .at_key(&parameter.name)
+                .help("say in DATA.toml how uncertain it is: its error is then taken into account"));
+        }
+        let is_logarithmic = parameter.value > 0.0 && !parameter.dimension.is_absolute() && parameter.kind != Kind::Offset;
+        let v = parameter.value;
+        let reach = if parameter.dimension.is_absolute() || parameter.kind == Kind::Offset { 100.0 } else { (10.0 * v.abs()).max(100.0) };
+        let bounds = if is_logarithmic { (1e-3 * v, 1e3 * v) } else { (v - reach, v + reach) };
+        let mut free = Self { parameter, bounds, prior: None, is_logarithmic };
+        let mut is_bounded = false;
+        for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
+            if let Some((low, high)) = part.split_once("..") {
+                free.bounds = (free.read(low)?, free.read(high)?);
+                is_bounded = true;
+            } else if let Some((value, deviation)) = part.split_once("+-").or(part.split_once('±')) {
+                let (value, deviation) = (free.read(value)?, free.read_difference(deviation)?);
+                free.prior = Some((value, deviation));
+            } else {
+                return Err(free.malformed(part));
+            }
+        }
+        if free.bounds.0.is_nan() || free.bounds.1.is_nan() || free.bounds.0 >= free.bounds.1 {
+            return Err(free.wrong("the lower bound comes first", rest));
+        }
+        if free.bounds.0 <= 0.0 {
+            free.is_logarithmic = false;
+        }
+        if is_bounded {
+            // Where the range ends at a value that is not part of it, such as no conductance at all, the bound comes close.
+            let (low, high) = (free.valid(study, free.bounds.0), free.valid(study, free.bounds.1));
+            let close = 1e-6 * (free.bounds.1 - free.bounds.0);
+            if (low - free.bounds.0).abs() > close || (high - free.bounds.1).abs() > close {
+                return Err(free
+                    .wrong("the machine does not allow these bounds", rest)
+                    .help("choose bounds between which the machine file stays valid"));
+            }
+            free.bounds = (low, high);
+        } else {
+            free.bounds = (free.valid(study, free.bounds.0), free.valid(study, free.bounds.1));
+        }
+        if let Some((value, deviation)) = free.prior {
+            if deviation.is_nan() || deviation <= 0.0 {
+                return Err(free.wrong("a standard deviation is positive", rest));
+            }
+            if !(free.bounds.0..=free.bounds.1).contains(&value) {
+                let shown = [free.bounds.0, free.bounds.1].map(|v| free.parameter.shown(v));
+                return Err(Error::input("what is known beforehand lies outside the bounds")
+                    .at_key(&free.parameter.name)
+                    .read(rest)
+                    .help(format!("the bounds are {} to {} {}", shown[0], shown[1], free.parameter.unit)));
+            }
+        }
+        Ok(free)
+    }
+
+    /// A bound moved towards the file's value until the machine is valid: an emissivity ends at one, whatever its reach.
+    fn valid(&self, study: &Study, bound: f64) -> f64 {
+        let holds = |value: f64| study.document_with(&[(&self.parameter, value)]).and_then(|d| Machine::from_document(&d)).is_ok();
+        if holds(bound) {
+            return bound;
+        }
+        // Shares and emissivities end at one.
+        if self.parameter.value < 1.0 && bound > 1.0 && holds(1.0) {
+            return 1.0;
+        }
+        let (mut inside, mut outside) = (self.parameter.value, bound);
+        for _ in 0..50 {
+            let middle = self.value(0.5 * (self.coordinate(inside) + self.coordinate(outside)));
+            if holds(middle) { inside = middle } else { outside = middle }
+        }
+        inside
+    }
+
+    fn read(&self, text: &str) -> Result<f64> {
+        let p = &self.parameter;
+        let result = if p.unit == "1" || p.unit.is_empty() {
+            text.trim().parse::<f64>().map_err(|_| self.malformed(text))
+        } else {
+            units::parse(text.trim(), p.dimension).map_err(|e| e.at_key(&p.name))
+        };
+        result.and_then(|v| if v.is_finite() { Ok(v) } else { Err(self.malformed(text)) })
+    }
+
+    fn read_difference(&self, text: &str) -> Result<f64> {
+        let p = &self.parameter;
+        if p.dimension.is_absolute() {
+            return units::parse(text.trim(), units::Dimension::DIFFERENCE).map_err(|e| e.at_key(&p.name));
+        }
+        self.read(text)
+    }
+
+    fn wrong(&self, what: &str, text: &str) -> Error {
+        Error::input(what).at_key(&self.parameter.name).read(text)
+    }
+
+    fn malformed(&self, text: &str) -> Error {
+        let unit = if self.parameter.unit == "1" { String::new() } else { format!(" {}", self.parameter.unit) };
+        Error::input("this says neither bounds nor prior of a parameter")
+            .at_key(&self.parameter.name)
+            .read(text)
+            .help(format!("write {}=1{unit}..2{unit} or {}=1{unit} +- 0.1{unit}", self.parameter.name, self.parameter.name))
+    }
+
+    /// The coordinate the search moves in.
+    pub fn coordinate(&self, value: f64) -> f64 {
+        if self.is_logarithmic { value.ln() } else { value }
+    }
+
+    /// The bounds as coordinates.
+    pub fn coordinate_bounds(&self) -> (f64, f64) {
+        (self.coordinate(self.bounds.0), self.coordinate(self.bounds.1))
+    }
+
+    /// The value at a coordinate.
+    pub fn value(&self, coordinate: f64) -> f64 {
+        if self.is_logarithmic { coordinate.exp() } else { coordinate }
+    }
+}
+
+/// A machine, data and what is to be found.
+#[derive(Debug, Clone)]
+pub struct Problem {
+    /// The machine as its file has it.
+    pub study: Study,
+    /// What was measured.
+    pub data: Data,
+    /// How well.
+    pub uncertainty: Uncertainty,
+    /// What is to be found.
+    pub free: Vec<Free>,
+    /// The state logs begin with.
+    pub start: Start,
+}
+
+impl Problem {
+    /// The machine with other values of the free parameters.
+    ///
+    /// # Errors
+    /// As [`Study::with`].
+    pub fn machine_at(&self, values: &[f64]) -> Result<Study> {
+        let pairs: Vec<(&Parameter, f64)> = self.free.iter().map(|f| &f.parameter).zip(values.iter().copied()).collect();
+        self.study.with(&pairs)
+    }
+
+    /// Predictions at values of the free parameters, with derivatives with respect to them and to the conditions.
+    ///
+    /// # Errors
+    /// As [`predict`].
+    pub fn predict(&self, values: &[f64]) -> Result<Prediction> {
+        self.predict_some(values, true, true)
+    }
+
+    /// The same without those with respect to the conditions, and without `slopes` without any.
+    fn predict_free(&self, values: &[f64], slopes: bool) -> Result<Prediction> {
+        self.predict_some(values, slopes, false)
+    }
+
+    fn predict_some(&self, values: &[f64], slopes: bool, conditions: bool) -> Result<Prediction> {
+        let study = self.machine_at(values)?;
+        let free = if slopes { self.free.as_slice() } else { &[] };
+        let parameters = free.iter().map(|f| study.parameter(&f.parameter.name)).collect::<Result<Vec<_>>>()?;
+        let mut found = predict::predict_some(&study, &self.data, &parameters, conditions, self.start)?;
+        // In the changed file a factor counts from what the file now says.
+        for (k, _) in free.iter().enumerate().filter(|(_, f)| f.parameter.kind == Kind::Factor) {
+            found.slopes.iter_mut().for_each(|row| row[k] /= values[k]);
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,272 @@
+//! What a machine says each reading should be, and how that changes with parameters and conditions.
+
+use rayon::prelude::*;
+
+use crate::describe::machine::Condition;
+use crate::discretise::network::Load;
+use crate::error::{Error, Result};
+use crate::evidence::measurement::Data;
+use crate::evidence::measurement::whiten::places;
+use crate::explore::schedule::{self, Schedule};
+use crate::explore::simulate::{self, Seen, Start};
+use crate::solve::Solver;
+use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
+
+/// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
+pub const TIME_TOLERANCE: f64 = 1e-3;
+/// Relative step of parameters where only differences of whole runs give the slope.
+const RUN_STEP: f64 = 0.02;
+/// From a value of zero, in steps of an exact derivative: runs are known to their time steps' error only.
+const RUN_STEP_FROM_ZERO: f64 = 100.0;
+/// The same of temperatures, K.
+const RUN_KELVIN: f64 = 0.2;
+
+/// Predictions of all readings of a data set (rows, then sensors, missing ones left out).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Prediction {
+    /// K.
+    pub values: Vec<f64>,
+    /// Derivatives with respect to the parameters asked for, K per SI unit.
+    pub slopes: Vec<Vec<f64>>,
+    /// Derivatives with respect to every condition variable, K per SI unit.
+    pub conditions: Vec<Vec<f64>>,
+}
+
+/// Distinct conditions of the data and which each row has.
+pub fn conditions(data: &Data) -> (Vec<Condition>, Vec<usize>) {
+    let mut distinct: Vec<Condition> = Vec::new();
+    let index = data
+        .rows
+        .iter()
+        .map(|row| {
+            distinct.iter().position(|c| *c == row.condition).unwrap_or_else(|| {
+                distinct.push(row.condition.clone());
+                distinct.len() - 1
+            })
+        })
+        .collect();
+    (distinct, index)
+}
+
+/// A steady state with its derivatives at each condition, solved from the first one's state.
+///
+/// # Errors
+/// As [`Study::at`].
+pub fn states<'a>(study: &'a Study, conditions: &[Condition]) -> Result<Vec<Derivatives<'a>>> {
+    let Some(first) = conditions.first() else { return Ok(Vec::new()) };
+    let solver = study.model.solver(first)?;
+    conditions.par_iter().map(|c| Derivatives::new(study, c, &study.model.solve(&solver, c)?)).collect()
+}
+
+/// Predictions and slopes with the machine as `study` has it.
+///
+/// # Errors
+/// The machine cannot be solved at a condition, or a log cannot be run.
+pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
+    predict_some(study, data, parameters, true, start)
+}
+
+/// The same, with logs run to another error in each time step, K.
+///
+/// # Errors
+/// As [`predict`].
+pub fn predict_within(study: &Study, data: &Data, parameters: &[Parameter], start: Start, tolerance: f64) -> Result<Prediction> {
+    if data.is_transient() { logs(study, data, parameters, true, start, tolerance) } else { steady(study, data, parameters, true) }
+}
+
+/// The same; without `conditions` the slopes with respect to the condition variables are left out (empty rows).
+pub(super) fn predict_some(study: &Study, data: &Data, parameters: &[Parameter], conditions: bool, start: Start) -> Result<Prediction> {
+    if data.is_transient() {
+        logs(study, data, parameters, conditions, start, TIME_TOLERANCE)
+    } else {
+        steady(study, data, parameters, conditions)
+    }
+}
+
+/// Predictions alone.
+///
+/// # Errors
+/// As [`predict`].
+pub fn values(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
+    values_within(study, data, start, TIME_TOLERANCE)
+}
+
+/// The same, with logs run to another error in each time step, K.
+///
+/// # Errors
+/// As [`predict`].
+pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<Vec<f64>> {
+    if data.is_transient() {
+        return run_logs(study, data, start, None, tolerance);
+    }
+    Ok(steady_near(study, data, &[])?.0)
+}
+
+/// Predictions of a steady table, and the temperatures of every node at each distinct condition, K; solved from the
+/// temperatures `near` of a machine much like this one where it has as many nodes.
+///
+/// # Errors
+/// As [`predict`].
+pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+    let (distinct, index) = conditions(data);
+    let model = &study.model;
+    let near = if near.len() == distinct.len() && near[0].len() == model.network.nodes { near } else { &[] };
+    let solver = match near.first() {
+        Some(first) => Solver::near(&model.network, &Load::at(&model.machine, &distinct[0])?, first.clone())?,
+        None => model.solver(&distinct[0])?,
+    };
+    let read = |(i, c): (usize, &Condition)| -> Result<(Vec<f64>, Vec<f64>)> {
+        let load = Load::at(&model.machine, c)?;
+        let solution = match near.get(i) {
+            Some(from) => solver.steady_from(&load, from)?,
+            None => solver.steady(&load)?,
+        };
+        Ok((model.network.sensors.iter().map(|s| s.read(&solution.temperatures, &load)).collect(), solution.temperatures))
+    };
+    let (found, fields): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
+        distinct.par_iter().enumerate().map(read).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    Ok((places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect(), fields))
+}
+
+fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool) -> Result<Prediction> {
+    let (distinct, index) = conditions(data);
+    let variables = if with_conditions { study.model.machine.variables.as_slice() } else { &[] };
+    let variables = variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
+    let all: Vec<&Parameter> = parameters.iter().chain(&variables).collect();
+    let variations: Vec<Variation> = all.par_iter().map(|p| study.variation(p)).collect::<Result<_>>()?;
+    let targets: Vec<Target> = data.sensors.iter().map(|s| Target::Sensor(*s)).collect();
+    let solver = study.model.solver(&distinct[0])?;
+    let sensors = &study.model.network.sensors;
+    let at = |c: &Condition| -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+        let state = study.model.solve(&solver, c)?;
+        if variations.is_empty() {
+            let read = data.sensors.iter().map(|s| sensors[*s].read(&state.solution.temperatures, &state.load));
+            return Ok((read.collect(), vec![Vec::new(); targets.len()]));
+        }
+        let point = Derivatives::new(study, c, &state)?;
+        let read = data.sensors.iter().map(|s| sensors[*s].read(&point.state.solution.temperatures, &point.state.load));
+        Ok((read.collect(), point.jacobian_of(&targets, &variations)?.slopes))
+    };
+    let found: Vec<(Vec<f64>, Vec<Vec<f64>>)> = distinct.par_iter().map(at).collect::<Result<_>>()?;
+    let p = parameters.len();
+    let mut prediction = Prediction { values: Vec::new(), slopes: Vec::new(), conditions: Vec::new() };
+    for (r, k) in places(data) {
+        let (values, slopes) = &found[index[r]];
+        prediction.values.push(values[k]);
+        prediction.slopes.push(slopes[k][..p].to_vec());
+        prediction.conditions.push(slopes[k][p..].to_vec());
+    }
+    Ok(prediction)
+}
+
+fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start, tolerance: f64) -> Result<Prediction> {
+    let values = run_logs(study, data, start, None, tolerance)?;
+    let step = |p: &Parameter| match p.value {
+        _ if p.dimension.is_absolute() || p.kind == Kind::Offset => RUN_KELVIN,
+        0.0 => RUN_STEP_FROM_ZERO * p.step(0.0),
+        value => RUN_STEP * value.abs(),
+    };
+    let column = |p: &Parameter| -> Result<Vec<f64>> {
+        let step = step(p);
+        let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None, tolerance)?;
+        Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
+    };
+    let columns: Vec<Vec<f64>> = parameters.par_iter().map(column).collect::<Result<_>>()?;
+    let shifted = |v: usize| -> Result<Vec<f64>> {
+        let variable = &study.model.machine.variables[v];
+        let typical = data.rows.iter().map(|row| row.condition.si()[v].abs()).fold(0.0, f64::max);
+        let step = if variable.dimension.is_absolute() { RUN_KELVIN } else { RUN_STEP * typical };
+        if step == 0.0 || variable.name == schedule::TIME {
+            return Ok(vec![0.0; values.len()]);
+        }
+        let moved = run_logs(study, data, start, Some((v, step)), tolerance)?;
+        Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
+    };
+    let variables = if with_conditions { study.model.machine.variables.len() } else { 0 };
+    let conditions: Vec<Vec<f64>> = (0..variables).into_par_iter().map(shifted).collect::<Result<_>>()?;
+    let rows = |columns: &[Vec<f64>]| (0..values.len()).map(|i| columns.iter().map(|c| c[i]).collect()).collect();
+    Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
+}
+
+/// Predictions of logs, and the instants between which each test (in the order of [`Data::tests`]) runs about straight.
+///
+/// # Errors
+/// As [`predict`].
+pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<(Vec<f64>, Vec<Vec<Moment>>)> {
+    let tests = data.tests();
+    let run = |test: &String| -> Result<(Vec<Vec<f64>>, Vec<Moment>)> {
+        let mut moments = Moments::default();
+        let mut look = |seen: &Seen<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
+        let readings = run_log(study, data, test, start, None, tolerance, &mut look)?;
+        Ok((readings, moments.into_kept()))
+    };
+    let (found, moments): (Vec<_>, Vec<_>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    Ok((in_rows(data, &tests, &found), moments))
+}
+
+/// The state a test begins with.
+fn beginning(rows: &[&crate::evidence::measurement::Row], start: Start) -> Result<Start> {
+    if start != Start::Readings {
+        return Ok(start);
+    }
+    let first: Vec<f64> = rows.first().map_or(Vec::new(), |row| row.readings.iter().flatten().copied().collect());
+    if !first.is_empty() {
+        return Ok(Start::Uniform(first.iter().sum::<f64>() / first.len() as f64));
+    }
+    let error = Error::input("the first row of this test has no reading to begin with").at_key("--from");
+    let error = error.help("give its first row a reading, or begin with --from steady or a temperature");
+    Err(match rows.first().and_then(|row| row.line) {
+        Some(line) => error.at_line(line),
+        None => error,
+    })
+}
+
+/// Runs every test of a log; `shift` adds to one variable (SI) throughout.
+fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, tolerance: f64) -> Result<Vec<f64>> {
+    let tests = data.tests();
+    let run = |test: &String| run_log(study, data, test, start, shift, tolerance, &mut |_| {});
+    let found: Vec<Vec<Vec<f64>>> = tests.par_iter().map(run).collect::<Result<_>>()?;
+    Ok(in_rows(data, &tests, &found))
+}
+
+/// Runs one test: readings of all sensors at each of its rows.
+fn run_log(
+    study: &Study,
+    data: &Data,
+    test: &str,
+    start: Start,
+    shift: Option<(usize, f64)>,
+    tolerance: f64,
+    seen: &mut dyn FnMut(&Seen<'_>),
+) -> Result<Vec<Vec<f64>>> {
+    let rows: Vec<&crate::evidence::measurement::Row> = data.rows.iter().filter(|row| row.test == *test).collect();
+    let moved = |row: &&crate::evidence::measurement::Row| {
+        let mut values = row.condition.si().to_vec();
+        if let Some((v, step)) = shift {
+            values[v] += step;
+        }
+        schedule::Row { time: row.time.unwrap_or(0.0), values }
+    };
+    let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
+    let start = beginning(&rows, start)?;
+    let options = simulate::Options { start, tolerance, every: Some(f64::INFINITY), ..simulate::Options::default() };
+    let history = simulate::run(&study.model, &schedule, &options, seen)?;
+    let at = |row: &&crate::evidence::measurement::Row| {
+        let time = row.time.unwrap_or(0.0);
+        let nearest = |a: &usize, b: &usize| (history.times[*a] - time).abs().total_cmp(&(history.times[*b] - time).abs());
+        (0..history.times.len()).min_by(nearest).map(|i| history.readings[i].clone()).ok_or_else(|| Error::numerics("a run without output"))
+    };
+    rows.iter().map(at).collect()
+}
+
+/// Readings of every test in the order of the data.
+fn in_rows(data: &Data, tests: &[String], found: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    let mut next = vec![0; tests.len()];
+    let mut of_row = Vec::with_capacity(data.rows.len());
+    for row in &data.rows {
+        let t = tests.iter().position(|t| *t == row.test).unwrap_or(0);
+        of_row.push((t, next[t]));
+        next[t] += 1;
+    }
+    places(data).into_iter().map(|(r, k)| found[of_row[r].0][of_row[r].1][data.sensors[k]]).collect()
+}

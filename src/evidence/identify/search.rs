@@ -1,0 +1,198 @@
+//! Levenberg and Marquardt's method on the whitened misfit.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Free, Prediction, Problem};
+use crate::error::Result;
+use crate::evidence::measurement::{Whitener, whiten};
+
+/// The search ends when no coordinate moves by more than this share of its standard deviation.
+const STEP_TOLERANCE: f64 = 1e-3;
+const MOST_STEPS: usize = 40;
+/// Up to this damping a step is nearly Newton's, and its length tells how far the least misfit still is.
+const FREE: f64 = 1e-2;
+/// Trials of one step, each more damped than the one before.
+const MOST_TRIALS: usize = 8;
+/// Longest step of a logarithm.
+const LONGEST: f64 = 1.5;
+
+/// A point of the search.
+#[derive(Debug, Clone)]
+pub(super) struct Point {
+    pub coordinates: Vec<f64>,
+    pub prediction: Prediction,
+    /// Whitened misfit and priors.
+    pub cost: f64,
+}
+
+/// The search of one problem, with what it has cost so far.
+pub(super) struct Search<'a> {
+    pub problem: &'a Problem,
+    pub readings: Vec<f64>,
+    pub evaluations: usize,
+    /// A coordinate that stays where it is.
+    pub frozen: Option<usize>,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(problem: &'a Problem) -> Self {
+        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: None }
+    }
+
+    pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
+        self.problem.free.iter().zip(coordinates).map(|(f, c)| f.value(*c)).collect()
+    }
+
+    /// A point with the derivatives with respect to the conditions, and the covariance these give.
+    pub fn whole(&mut self, coordinates: Vec<f64>) -> Result<(Point, Whitener)> {
+        let prediction = self.problem.predict(&self.values(&coordinates))?;
+        self.evaluations += 1;
+        let whitener = Whitener::of(&self.problem.data, &self.problem.uncertainty, &prediction.conditions);
+        let cost = self.cost(&coordinates, &prediction, &whitener);
+        Ok((Point { coordinates, prediction, cost }, whitener))
+    }
+
+    /// A point under a covariance that is known.
+    pub fn point(&mut self, coordinates: Vec<f64>, whitener: &Whitener) -> Result<Point> {
+        let moves = (0..coordinates.len()).any(|k| Some(k) != self.frozen);
+        let prediction = self.problem.predict_free(&self.values(&coordinates), moves)?;
+        self.evaluations += 1;
+        let cost = self.cost(&coordinates, &prediction, whitener);
+        Ok(Point { coordinates, prediction, cost })
+    }
+
+    /// Whitened residual.
+    pub fn residual(&self, prediction: &Prediction, whitener: &Whitener) -> Vec<f64> {
+        let apart: Vec<f64> = self.readings.iter().zip(&prediction.values).map(|(r, p)| r - p).collect();
+        whitener.apply(&apart)
+    }
+
+    fn cost(&self, coordinates: &[f64], prediction: &Prediction, whitener: &Whitener) -> f64 {
+        square(&self.residual(prediction, whitener)) + priors(&self.problem.free, coordinates)
+    }
+
+    /// Whitened derivatives with respect to the coordinates.
+    pub fn jacobian(&self, at: &Point, whitener: &Whitener) -> DMatrix<f64> {
+        let n = at.prediction.values.len();
+        let mut jacobian = DMatrix::zeros(n, self.problem.free.len());
+        for (k, free) in self.problem.free.iter().enumerate() {
+            let scale = if free.is_logarithmic { free.value(at.coordinates[k]) } else { 1.0 };
+            let column: Vec<f64> = at.prediction.slopes.iter().map(|row| row[k] * scale).collect();
+            jacobian.set_column(k, &DVector::from_vec(whitener.apply(&column)));
+        }
+        jacobian
+    }
+
+    /// The curvature at a point and the direction down from it, priors included.
+    fn normal(&self, at: &Point, whitener: &Whitener) -> (DMatrix<f64>, DVector<f64>) {
+        let jacobian = self.jacobian(at, whitener);
+        let residual = DVector::from_vec(self.residual(&at.prediction, whitener));
+        let (mut matrix, mut right) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
+        for (k, free) in self.problem.free.iter().enumerate() {
+            if let Some((centre, spread)) = prior(free) {
+                matrix[(k, k)] += 1.0 / (spread * spread);
+                right[k] += (centre - at.coordinates[k]) / (spread * spread);
+            }
+        }
+        (matrix, right)
+    }
+
+    /// Where a damped step leads; `None` where the curvature is not positive.
+    fn step(&self, at: &Point, matrix: &DMatrix<f64>, right: &DVector<f64>, damping: f64) -> Option<Vec<f64>> {
+        let largest = matrix.diagonal().max().max(1e-300);
+        let (mut damped, mut aim) = (matrix.clone(), right.clone());
+        for k in 0..aim.len() {
+            damped[(k, k)] += damping * matrix[(k, k)].max(1e-9 * largest);
+            if self.is_stuck(k, at.coordinates[k], right[k]) {
+                damped.row_mut(k).fill(0.0);
+                damped.column_mut(k).fill(0.0);
+                damped[(k, k)] = 1.0;
+                aim[k] = 0.0;
+            }
+        }
+        let step = damped.cholesky()?.solve(&aim);
+        let to = |(k, free): (usize, &Free)| {
+            let reach = if free.is_logarithmic { LONGEST } else { f64::INFINITY };
+            let (low, high) = free.coordinate_bounds();
+            (at.coordinates[k] + step[k].clamp(-reach, reach)).clamp(low, high)
+        };
+        let to: Vec<f64> = self.problem.free.iter().enumerate().map(to).collect();
+        to.iter().all(|c| c.is_finite()).then_some(to)
+    }
+
+    /// What stands at a bound and wants out stays.
+    fn is_stuck(&self, k: usize, coordinate: f64, downhill: f64) -> bool {
+        let (low, high) = self.problem.free[k].coordinate_bounds();
+        self.frozen == Some(k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
+    }
+
+    /// Whether no coordinate moves by more than a share of its standard deviation.
+    fn is_small(from: &[f64], to: &[f64], matrix: &DMatrix<f64>, share: f64) -> bool {
+        (0..to.len()).all(|k| to[k] == from[k] || (to[k] - from[k]).abs() <= share / matrix[(k, k)].max(1e-300).sqrt())
+    }
+
+    /// Whether an undamped step under this covariance would move a point by less than a share of its standard deviation.
+    pub fn rests(&self, at: &Point, whitener: &Whitener, share: f64) -> bool {
+        let (matrix, right) = self.normal(at, whitener);
+        self.step(at, &matrix, &right, 1e-9).is_none_or(|to| Self::is_small(&at.coordinates, &to, &matrix, share))
+    }
+
+    /// Down from one point, the covariance held. Ends where steps are small or no step leads down.
+    pub fn descend(&mut self, mut here: Point, whitener: &Whitener) -> Point {
+        let mut damping = 1e-4;
+        for _ in 0..MOST_STEPS {
+            let (matrix, right) = self.normal(&here, whitener);
+            let mut improved = false;
+            for _ in 0..MOST_TRIALS {
+                let Some(to) = self.step(&here, &matrix, &right, damping) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                if to == here.coordinates {
+                    return here;
+                }
+                let is_small = Self::is_small(&here.coordinates, &to, &matrix, STEP_TOLERANCE);
+                if is_small && damping <= FREE {
+                    return here;
+                }
+                // A machine that cannot be solved there is no place to go.
+                let Ok(there) = self.point(to, whitener) else {
+                    damping = (damping * 10.0).max(1e-2);
+                    continue;
+                };
+                if there.cost <= here.cost {
+                    let gain = here.cost - there.cost;
+                    here = there;
+                    damping = (damping * 0.1).max(1e-9);
+                    if gain <= 1e-9 * here.cost.max(1e-12) {
+                        return here;
+                    }
+                    improved = true;
+                    break;
+                }
+                if is_small {
+                    return here;
+                }
+                damping = (damping * 8.0).max(1e-4);
+            }
+            if !improved {
+                break;
+            }
+        }
+        here
+    }
+}
+
+/// Prior of the coordinate: centre and standard deviation.
+pub(super) fn prior(free: &Free) -> Option<(f64, f64)> {
+    free.prior.map(|(value, deviation)| if free.is_logarithmic { (value.ln(), deviation / value) } else { (value, deviation) })
+}
+
+/// What the priors add to the misfit.
+pub(super) fn priors(free: &[Free], coordinates: &[f64]) -> f64 {
+    free.iter().zip(coordinates).filter_map(|(f, c)| prior(f).map(|(at, spread)| ((c - at) / spread).powi(2))).sum()
+}
+
+pub(super) fn square(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum()
+}

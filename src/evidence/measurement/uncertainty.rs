@@ -1,0 +1,197 @@
+//! How uncertain readings and conditions are.
+
+use std::path::{Path, PathBuf};
+
+use super::Data;
+use crate::describe::machine::{Condition, Machine};
+use crate::error::{Error, Result, did_you_mean};
+use crate::foundation::document::{Document, Section};
+use crate::units::{self, Dimension};
+
+/// A limit +-a without more is a rectangular distribution of standard deviation a / sqrt 3 (GUM 4.3.7).
+const RECTANGULAR: f64 = 0.577_350_269_189_625_8;
+/// What instruments of such tests are usually stated with, as limits: scanner and sensor +-0.1 K, chiller +-0.1 K,
+/// flow meter +-0.05 L/min, ambient +-0.1 K.
+const USUAL_KELVIN: f64 = 0.1;
+const USUAL_FLOW: f64 = 0.05 / 60_000.0;
+/// A limit of the clock of a log, s: what a scanner takes to go through its channels.
+const USUAL_SECONDS: f64 = 1.0;
+
+/// Standard deviation of a condition variable: the larger part counts where both are given.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct VariableUncertainty {
+    /// In the variable's SI unit.
+    pub absolute: f64,
+    /// Of its value.
+    pub relative: f64,
+}
+
+/// Standard deviations of everything that is read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Uncertainty {
+    /// Of each sensor's readings from one to the next, K, in the order of [`Data::sensors`].
+    pub noise: Vec<f64>,
+    /// Of each sensor's own error, the same in all its readings, K.
+    pub bias: Vec<f64>,
+    /// Of every condition variable, in the order of [`Machine::variables`]; one error per row (steady) or per test (log).
+    pub variables: Vec<VariableUncertainty>,
+    /// Of the model's own numbers (mesh, solver), K, independent from reading to reading.
+    pub model: f64,
+    /// Of the time readings of a log belong to, s: of its clock, the same all through a test, and of what sensors and
+    /// fronts take to follow, which wanders; see [`super::wander`].
+    pub timing: f64,
+    /// The file it was read from, or `None` where the usual values stand in.
+    pub file: Option<PathBuf>,
+}
+
+impl Uncertainty {
+    /// From `DATA.toml` beside `data`, or usual values.
+    ///
+    /// # Errors
+    /// The file cannot be read; an unknown key, sensor or variable; a value without its unit or below zero.
+    pub fn beside(data_file: &Path, data: &Data, machine: &Machine) -> Result<Self> {
+        let path = data_file.with_extension("toml");
+        if path.exists() { Self::read(&path, data, machine) } else { Ok(Self::usual(data, machine)) }
+    }
+
+    /// What instruments of such tests are usually stated with.
+    pub fn usual(data: &Data, machine: &Machine) -> Self {
+        let variable = |v: &crate::describe::machine::Variable| {
+            let absolute = if v.dimension == Dimension::TEMPERATURE {
+                RECTANGULAR * USUAL_KELVIN
+            } else if v.dimension == Dimension::VOLUME_FLOW {
+                RECTANGULAR * USUAL_FLOW
+            } else {
+                0.0
+            };
+            VariableUncertainty { absolute, relative: 0.0 }
+        };
+        Self {
+            noise: vec![RECTANGULAR * USUAL_KELVIN; data.sensors.len()],
+            bias: vec![RECTANGULAR * USUAL_KELVIN; data.sensors.len()],
+            variables: machine.variables.iter().map(variable).collect(),
+            model: 0.0,
+            timing: RECTANGULAR * USUAL_SECONDS,
+            file: None,
+        }
+    }
+
+    /// Reads a file such as
+    ///
+    /// ```toml
+    /// kind = "limits"                 # or "standard deviations"
+    /// noise = "0.1 K"                 # from reading to reading
+    /// bias = "0.1 K"                  # of a sensor, the same in all its readings
+    /// model = "0.05 K"                # of mesh and solver; a standard deviation always
+    /// timing = "1 s"                  # of a log's clock and of how soon sensors follow
+    /// [condition]
+    /// coolant_temperature = "0.1 K"
+    /// coolant_flow = "0.05 L/min"     # or "2 %"
+    /// [sensor."motor shell"]
+    /// bias = "0.3 K"
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Uncertainty::beside`].
+    pub fn read(path: &Path, data: &Data, machine: &Machine) -> Result<Self> {
+        let document = Document::read(path)?;
+        let root = document.root();
+        let mut found = Self::usual(data, machine);
+        found.file = Some(path.to_path_buf());
+        let scale = match root.opt("kind") {
+            Some(kind) => [RECTANGULAR, 1.0][kind.choice(&["limits", "standard deviations"])?],
+            None => {
+                return Err(root
+                    .error("it is not said what the numbers are")
+                    .help("write kind = \"limits\" or kind = \"standard deviations\""));
+            }
+        };
+        let spread = |section: &Section<'_>, key: &str| -> Result<Option<f64>> {
+            let Some(value) = section.opt(key) else { return Ok(None) };
+            let kelvin = value.quantity(Dimension::DIFFERENCE)?;
+            if (0.0..f64::INFINITY).contains(&kelvin) {
+                Ok(Some(kelvin))
+            } else {
+                Err(value.error("an uncertainty is a finite number and not negative"))
+            }
+        };
+        if let Some(noise) = spread(&root, "noise")? {
+            found.noise.fill(scale * noise);
+        }
+        if let Some(bias) = spread(&root, "bias")? {
+            found.bias.fill(scale * bias);
+        }
+        if let Some(model) = spread(&root, "model")? {
+            found.model = model;
+        }
+        if let Some(value) = root.opt("timing") {
+            let seconds = value.quantity(Dimension::TIME)?;
+            if !(0.0..f64::INFINITY).contains(&seconds) {
+                return Err(value.error("an uncertainty is a finite number and not negative"));
+            }
+            found.timing = scale * seconds;
+        }
+        if let Some(value) = root.opt("condition") {
+            let section = value.section()?;
+            for (v, variable) in machine.variables.iter().enumerate() {
+                let Some(value) = section.opt(&variable.name) else { continue };
+                let text = value.text()?;
+                found.variables[v] = match text.trim().strip_suffix('%') {
+                    Some(percent) => {
+                        let share: f64 = percent.trim().parse().map_err(|_| value.error("this is no number of percent"))?;
+                        VariableUncertainty { absolute: 0.0, relative: scale * share / 100.0 }
+                    }
+                    None => {
+                        let dimension = if variable.dimension.is_absolute() { Dimension::DIFFERENCE } else { variable.dimension };
+                        let absolute = units::parse(&text, dimension).map_err(|e| value.place(e))?;
+                        VariableUncertainty { absolute: scale * absolute, relative: 0.0 }
+                    }
+                };
+                let VariableUncertainty { absolute, relative } = found.variables[v];
+                if ![absolute, relative].iter().all(|u| (0.0..f64::INFINITY).contains(u)) {
+                    return Err(value.error("an uncertainty is a finite number and not negative"));
+                }
+            }
+            section.finish()?;
+        }
+        for (name, section) in root.sections("sensor")? {
+            let Some(k) = data.names.iter().position(|n| *n == name) else {
+                // A file may serve several tables: only names the machine does not have are wrong.
+                if machine.sensors.iter().any(|s| s.name == name) {
+                    spread(&section, "noise")?;
+                    spread(&section, "bias")?;
+                    section.finish()?;
+                    continue;
+                }
+                let error = section.error(format!("there is no sensor '{name}'"));
+                return Err(match did_you_mean(&name, machine.sensors.iter().map(|s| s.name.as_str())) {
+                    Some(near) => error.help(format!("did you mean '{near}'?")),
+                    None => error,
+                });
+            };
+            if let Some(noise) = spread(&section, "noise")? {
+                found.noise[k] = scale * noise;
+            }
+            if let Some(bias) = spread(&section, "bias")? {
+                found.bias[k] = scale * bias;
+            }
+            section.finish()?;
+        }
+        if let Some(note) = root.opt("note") {
+            note.text()?;
+        }
+        root.finish()?;
+        if found.noise.iter().any(|n| *n <= 0.0) {
+            return Err(Error::input("readings without any noise cannot be weighed")
+                .at_key("noise")
+                .in_file(path)
+                .help("give at least what the display rounds to"));
+        }
+        Ok(found)
+    }
+
+    /// Standard deviation of every variable at a condition, SI.
+    pub fn at(&self, condition: &Condition) -> Vec<f64> {
+        self.variables.iter().zip(condition.si()).map(|(u, value)| u.absolute.max(u.relative * value.abs())).collect()
+    }
+}

@@ -1,0 +1,6 @@
+//! The machine against measurements: readings with their uncertainty, parameters identified from them, and
+//! causes named where no parameter explains them.
+
+pub mod diagnose;
+pub mod identify;
+pub mod measurement;

@@ -1,0 +1,214 @@
+//! The state of a run in a file, to go on from.
+//!
+//! One line that names the format, then little-endian binary (so that every bit comes back), then a CRC-32 of it all:
+//! strings that say which run it is of, the solver's state, the readings so far, and what is known of settling.
+
+use std::path::Path;
+
+use super::settle::Settling;
+use super::{Options, Start};
+use crate::discretise::network::Network;
+use crate::error::{Error, Result};
+use crate::explore::schedule::Schedule;
+use crate::foundation::atomic_file;
+use crate::solve::meshed::Model;
+use crate::solve::transient::{Energy, State};
+
+const MAGIC: &[u8] = b"coldplate checkpoint 1\n";
+
+/// What has come out of a run so far.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Progress {
+    /// Readings at the first stops, K.
+    pub(super) readings: Vec<Vec<f64>>,
+    /// Steady readings at the last condition, K.
+    pub(super) steady: std::result::Result<Vec<f64>, String>,
+    /// Since when they have been near.
+    pub(super) settling: Settling,
+}
+
+/// What a run is of: name and value of everything that decides its numbers.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Identity(Vec<(String, String)>);
+
+impl Identity {
+    pub(super) fn new(model: &Model, schedule: &Schedule, options: &Options) -> Self {
+        let start = match options.start {
+            Start::Steady => "steady".to_string(),
+            Start::Uniform(temperature) => format!("{temperature} K"),
+            Start::Readings => "readings".to_string(),
+        };
+        let entries = [
+            ("version of the program", env!("CARGO_PKG_VERSION").to_string()),
+            ("machine file or its --set", model.machine.hash.clone()),
+            ("number of cells", format!("{} in {} nodes", model.mesh.cells, model.network.nodes)),
+            ("schedule or its conditions", schedule.hash()),
+            ("--from", start),
+            ("--every", options.every.map_or("not given".into(), |s| format!("{s} s"))),
+            ("--tolerance", format!("{} K", options.tolerance)),
+            ("--within", format!("{} K", options.within)),
+        ];
+        Self(entries.map(|(name, value)| (name.to_string(), value)).to_vec())
+    }
+}
+
+/// Writes the state of a run.
+///
+/// # Errors
+/// As [`atomic_file::write`].
+pub(super) fn write(path: &Path, identity: &Identity, state: &State, progress: &Progress) -> Result<()> {
+    let mut to = Encoder(MAGIC.to_vec());
+    to.count(identity.0.len());
+    for (name, value) in &identity.0 {
+        to.text(name);
+        to.text(value);
+    }
+    to.number(state.time);
+    to.numbers(&state.temperatures);
+    to.count(state.water.len());
+    for parcels in &state.water {
+        to.numbers(&parcels.iter().flat_map(|(capacity, temperature)| [*capacity, *temperature]).collect::<Vec<_>>());
+    }
+    to.number(state.step);
+    to.count(state.steps);
+    to.count(state.rejected);
+    to.numbers(&[state.energy.entered, state.energy.left, state.energy.stored]);
+    to.count(progress.readings.len());
+    progress.readings.iter().for_each(|readings| to.numbers(readings));
+    match &progress.steady {
+        Ok(steady) => {
+            to.text("");
+            to.numbers(steady);
+        }
+        Err(reason) => to.text(reason),
+    }
+    to.number(progress.settling.within);
+    to.number(progress.settling.time);
+    to.numbers(&progress.settling.distances);
+    to.numbers(&progress.settling.since);
+    let sum = crc32fast::hash(&to.0);
+    to.0.extend(sum.to_le_bytes());
+    atomic_file::write(path, &to.0)
+}
+
+/// Reads the state of the run `identity` back; `stops` is how many readings it will have in the end.
+///
+/// # Errors
+/// No checkpoint, a damaged one, or one of another run; it says what differs.
+pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(State, Progress)> {
+    let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, &e))?;
+    let begin_anew = "to begin anew, leave out --resume or remove the file";
+    if !bytes.starts_with(MAGIC) {
+        let what = if bytes.starts_with(b"coldplate checkpoint ") {
+            "this checkpoint is in the format of another version"
+        } else {
+            "this is no checkpoint of a simulation"
+        };
+        return Err(Error::input(what).in_file(path).help(begin_anew));
+    }
+    let damaged = || Error::input("this checkpoint is damaged").in_file(path).help(begin_anew);
+    let (content, sum) = bytes.split_at(bytes.len() - 4);
+    if content.len() < MAGIC.len() || crc32fast::hash(content).to_le_bytes() != sum {
+        return Err(damaged());
+    }
+    let mut from = Decoder(&content[MAGIC.len()..]);
+    let found = from.identity().ok_or_else(damaged)?;
+    for (name, value) in &identity.0 {
+        match found.0.iter().find(|(known, _)| known == name) {
+            Some((_, known)) if known == value => {}
+            known => {
+                let known = known.map_or("nothing", |(_, value)| value);
+                return Err(Error::input(format!("this checkpoint is of another run: the {name} differs"))
+                    .in_file(path)
+                    .read(format!("{known}, now {value}"))
+                    .help(format!("run with what it was made with; {begin_anew}")));
+            }
+        }
+    }
+    let (state, progress) = from.content().ok_or_else(damaged)?;
+    let sensors = network.sensors.len();
+    let fits = state.temperatures.len() == network.nodes
+        && state.water.len() == network.streams.len()
+        && (1..=stops).contains(&progress.readings.len())
+        && progress.readings.iter().chain(&progress.steady).all(|r| r.len() == sensors)
+        && progress.settling.distances.len() == sensors
+        && progress.settling.since.len() == sensors;
+    if fits { Ok((state, progress)) } else { Err(damaged()) }
+}
+
+struct Encoder(Vec<u8>);
+
+impl Encoder {
+    fn number(&mut self, value: f64) {
+        self.0.extend(value.to_le_bytes());
+    }
+
+    fn count(&mut self, value: usize) {
+        self.0.extend((value as u64).to_le_bytes());
+    }
+
+    fn numbers(&mut self, values: &[f64]) {
+        self.count(values.len());
+        values.iter().for_each(|v| self.number(*v));
+    }
+
+    fn text(&mut self, text: &str) {
+        self.count(text.len());
+        self.0.extend(text.as_bytes());
+    }
+}
+
+/// Takes apart what an [`Encoder`] put together; `None` where the bytes do not suffice.
+struct Decoder<'a>(&'a [u8]);
+
+impl Decoder<'_> {
+    fn word(&mut self) -> Option<[u8; 8]> {
+        let (word, rest) = self.0.split_first_chunk::<8>()?;
+        self.0 = rest;
+        Some(*word)
+    }
+
+    fn number(&mut self) -> Option<f64> {
+        self.word().map(f64::from_le_bytes)
+    }
+
+    /// A count of things that take at least `size` bytes each.
+    fn count(&mut self, size: usize) -> Option<usize> {
+        let count = usize::try_from(u64::from_le_bytes(self.word()?)).ok()?;
+        (count.checked_mul(size)? <= self.0.len()).then_some(count)
+    }
+
+    fn numbers(&mut self) -> Option<Vec<f64>> {
+        (0..self.count(8)?).map(|_| self.number()).collect()
+    }
+
+    fn text(&mut self) -> Option<String> {
+        let length = self.count(1)?;
+        let (text, rest) = self.0.split_at(length);
+        self.0 = rest;
+        String::from_utf8(text.to_vec()).ok()
+    }
+
+    fn identity(&mut self) -> Option<Identity> {
+        let entries = (0..self.count(16)?).map(|_| Some((self.text()?, self.text()?)));
+        entries.collect::<Option<Vec<_>>>().map(Identity)
+    }
+
+    fn content(&mut self) -> Option<(State, Progress)> {
+        let (time, temperatures) = (self.number()?, self.numbers()?);
+        let water = (0..self.count(8)?).map(|_| {
+            let parcels = self.numbers()?;
+            Some(parcels.chunks_exact(2).map(|p| (p[0], p[1])).collect())
+        });
+        let water = water.collect::<Option<_>>()?;
+        let (step, steps, rejected) = (self.number()?, self.count(0)?, self.count(0)?);
+        let [entered, left, stored] = self.numbers()?.try_into().ok()?;
+        let readings = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
+        let reason = self.text()?;
+        let steady = if reason.is_empty() { Ok(self.numbers()?) } else { Err(reason) };
+        let (within, at) = (self.number()?, self.number()?);
+        let settling = Settling { within, time: at, distances: self.numbers()?, since: self.numbers()? };
+        let state = State { time, temperatures, water, step, steps, rejected, energy: Energy { entered, left, stored } };
+        Some((state, Progress { readings, steady, settling }))
+    }
+}

@@ -1,0 +1,288 @@
+//! A schedule run through a model: readings over time, when they settle, and what can be resumed.
+
+mod checkpoint;
+mod settle;
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use crate::describe::machine::Condition;
+use crate::discretise::network::Load;
+use crate::error::{Error, Result};
+use crate::explore::schedule::{Schedule, Segment, TIME};
+use crate::foundation::table::{Column, Table};
+use crate::solve::meshed::Model;
+use crate::solve::transient::{Energy, Settings, State, Transient};
+use crate::units::{Celsius, Kelvin, express};
+
+use checkpoint::{Identity, Progress};
+use settle::Settling;
+
+/// Largest relative part of the energy that may be unaccounted for over a whole run.
+pub const ENERGY_TOLERANCE: f64 = 1e-8;
+/// Most output times.
+const MOST_OUTPUTS: usize = 5_000_000;
+/// Output times where the user does not say, for a schedule of few rows.
+const USUAL_OUTPUTS: f64 = 200.0;
+
+/// The state a run begins with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Start {
+    /// The steady state of the first row's condition.
+    Steady,
+    /// Everything, water included, at one temperature, K.
+    Uniform(f64),
+    /// Of a measured log: everything at the mean of its own first readings. A schedule has none.
+    Readings,
+}
+
+/// How to run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Options {
+    /// The state at the beginning.
+    pub start: Start,
+    /// Outputs this far apart, s, beside those at the rows of the schedule; `None`: about 200 of them, unless the
+    /// schedule has as many rows itself.
+    pub every: Option<f64>,
+    /// Error allowed in each time step, K.
+    pub tolerance: f64,
+    /// A sensor has settled when it stays this near to its steady reading, K.
+    pub within: f64,
+    /// File to write the state to now and then.
+    pub checkpoint: Option<PathBuf>,
+    /// Least time on the clock between two such writings.
+    pub checkpoint_every: Duration,
+    /// Go on from that file, if it is there.
+    pub resume: bool,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            start: Start::Steady,
+            every: None,
+            tolerance: 0.01,
+            within: 0.5,
+            checkpoint: None,
+            checkpoint_every: Duration::from_secs(5),
+            resume: false,
+        }
+    }
+}
+
+/// The machine at an instant of a run.
+#[derive(Debug, Clone, Copy)]
+pub struct Seen<'a> {
+    /// Time and temperatures.
+    pub state: &'a State,
+    /// The condition there; at a step of the schedule it is seen twice, with the one before and the one behind.
+    pub condition: &'a Condition,
+    /// What it comes to.
+    pub load: &'a Load,
+}
+
+/// What came out of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct History {
+    /// Output times, s.
+    pub times: Vec<f64>,
+    /// The condition at each; at a step the one before and the one behind it.
+    pub conditions: Vec<Condition>,
+    /// Readings of all sensors at each, K.
+    pub readings: Vec<Vec<f64>>,
+    /// Steady readings at the last condition, K, or why there are none.
+    pub steady: std::result::Result<Vec<f64>, String>,
+    /// How near to them counts as settled, K.
+    pub within: f64,
+    /// For each sensor how long after the start it has settled for good, s.
+    pub settled: Vec<Option<f64>>,
+    /// Time steps taken.
+    pub steps: usize,
+    /// Steps tried and taken again shorter.
+    pub rejected: usize,
+    /// Heat that went in and out, and what the machine has stored.
+    pub energy: Energy,
+    /// Time at which a checkpoint was taken up, s.
+    pub resumed_at: Option<f64>,
+}
+
+impl History {
+    /// How long after the start all sensors have settled, s.
+    pub fn settled_overall(&self) -> Option<f64> {
+        self.settled.iter().copied().try_fold(0.0, |latest: f64, at| at.map(|at| latest.max(at)))
+    }
+
+    /// The series as a table: time, condition, sensors.
+    ///
+    /// # Errors
+    /// A variable's unit cannot be expressed.
+    pub fn table(&self, model: &Model) -> Result<Table> {
+        let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
+        let mut columns = vec![column(TIME, "s", self.times.clone())];
+        for (v, variable) in model.machine.variables.iter().enumerate().filter(|(_, v)| v.name != TIME) {
+            let values = self.conditions.iter().map(|c| express(c.si()[v], &variable.unit, variable.dimension));
+            columns.push(column(&variable.name, &variable.unit, values.collect::<Result<_>>()?));
+        }
+        let inputs = columns.len();
+        for (s, name) in model.network.sensor_names.iter().enumerate() {
+            // A sensor may be called like a condition; two columns may not.
+            let name = if columns.iter().any(|c| c.name == *name) { format!("{name} (sensor)") } else { name.clone() };
+            let values = self.readings.iter().map(|r| Celsius::from(Kelvin(r[s])).0).collect();
+            columns.push(column(&name, "degC", values));
+        }
+        let provenance = vec![
+            ("machine".to_string(), model.machine.name.clone()),
+            ("machine_hash".to_string(), model.machine.hash.clone()),
+            ("cells".to_string(), model.mesh.cells.to_string()),
+            ("program".to_string(), concat!("coldplate ", env!("CARGO_PKG_VERSION")).to_string()),
+        ];
+        Ok(Table { texts: Vec::new(), columns, inputs, provenance })
+    }
+}
+
+/// A time at which the solver stops and readings are taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Stop {
+    time: f64,
+    segment: Segment,
+}
+
+/// Runs `schedule` through `model`; `seen` is shown the beginning of every stretch between two stops and the end of every step.
+///
+/// # Errors
+/// The condition or the water leaves its range, the numerics fail, the energy does not add up, or a checkpoint cannot
+/// be written or belongs to another run.
+pub fn run(model: &Model, schedule: &Schedule, options: &Options, seen: &mut dyn FnMut(&Seen<'_>)) -> Result<History> {
+    let stops = stops(schedule, options.every)?;
+    let load_of =
+        |condition: &Condition, time: f64| Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")));
+    let first = load_of(&schedule.stated(0), schedule.start())?;
+    let settings = Settings { tolerance: options.tolerance, longest: (schedule.end() - schedule.start()) / 20.0 };
+    let mut transient = Transient::new(&model.network, settings)?;
+    let identity = Identity::new(model, schedule, options);
+    let known = match &options.checkpoint {
+        Some(path) if options.resume && path.exists() => Some(checkpoint::read(path, &identity, &model.network, stops.len())?),
+        _ => None,
+    };
+    let resumed_at = known.as_ref().map(|(state, _)| state.time);
+    let read =
+        |state: &State, load: &Load| -> Vec<f64> { model.network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect() };
+    let (mut state, mut progress) = match known {
+        Some(known) => known,
+        None => {
+            let mut state = match options.start {
+                Start::Steady => transient.from_steady(&first)?,
+                Start::Uniform(temperature) => transient.uniform(&first, temperature),
+                Start::Readings => {
+                    return Err(Error::input("a schedule has no readings to begin with").at_key("--from").help("give a temperature"));
+                }
+            };
+            state.time = schedule.start();
+            let last = load_of(&schedule.last_condition(), schedule.end())?;
+            let steady = transient.from_steady(&last).map(|s| read(&s, &last)).map_err(|e| e.what().to_string());
+            let readings = read(&state, &first);
+            let mut settling = Settling::new(options.within, model.network.sensors.len());
+            settling.see(state.time, &readings, steady.as_deref().ok());
+            (state, Progress { readings: vec![readings], steady, settling })
+        }
+    };
+    let mut clock = Instant::now();
+    for stop in &stops[progress.readings.len()..] {
+        let segment = stop.segment;
+        if stop.time > state.time {
+            let load = |time: f64| load_of(&schedule.condition(segment, time), time);
+            seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time), load: &load(state.time)? });
+            transient.advance(&mut state, stop.time, &load, &mut |state, load| {
+                progress.settling.see(state.time, &read(state, load), progress.steady.as_deref().ok());
+                seen(&Seen { state, condition: &schedule.condition(segment, state.time), load });
+                Ok(())
+            })?;
+        }
+        let readings = read(&state, &load_of(&condition_at(schedule, stop), stop.time)?);
+        progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
+        progress.readings.push(readings);
+        // At stops alone: there the solver begins anew in any case, so that a run taken up again takes the same steps.
+        if let Some(path) = &options.checkpoint
+            && clock.elapsed() >= options.checkpoint_every
+        {
+            checkpoint::write(path, &identity, &state, &progress)?;
+            clock = Instant::now();
+        }
+    }
+    if let Some(path) = &options.checkpoint {
+        checkpoint::write(path, &identity, &state, &progress)?;
+    }
+    let open = state.energy.relative();
+    // A comparison that is false for NaN too.
+    if open.is_nan() || open > ENERGY_TOLERANCE {
+        return Err(Error::numerics(format!(
+            "the energy balance is open: {open:.3e} of it do not add up ({:.6e} J entered, {:.6e} J left, {:.6e} J are stored)",
+            state.energy.entered, state.energy.left, state.energy.stored
+        )));
+    }
+    Ok(History {
+        times: stops.iter().map(|stop| stop.time).collect(),
+        conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
+        readings: progress.readings,
+        settled: progress.settling.settled(schedule.start(), progress.steady.is_ok()),
+        steady: progress.steady,
+        within: options.within,
+        steps: state.steps,
+        rejected: state.rejected,
+        energy: state.energy,
+        resumed_at,
+    })
+}
+
+/// The condition recorded at a stop: behind the step, where one is there.
+fn condition_at(schedule: &Schedule, stop: &Stop) -> Condition {
+    if stop.time >= stop.segment.until { schedule.stated(stop.segment.row + 1) } else { schedule.condition(stop.segment, stop.time) }
+}
+
+/// The output times: the start, every row, and the multiples of `every` between them.
+fn stops(schedule: &Schedule, every: Option<f64>) -> Result<Vec<Stop>> {
+    let (start, end) = (schedule.start(), schedule.end());
+    let every = match every {
+        Some(every) => every,
+        None if schedule.rows().len() as f64 >= USUAL_OUTPUTS => f64::INFINITY,
+        None => round_interval((end - start) / USUAL_OUTPUTS),
+    };
+    if (end - start) / every > MOST_OUTPUTS as f64 {
+        return Err(Error::input(format!("outputs every {every} s would be more than {MOST_OUTPUTS}"))
+            .at_key("--every")
+            .help("give a longer interval"));
+    }
+    let mut stops = vec![Stop { time: start, segment: Segment { from: start, until: f64::INFINITY, row: 0 } }];
+    for segment in schedule.segments() {
+        // A multiple that is a row but for rounding is that row.
+        let (from, until) = (((segment.from - start) / every + 1e-9).floor(), ((segment.until - start) / every - 1e-9).floor());
+        let inside = (from as u64 + 1..=until.max(0.0) as u64).map(|n| start + n as f64 * every);
+        stops.extend(inside.chain([segment.until]).map(|time| Stop { time, segment }));
+    }
+    Ok(stops)
+}
+
+/// 1, 2, 5, 10, 15, 20, 30 of seconds, minutes, hours: the first that is not shorter; powers of ten below a second.
+fn round_interval(seconds: f64) -> f64 {
+    if seconds < 1.0 {
+        let power = 10f64.powf(seconds.log10().floor());
+        return [1.0, 2.0, 5.0, 10.0].map(|m| m * power).into_iter().find(|s| *s >= seconds * (1.0 - 1e-9)).unwrap_or(seconds);
+    }
+    let steps = [1.0, 60.0, 3600.0].into_iter().flat_map(|unit| [1.0, 2.0, 5.0, 10.0, 15.0, 20.0, 30.0].map(|m| m * unit));
+    steps.into_iter().find(|s| *s >= seconds).unwrap_or_else(|| (seconds / 86400.0).ceil() * 86400.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::round_interval;
+
+    #[test]
+    fn intervals_are_round() {
+        for (seconds, expected) in
+            [(0.0131, 0.02), (0.5, 0.5), (1.0, 1.0), (3.0, 5.0), (45.0, 60.0), (306.0, 600.0), (4000.0, 7200.0), (2e5, 259200.0)]
+        {
+            let found: f64 = round_interval(seconds);
+            assert!((found / expected - 1.0).abs() < 1e-12, "{seconds}: {found}");
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! From a sweep file to the solver: machine, mesh, network and multigrid hierarchy are set up once, and every condition
+//! starts from the same reference state, so that a result does not depend on which conditions went before.
+
+use std::path::Path;
+
+use super::{Definition, Options, Plan, Subject, Swept, execute};
+use crate::describe::machine::{Condition, Machine};
+use crate::discretise::network::Load;
+use crate::error::Result;
+use crate::solve::meshed::Model;
+
+/// Conditions of a design for each one that others start from.
+const WORTH_ONE_START: usize = 8;
+/// Most conditions that others start from: each costs its memory and one product with the matrix per start.
+const MOST_STARTS: usize = 16;
+
+/// A sweep ready to run.
+#[derive(Debug)]
+pub struct Sweep {
+    /// The sweep file.
+    pub definition: Definition,
+    /// The machine on its mesh.
+    pub model: Model,
+    /// The conditions.
+    pub plan: Plan,
+}
+
+impl Sweep {
+    /// Reads a sweep file and its machine and makes the mesh: of `cells` cells, or else as many as the sweep file says,
+    /// or else as many as the machine file says. `sets` are changes to the machine file after those of the sweep file.
+    ///
+    /// # Errors
+    /// One of the files is wrong, or the mesh cannot be made.
+    pub fn open(path: &Path, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
+        let definition = Definition::read(path)?;
+        let sets: Vec<(String, String)> = definition.set.iter().chain(sets).cloned().collect();
+        let machine = Machine::read(&definition.machine, &sets)?;
+        // Before the mesh, which takes its time: a mistake in the design should show at once.
+        let plan = definition.plan(&machine.variables)?;
+        let model = Model::new(machine, cells.or(definition.cells))?;
+        Ok(Self { definition, model, plan })
+    }
+
+    /// What the results depend on, and what they are called.
+    pub fn subject(&self) -> Subject {
+        Subject {
+            machine: self.model.machine.name.clone(),
+            hash: self.model.machine.hash.clone(),
+            mesh: format!("{} cells, {} nodes", self.model.mesh.cells, self.model.network.nodes),
+            outputs: self.model.network.sensor_names.iter().map(|name| (name.clone(), "degC".to_string())).collect(),
+        }
+    }
+
+    /// The middle of the ranges, where the shared setup is made.
+    pub fn reference(&self) -> Condition {
+        let middle = |v: usize| {
+            let values = self.plan.conditions.iter().map(|row| row[v]);
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            0.5 * (low + high)
+        };
+        Condition::from_si((0..self.plan.variables.len()).map(middle).collect())
+    }
+
+    /// Runs what the journal in `folder` does not hold yet and writes the tables.
+    ///
+    /// # Errors
+    /// As [`execute`], or the shared setup fails.
+    pub fn run(&self, folder: &Path, options: Options) -> Result<Swept> {
+        let mut solver = self.model.solver(&self.reference())?;
+        // Every condition starts from the same few, spread evenly over the design, so that none depends on which others
+        // have been solved before it or in this run.
+        let rows = &self.plan.conditions;
+        let known = (rows.len() / WORTH_ONE_START).min(MOST_STARTS);
+        let start = |i: usize| Load::at(&self.model.machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
+        solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
+        execute(&self.plan, &self.subject(), folder, options, |si| {
+            let state = self.model.solve(&solver, &Condition::from_si(si.to_vec()))?;
+            Ok(self.model.readings(&state).into_iter().map(|t| t.0).collect())
+        })
+    }
+}

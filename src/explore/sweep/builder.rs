@@ -1,0 +1,254 @@
+//! From ranges and held values to the rows of a [`Plan`].
+
+use std::path::Path;
+
+use super::design::{self, Spacing};
+use super::plan::{Group, Plan, Purpose};
+use crate::describe::machine::Variable;
+use crate::error::{Error, Result};
+use crate::foundation::table::Table;
+use crate::units;
+
+/// More conditions than anyone means to run.
+const MOST_CONDITIONS: usize = 1_000_000;
+
+/// Collects groups of conditions.
+#[derive(Debug)]
+pub(super) struct Builder {
+    plan: Plan,
+}
+
+/// A varied variable.
+#[derive(Debug)]
+struct Axis {
+    variable: usize,
+    low: f64,
+    high: f64,
+    spacing: Spacing,
+    levels: Option<Vec<f64>>,
+}
+
+/// The ranges of one design, and the groups of conditions made in them (SI).
+#[derive(Debug)]
+pub(super) struct Space {
+    variables: Vec<Variable>,
+    held: Vec<(usize, f64)>,
+    axes: Vec<Axis>,
+    groups: Vec<(Group, Vec<Vec<f64>>)>,
+}
+
+impl Builder {
+    pub(super) fn new(name: String, variables: &[Variable]) -> Self {
+        Self { plan: Plan { name, variables: variables.to_vec(), groups: Vec::new(), shown: Vec::new(), conditions: Vec::new() } }
+    }
+
+    pub(super) fn has_group(&self, name: &str) -> bool {
+        self.plan.groups.iter().any(|g| g.name == name)
+    }
+
+    /// A design with these variables (index, SI) held.
+    pub(super) fn space(&self, held: &[(usize, f64)]) -> Space {
+        Space { variables: self.plan.variables.clone(), held: held.to_vec(), axes: Vec::new(), groups: Vec::new() }
+    }
+
+    /// Adds the conditions of a CSV file; variables it has no column for are held or take their default.
+    pub(super) fn list(&mut self, file: &Path, held: &[(usize, f64)]) -> Result<()> {
+        let table = Table::read(file)?;
+        let names: Vec<&str> = self.plan.variables.iter().map(|v| v.name.as_str()).collect();
+        for column in table.columns.iter().filter(|c| !names.contains(&c.name.as_str())) {
+            // Two slips of the pen are a misspelt variable; anything else is a column of its own, such as a reading.
+            if let Some(meant) = names.iter().find(|name| strsim::damerau_levenshtein(name, &column.name) <= 2) {
+                let error =
+                    Error::input(format!("'{}' is not a variable of this machine", column.name)).in_file(file).at_key(column.header());
+                return Err(error.help(format!("did you mean '{meant}'?")));
+            }
+        }
+        if let Some(text) = table.texts.iter().find(|t| names.contains(&t.name.as_str())) {
+            return Err(table.column(&text.name).err().unwrap_or_else(|| Error::input("this column has no unit")).in_file(file));
+        }
+        let mut space = self.space(held);
+        let mut columns = Vec::new();
+        for (at, variable) in space.variables.iter().enumerate() {
+            if !table.columns.iter().any(|c| c.name == variable.name) {
+                continue;
+            }
+            let values = table.column_si(&variable.name, variable.dimension).map_err(|e| e.in_file(file))?;
+            if let Some(row) = values.iter().position(|v| v.is_nan()) {
+                let error = Error::input(format!("the value of row {} is missing", row + 1)).in_file(file).at_key(&variable.name);
+                return Err(error.help("a condition needs a value in every column"));
+            }
+            columns.push((at, values));
+        }
+        let varied: Vec<usize> = columns.iter().map(|(at, _)| *at).collect();
+        if varied.is_empty() || table.rows() == 0 {
+            return Err(Error::input("the file holds no conditions").in_file(file).help(format!("columns wanted: {}", names.join(", "))));
+        }
+        for (at, values) in &columns {
+            space.axes.push(Axis { variable: *at, low: values[0], high: values[0], spacing: Spacing::Linear, levels: None });
+        }
+        let points = (0..table.rows()).map(|row| columns.iter().map(|(_, values)| values[row]).collect()).collect();
+        let description = format!("list of {} conditions", table.rows());
+        space.groups.push((Group { name: "design".into(), purpose: Purpose::Fit, varied, degree: None, description, rows: 0..0 }, points));
+        space.into_groups(self);
+        Ok(())
+    }
+
+    /// Checks that every condition has a value of every variable.
+    pub(super) fn finish(self) -> Result<Plan> {
+        let plan = self.plan;
+        if plan.conditions.is_empty() {
+            return Err(Error::input("the sweep has no conditions"));
+        }
+        for row in &plan.shown {
+            if let Some(variable) = row.iter().zip(&plan.variables).find(|(value, _)| value.is_nan()).map(|(_, v)| v) {
+                return Err(Error::input(format!("the variable '{}' has neither a range nor a value", variable.name))
+                    .at_key(&variable.name)
+                    .help(format!("write it under [range] or [hold], e.g. [hold] {} = {}", variable.name, variable.dimension.example())));
+            }
+        }
+        Ok(plan)
+    }
+}
+
+impl Space {
+    pub(super) fn is_varied(&self, variable: usize) -> bool {
+        self.axes.iter().any(|a| a.variable == variable)
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.axes.is_empty()
+    }
+
+    fn push(&mut self, axis: Axis) -> Result<()> {
+        let name = &self.variables[axis.variable].name;
+        if self.is_varied(axis.variable) {
+            return Err(Error::input(format!("'{name}' has both a range and levels")).help("keep one of them"));
+        }
+        if self.held.iter().any(|(v, _)| *v == axis.variable) {
+            return Err(Error::input(format!("'{name}' is both varied and held")).help("remove it from [hold]"));
+        }
+        self.axes.push(axis);
+        self.axes.sort_by_key(|a| a.variable);
+        Ok(())
+    }
+
+    pub(super) fn vary(&mut self, variable: usize, low: f64, high: f64, spacing: Spacing) -> Result<()> {
+        if spacing != Spacing::Linear && low <= 0.0 {
+            return Err(Error::input("this spacing needs a range above zero").help("take linear spacing, or begin the range above zero"));
+        }
+        self.push(Axis { variable, low, high, spacing, levels: None })
+    }
+
+    pub(super) fn levels(&mut self, variable: usize, levels: Vec<f64>) -> Result<()> {
+        if levels.is_empty() {
+            return Err(Error::input("no level is given").help("list at least one"));
+        }
+        let (low, high) = levels.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        self.push(Axis { variable, low, high, spacing: Spacing::Linear, levels: Some(levels) })
+    }
+
+    fn scale(&self, units: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let value = |(axis, u): (&Axis, f64)| axis.spacing.value(u, axis.low, axis.high);
+        units.into_iter().map(|point| self.axes.iter().zip(point).map(value).collect()).collect()
+    }
+
+    fn add(&mut self, name: &str, purpose: Purpose, description: String, points: Vec<Vec<f64>>) {
+        let varied = self.axes.iter().map(|a| a.variable).collect();
+        self.groups.push((Group { name: name.into(), purpose, varied, degree: None, description, rows: 0..0 }, points));
+    }
+
+    pub(super) fn latin_hypercube(&mut self, runs: usize, seed: u64, corners: bool) -> Result<()> {
+        let mut units = if corners {
+            let count = 1usize.checked_shl(self.axes.len() as u32).filter(|c| c + 2 <= runs).ok_or_else(|| {
+                Error::input("there are fewer runs than corners of the ranges").help("take more runs, or corners = false")
+            })?;
+            debug_assert_eq!(count, 1 << self.axes.len());
+            design::corners(self.axes.len())
+        } else {
+            Vec::new()
+        };
+        check_count(runs)?;
+        units.extend(design::latin_hypercube(runs - units.len(), self.axes.len(), seed));
+        let with = if corners { ", corners included" } else { "" };
+        self.add("design", Purpose::Fit, format!("maximin Latin hypercube, {runs} runs, seed {seed}{with}"), self.scale(units));
+        Ok(())
+    }
+
+    pub(super) fn sobol(&mut self, runs: usize, seed: Option<u64>) -> Result<()> {
+        check_count(runs)?;
+        let units = design::sobol(runs, self.axes.len(), seed)?;
+        let shift = seed.map_or("unscrambled".to_string(), |seed| format!("digital shift of seed {seed}"));
+        self.add("design", Purpose::Fit, format!("Sobol', {runs} runs, {shift}"), self.scale(units));
+        Ok(())
+    }
+
+    pub(super) fn factorial(&mut self, points: Option<usize>) -> Result<()> {
+        let mut levels = Vec::new();
+        for axis in &self.axes {
+            levels.push(match (&axis.levels, points) {
+                (Some(levels), _) => levels.clone(),
+                (None, Some(points)) => design::levels(points, axis.low, axis.high, axis.spacing),
+                (None, None) => {
+                    let name = &self.variables[axis.variable].name;
+                    return Err(Error::input(format!("how many levels '{name}' has is not said"))
+                        .help("write points = 3 under [design], or its levels under [levels] instead of its range"));
+                }
+            });
+        }
+        let count = levels.iter().try_fold(1usize, |product, l| product.checked_mul(l.len())).unwrap_or(usize::MAX);
+        check_count(count)?;
+        let shape: Vec<String> = levels.iter().map(|l| l.len().to_string()).collect();
+        self.add("design", Purpose::Fit, format!("full factorial, {}", shape.join(" x ")), design::full_factorial(&levels));
+        Ok(())
+    }
+
+    pub(super) fn one_factor(&mut self, points: usize, group: Group) {
+        let axis = &self.axes[0];
+        let values = design::levels(points, axis.low, axis.high, axis.spacing).into_iter().map(|v| vec![v]).collect();
+        self.groups.push((group, values));
+    }
+
+    /// Held-out conditions: uniform in the variables themselves, whatever the design's spacing.
+    pub(super) fn validation(&mut self, runs: usize, seed: u64) {
+        let units = design::uniform(runs, self.axes.len(), seed);
+        let value = |(axis, u): (&Axis, f64)| Spacing::Linear.value(u, axis.low, axis.high);
+        let points = units.into_iter().map(|point| self.axes.iter().zip(point).map(value).collect()).collect();
+        self.add("validation", Purpose::Validation, format!("uniform, {runs} runs, seed {seed}"), points);
+    }
+
+    /// Completes the points with held and default values and hands them over.
+    pub(super) fn into_groups(self, builder: &mut Builder) {
+        let mut base: Vec<f64> = self.variables.iter().map(|v| v.default.unwrap_or(f64::NAN)).collect();
+        for (variable, value) in &self.held {
+            base[*variable] = *value;
+        }
+        for (mut group, points) in self.groups {
+            let start = builder.plan.shown.len();
+            for point in points {
+                let mut row = base.clone();
+                for (axis, value) in self.axes.iter().zip(point) {
+                    row[axis.variable] = value;
+                }
+                let (shown, si) = row.iter().zip(&self.variables).map(|(value, variable)| typeable(*value, variable)).unzip();
+                builder.plan.shown.push(shown);
+                builder.plan.conditions.push(si);
+            }
+            group.rows = start..builder.plan.shown.len();
+            builder.plan.groups.push(group);
+        }
+    }
+}
+
+fn check_count(count: usize) -> Result<()> {
+    if count <= MOST_CONDITIONS {
+        return Ok(());
+    }
+    Err(Error::input(format!("the design has more than {MOST_CONDITIONS} conditions")).help("take fewer levels or runs"))
+}
+
+/// The value in the variable's unit, rounded to twelve digits, and that number back in SI.
+fn typeable(si: f64, variable: &Variable) -> (f64, f64) {
+    let shown = units::express(si, &variable.unit, variable.dimension).ok().and_then(|v| format!("{v:.11e}").parse().ok());
+    let shown: f64 = shown.unwrap_or(f64::NAN);
+    (shown, units::convert(shown, &variable.unit, variable.dimension).unwrap_or(f64::NAN))
+}

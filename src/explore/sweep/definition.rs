@@ -1,0 +1,225 @@
+//! The sweep file: which machine, which conditions.
+
+use std::path::{Path, PathBuf};
+
+use super::plan::{Group, Plan, Purpose};
+use super::{builder::Builder, design::Spacing};
+use crate::describe::machine::Variable;
+use crate::error::{Error, Result};
+use crate::foundation::document::{Document, Section, Value};
+
+/// A sweep file, read as far as it can be without its machine.
+#[derive(Debug, Clone)]
+pub struct Definition {
+    /// One-line name.
+    pub name: String,
+    /// The machine file, found from the folder of the sweep file.
+    pub machine: PathBuf,
+    /// Cells aimed at, where the file says.
+    pub cells: Option<usize>,
+    /// Changes to the machine file: key and value, as for `--set`.
+    pub set: Vec<(String, String)>,
+    /// Further machines whose measured states are laid beside predictions in the report.
+    pub compare: Vec<PathBuf>,
+    document: Document,
+}
+
+/// Tables of the file that belong to others, who read them from [`Definition::document`].
+const OTHERS: [&str; 4] = ["fit", "chart", "report", "accept"];
+
+impl Definition {
+    /// Reads a sweep file. Its design is checked by [`Definition::plan`], which knows the machine's variables.
+    ///
+    /// # Errors
+    /// The file cannot be read, is not TOML, or one of `name`, `machine`, `cells`, `set` is wrong.
+    pub fn read(path: impl AsRef<Path>) -> Result<Self> {
+        Self::new(Document::read(path)?)
+    }
+
+    /// As [`Definition::read`], from a parsed file.
+    ///
+    /// # Errors
+    /// As [`Definition::read`].
+    pub fn new(document: Document) -> Result<Self> {
+        let root = document.root();
+        let folder = document.file().parent().unwrap_or(Path::new(""));
+        let machine = folder.join(root.text("machine")?);
+        let (name, cells) = (root.text("name")?, root.opt_integer("cells", 1)?);
+        let mut set = Vec::new();
+        if let Some(section) = root.opt("set") {
+            flatten(&section, "", &mut set)?;
+        }
+        let compare = root.opt_texts("compare")?.unwrap_or_default().iter().map(|path| folder.join(path)).collect();
+        Ok(Self { name, machine, cells, set, compare, document })
+    }
+
+    /// The parsed file, for the tables that others read from it.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// The conditions to run, for a machine with these variables.
+    ///
+    /// # Errors
+    /// An unknown key or variable, a value out of place, a variable that is neither varied nor held, an empty design.
+    pub fn plan(&self, variables: &[Variable]) -> Result<Plan> {
+        let root = self.document.root();
+        for key in ["name", "machine", "cells", "set", "compare"].into_iter().chain(OTHERS) {
+            let _ = root.has(key);
+        }
+        let sweeps = root.tables("one_factor")?;
+        let mut builder = Builder::new(self.name.clone(), variables);
+        if root.has("design") || sweeps.is_empty() {
+            self.one_design(&root, variables, &mut builder)?;
+        }
+        let common = held(&root, variables)?;
+        for sweep in sweeps {
+            one_factor(sweep, variables, &common, &mut builder)?;
+        }
+        root.finish()?;
+        builder.finish().map_err(|e| e.in_file(self.document.file()))
+    }
+
+    fn one_design(&self, root: &Section<'_>, variables: &[Variable], builder: &mut Builder) -> Result<()> {
+        let design = root.section("design")?;
+        let kinds = ["latin_hypercube", "sobol", "factorial", "list"];
+        let kind = kinds[design.choice("kind", &kinds)?];
+        let held = held(root, variables)?;
+        if kind == "list" {
+            let file = self.document.file().parent().unwrap_or(Path::new("")).join(design.text("file")?);
+            builder.list(&file, &held)?;
+            return design.finish();
+        }
+        let spacings = spacings(root, variables)?;
+        let mut space = builder.space(&held);
+        for (at, value) in by_variable(root, "range", variables)? {
+            let (low, high) = value.range(variables[at].dimension)?;
+            let spacing = spacings.iter().find(|(v, _)| *v == at).map_or(Spacing::Linear, |(_, s)| *s);
+            space.vary(at, low, high, spacing).map_err(|e| value.place(e))?;
+        }
+        if kind == "factorial" {
+            for (at, value) in by_variable(root, "levels", variables)? {
+                space.levels(at, value.quantities(variables[at].dimension, None)?).map_err(|e| value.place(e))?;
+            }
+        }
+        if let Some((stray, _)) = spacings.iter().find(|(at, _)| !space.is_varied(*at)) {
+            let name = variables[*stray].name.clone();
+            return Err(root
+                .error_at("spacing", format!("'{name}' has a spacing but no range"))
+                .help(format!("give it a range under [range], or remove {name}")));
+        }
+        if space.is_empty() {
+            return Err(design
+                .error_at("kind", "no variable is varied")
+                .help("give at least one a range under [range], e.g. coolant_flow = [\"3 L/min\", \"18 L/min\"]"));
+        }
+        let place = |e: Error| match design.opt("runs").or_else(|| design.opt("kind")) {
+            Some(value) => value.place(e),
+            None => e,
+        };
+        match kind {
+            "latin_hypercube" => {
+                let corners = design.opt_flag("corners")?.unwrap_or(false);
+                space.latin_hypercube(design.integer("runs", 2)?, seed(&design)?.unwrap_or(1), corners).map_err(place)?;
+            }
+            "sobol" => space.sobol(design.integer("runs", 1)?, seed(&design)?).map_err(place)?,
+            _ => space.factorial(design.opt_integer("points", 1)?).map_err(place)?,
+        }
+        if let Some(validation) = root.opt_section("validation")? {
+            space.validation(validation.integer("runs", 1)?, seed(&validation)?.unwrap_or(2));
+            validation.finish()?;
+        }
+        space.into_groups(builder);
+        design.finish()
+    }
+}
+
+fn seed(section: &Section<'_>) -> Result<Option<u64>> {
+    Ok(section.opt_integer("seed", 0)?.map(|seed| seed as u64))
+}
+
+/// One `[[one_factor]]`: a variable runs over its range, the others are held.
+fn one_factor(sweep: Section<'_>, variables: &[Variable], common: &[(usize, f64)], builder: &mut Builder) -> Result<()> {
+    let names: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+    let at = sweep.choice("variable", &names)?;
+    let dimension = variables[at].dimension;
+    let (low, high) = (sweep.quantity("low", dimension)?, sweep.quantity("high", dimension)?);
+    if low >= high {
+        return Err(sweep.error_at("high", "the end of the range must be above its start").help("exchange low and high"));
+    }
+    let mut held_here = held(&sweep, variables)?;
+    if held_here.iter().any(|(v, _)| *v == at) {
+        return Err(sweep.error_at("hold", format!("'{}' is both varied and held", names[at])).help("remove it from hold"));
+    }
+    // A value held for all sweeps gives way to one held for this sweep, and to the variable that this sweep varies.
+    held_here.extend(common.iter().filter(|(v, _)| *v != at && !held_here.iter().any(|(h, _)| h == v)).copied().collect::<Vec<_>>());
+    let spacing = Spacing::named(sweep.opt_choice("spacing", &Spacing::NAMES)?.unwrap_or(0));
+    let points = sweep.integer("points", 2)?;
+    let group = Group {
+        name: sweep.opt_text("name")?.unwrap_or_else(|| names[at].to_string()),
+        purpose: Purpose::Fit,
+        varied: vec![at],
+        degree: sweep.opt_integer("degree", 0)?,
+        description: format!("one factor, {points} points"),
+        rows: 0..0,
+    };
+    if builder.has_group(&group.name) {
+        return Err(sweep
+            .error_at("name", format!("two sweeps are called '{}'", group.name))
+            .help("give each [[one_factor]] its own name"));
+    }
+    let value = sweep.value("low")?;
+    let mut space = builder.space(&held_here);
+    space.vary(at, low, high, spacing).map_err(|e| value.place(e))?;
+    space.one_factor(points, group);
+    space.into_groups(builder);
+    sweep.finish()
+}
+
+/// The values of a table keyed by variable names, in the machine's order.
+fn by_variable<'a>(section: &Section<'a>, key: &str, variables: &[Variable]) -> Result<Vec<(usize, Value<'a>)>> {
+    let Some(table) = section.opt_section(key)? else { return Ok(Vec::new()) };
+    let found = variables.iter().enumerate().filter_map(|(at, v)| Some((at, table.opt(&v.name)?))).collect();
+    table.finish()?;
+    Ok(found)
+}
+
+fn held(section: &Section<'_>, variables: &[Variable]) -> Result<Vec<(usize, f64)>> {
+    by_variable(section, "hold", variables)?.into_iter().map(|(at, value)| Ok((at, value.quantity(variables[at].dimension)?))).collect()
+}
+
+fn spacings(section: &Section<'_>, variables: &[Variable]) -> Result<Vec<(usize, Spacing)>> {
+    let table = by_variable(section, "spacing", variables)?;
+    table.into_iter().map(|(at, value)| Ok((at, Spacing::named(value.choice(&Spacing::NAMES)?)))).collect()
+}
+
+/// `[set]` as pairs of a dotted key and the TOML of its value; tables inside it are walked through.
+fn flatten(value: &Value<'_>, key: &str, found: &mut Vec<(String, String)>) -> Result<()> {
+    if !value.is_table() {
+        found.push((key.to_string(), toml_of(value)?));
+        return Ok(());
+    }
+    let section = value.section()?;
+    let names: Vec<&str> = section.keys().collect();
+    for name in names {
+        // `"contact.motor.conductance" = ...` in quotes is a whole key, as on the command line.
+        let bare = name.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.' | '[' | ']' | '"'));
+        let name_shown = if bare { name.to_string() } else { format!("\"{name}\"") };
+        let path = if key.is_empty() { name_shown } else { format!("{key}.{name_shown}") };
+        flatten(&section.value(name)?, &path, found)?;
+    }
+    Ok(())
+}
+
+fn toml_of(value: &Value<'_>) -> Result<String> {
+    if value.is_text() {
+        return value.text();
+    }
+    if value.is_list() {
+        let items: Vec<String> = (value.list()?.iter())
+            .map(|item| if item.is_text() { Ok(toml::Value::String(item.text()?).to_string()) } else { toml_of(item) })
+            .collect::<Result<_>>()?;
+        return Ok(format!("[{}]", items.join(", ")));
+    }
+    if value.is_number() { value.number().map(|n| n.to_string()) } else { value.flag().map(|f| f.to_string()) }
+}

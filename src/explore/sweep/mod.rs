@@ -1,0 +1,198 @@
+//! Design of experiments: which conditions, run on every core, never run twice.
+//!
+//! ```text
+//! sweep file -> Definition -> (with the machine's variables) Plan -> execute -> Table
+//!                                                                       |
+//!                                                   journal: what is finished, safe on disk
+//! ```
+//!
+//! [`execute`] knows nothing of machines: it gets a function from a condition to its outputs.
+
+pub mod bridge;
+mod builder;
+mod definition;
+pub mod design;
+pub mod journal;
+mod lhs;
+mod plan;
+pub mod runner;
+mod sobol;
+
+pub use definition::Definition;
+pub use plan::{Group, Plan, Purpose};
+pub use runner::{Options, run};
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::foundation::table::{Column, Table, TextColumn};
+use journal::{Header, Journal, Outcome};
+
+/// Name of the journal in the output folder.
+pub const JOURNAL: &str = "sweep.journal";
+
+/// What is swept: enough to tell whether results on disk are its results.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Subject {
+    /// Name of the machine.
+    pub machine: String,
+    /// Hash of the machine file with its changes.
+    pub hash: String,
+    /// The mesh in a few words, for example its number of cells.
+    pub mesh: String,
+    /// Name and unit of each output.
+    pub outputs: Vec<(String, String)>,
+}
+
+/// A condition that gave no result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failure {
+    /// Row of the [`Plan`].
+    pub row: usize,
+    /// Name of its group.
+    pub group: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// The result of a sweep.
+#[derive(Debug, Clone)]
+pub struct Swept {
+    /// The conditions to be fitted, in the order of the design: a text column `group`, condition variables, outputs.
+    pub table: Table,
+    /// The held-out conditions, in the same columns, where the sweep has any.
+    pub validation: Option<Table>,
+    /// Conditions without a result; they are in neither table.
+    pub failures: Vec<Failure>,
+    /// How many conditions the journal held already.
+    pub resumed: usize,
+    /// Lines of the journal that were damaged; their conditions were run again.
+    pub damaged_lines: Vec<usize>,
+    /// The files written.
+    pub files: Vec<PathBuf>,
+}
+
+/// Runs the conditions of `plan` that the journal in `folder` does not hold, and writes `sweep.csv` and
+/// `sweep.parquet`, `validation.*` where there are held-out conditions and `failures.csv` where there are failures.
+///
+/// `solve` takes a condition in SI, in the order of [`Plan::variables`], and returns the outputs in their units, in
+/// the order of [`Subject::outputs`]; see [`run`] for what it must keep to.
+///
+/// # Errors
+/// The folder or the journal cannot be written, the journal is that of another sweep, or every condition failed.
+pub fn execute(
+    plan: &Plan,
+    subject: &Subject,
+    folder: &Path,
+    options: Options,
+    solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
+) -> Result<Swept> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, &e).at_key("--out"))?;
+    let outputs: Vec<String> = subject.outputs.iter().map(|(name, unit)| format!("{name} [{unit}]")).collect();
+    let header = Header { identity: identity(plan, subject), outputs, conditions: plan.conditions.len() };
+    let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
+    let resumed = journal.outcomes().iter().flatten().count();
+    let outcomes = run(&plan.conditions, subject.outputs.len(), &mut journal, options, solve)?;
+
+    let group_of = |row: usize| plan.group_of(row).map_or(String::new(), |g| g.name.clone());
+    let failures: Vec<Failure> = (outcomes.iter().enumerate())
+        .filter_map(|(row, outcome)| match outcome {
+            Outcome::Failed(reason) => Some(Failure { row, group: group_of(row), reason: reason.clone() }),
+            Outcome::Values(_) => None,
+        })
+        .collect();
+    let mut files = Vec::new();
+    write_failures(plan, subject, &failures, folder, &mut files)?;
+    if let Some(first) = failures.first().filter(|_| failures.len() == outcomes.len()) {
+        return Err(Error::numerics(format!("every condition failed, the first because: {}", first.reason))
+            .in_file(folder.join("failures.csv"))
+            .help("solve one of them with `coldplate solve`; the reasons of all are in this file"));
+    }
+    let table = results(plan, subject, &outcomes, Purpose::Fit);
+    let validation = plan.groups.iter().any(|g| g.purpose == Purpose::Validation);
+    let validation = validation.then(|| results(plan, subject, &outcomes, Purpose::Validation));
+    for (name, table) in [("sweep", Some(&table)), ("validation", validation.as_ref())] {
+        for extension in ["csv", "parquet"] {
+            let path = folder.join(name).with_extension(extension);
+            match table {
+                None => remove_stale(&path)?,
+                Some(table) => {
+                    if extension == "csv" {
+                        table.write_csv(&path)?
+                    } else {
+                        table.write_parquet(&path)?
+                    }
+                    files.push(path);
+                }
+            }
+        }
+    }
+    Ok(Swept { table, validation, failures, resumed, damaged_lines: journal.damaged_lines().to_vec(), files })
+}
+
+/// What results depend on.
+fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
+    let pairs = [
+        ("program", format!("coldplate {}", env!("CARGO_PKG_VERSION"))),
+        ("machine hash", subject.hash.clone()),
+        ("mesh", subject.mesh.clone()),
+        ("design hash", plan.hash()),
+    ];
+    pairs.map(|(key, value)| (key.to_string(), value)).to_vec()
+}
+
+/// No date and no path, so that the same sweep gives the same bytes.
+fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(String, String)> {
+    let mut pairs = vec![("sweep".to_string(), plan.name.clone()), ("machine".to_string(), subject.machine.clone())];
+    pairs.extend(identity(plan, subject));
+    for group in plan.groups.iter().filter(|g| g.purpose == purpose) {
+        let varied: Vec<&str> = group.varied.iter().map(|v| plan.variables[*v].name.as_str()).collect();
+        let degree = group.degree.map_or(String::new(), |degree| format!(", degree {degree}"));
+        pairs.push((format!("group {}", group.name.replace(':', " ")), format!("{} of {}{degree}", group.description, varied.join(", "))));
+    }
+    pairs
+}
+
+fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose) -> Table {
+    let mut rows = Vec::new();
+    let mut values: Vec<&[f64]> = Vec::new();
+    let mut groups = Vec::new();
+    for (row, outcome) in outcomes.iter().enumerate() {
+        if let (Some(group), Outcome::Values(v)) = (plan.group_of(row).filter(|g| g.purpose == purpose), outcome) {
+            rows.push(row);
+            values.push(v);
+            groups.push(group.name.clone());
+        }
+    }
+    let mut columns = plan.columns(&rows);
+    columns.extend(subject.outputs.iter().enumerate().map(|(o, (name, unit))| Column {
+        name: name.clone(),
+        unit: unit.clone(),
+        values: values.iter().map(|v| v[o]).collect(),
+    }));
+    let texts = vec![TextColumn { name: "group".into(), values: groups }];
+    Table { texts, columns, inputs: plan.variables.len(), provenance: provenance(plan, subject, purpose) }
+}
+
+fn write_failures(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+    let path = folder.join("failures.csv");
+    if failures.is_empty() {
+        return remove_stale(&path);
+    }
+    let rows: Vec<usize> = failures.iter().map(|f| f.row).collect();
+    let text = |name: &str, value: fn(&Failure) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
+    let texts = vec![text("group", |f| f.group.clone()), text("reason", |f| f.reason.clone())];
+    let table =
+        Table { texts, columns: plan.columns(&rows), inputs: plan.variables.len(), provenance: provenance(plan, subject, Purpose::Fit) };
+    table.write_csv(&path)?;
+    files.push(path);
+    Ok(())
+}
+
+/// Removes a file of an earlier run that this run does not write.
+fn remove_stale(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::file("remove", path, &e)),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,79 @@
+//! The conditions of a sweep, laid out row by row.
+
+use std::ops::Range;
+
+use sha2::{Digest, Sha256};
+
+use crate::describe::machine::Variable;
+use crate::foundation::table::Column;
+
+/// What a group of conditions is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    /// To be fitted.
+    Fit,
+    /// Held out: only to check a fit.
+    Validation,
+}
+
+/// Conditions that belong together: a design, a one-factor sweep, the held-out ones.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Group {
+    /// Name, as in the column `group` of the result.
+    pub name: String,
+    /// What it is for.
+    pub purpose: Purpose,
+    /// The variables that are varied in it, as indices into [`Plan::variables`].
+    pub varied: Vec<usize>,
+    /// Degree of the polynomial the sweep file asks for, if it does.
+    pub degree: Option<usize>,
+    /// The design in words.
+    pub description: String,
+    /// Its rows of [`Plan::shown`] and [`Plan::conditions`].
+    pub rows: Range<usize>,
+}
+
+/// Every condition of a sweep.
+#[derive(Debug, Clone)]
+pub struct Plan {
+    /// Name of the sweep.
+    pub name: String,
+    /// The machine's variables.
+    pub variables: Vec<Variable>,
+    /// The groups, in the order of their rows.
+    pub groups: Vec<Group>,
+    /// One row per condition, one value per variable in its own unit, of at most twelve digits.
+    pub shown: Vec<Vec<f64>>,
+    /// The same in SI, converted from [`Plan::shown`], so that typing a row of the table gives the very same condition.
+    pub conditions: Vec<Vec<f64>>,
+}
+
+impl Plan {
+    /// The group of a row.
+    pub fn group_of(&self, row: usize) -> Option<&Group> {
+        self.groups.iter().find(|g| g.rows.contains(&row))
+    }
+
+    /// SHA-256 over variables, units, conditions and groups, in hexadecimal.
+    pub fn hash(&self) -> String {
+        let mut hasher = Sha256::new();
+        for variable in &self.variables {
+            hasher.update(format!("{} [{}]\n", variable.name, variable.unit));
+        }
+        for group in &self.groups {
+            hasher.update(format!("{}\n", group.rows.end));
+        }
+        for value in self.conditions.iter().flatten() {
+            hasher.update(value.to_bits().to_le_bytes());
+        }
+        hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// The condition columns of the given rows.
+    pub fn columns(&self, rows: &[usize]) -> Vec<Column> {
+        let values = |v: usize| rows.iter().map(|row| self.shown[*row][v]).collect();
+        let column =
+            |(v, variable): (usize, &Variable)| Column { name: variable.name.clone(), unit: variable.unit.clone(), values: values(v) };
+        self.variables.iter().enumerate().map(column).collect()
+    }
+}

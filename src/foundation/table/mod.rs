@@ -1,0 +1,270 @@
+//! Conditions and outputs, row by row, with names, units and provenance.
+//!
+//! The one shape in which results travel: a sweep writes it, a fit reads it, measured data are it.
+//! Values are kept in the unit of their column, as they stand in the file.
+//!
+//! ```
+//! use coldplate::{foundation::table::Table, units::Dimension};
+//! let text = "test, coolant_flow [L/min], motor [degC]\nfirst, 9.42, 21.5\nsecond, 4.71,\n";
+//! let table = Table::from_csv(text, "data.csv").unwrap();
+//! assert_eq!(table.column("motor").unwrap().values[0], 21.5);
+//! assert!(table.column("motor").unwrap().values[1].is_nan()); // a missing reading
+//! assert_eq!(table.text("test").unwrap().values, ["first", "second"]);
+//! assert_eq!(table.column_si("motor", Dimension::TEMPERATURE).unwrap()[0], 294.65);
+//! ```
+
+mod csv;
+mod parquet;
+
+use std::path::Path;
+
+use crate::error::{Error, Result, did_you_mean};
+use crate::foundation::atomic_file;
+use crate::units::{self, Dimension};
+
+/// Names that are condition variables wherever they occur.
+pub const CONDITION_NAMES: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
+
+/// A column of numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Column {
+    /// Name, for example `coolant_flow`.
+    pub name: String,
+    /// Unit of the values, for example `L/min`; `1` for a pure number.
+    pub unit: String,
+    /// One per row, NaN where missing.
+    pub values: Vec<f64>,
+}
+
+impl Column {
+    /// `name [unit]`, as in the header of a file.
+    pub fn header(&self) -> String {
+        format!("{} [{}]", self.name, self.unit)
+    }
+}
+
+/// A column of text, such as the name of a test.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TextColumn {
+    /// Name; in a file it has no unit.
+    pub name: String,
+    /// One per row.
+    pub values: Vec<String>,
+}
+
+/// Conditions × outputs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Text columns.
+    pub texts: Vec<TextColumn>,
+    /// Number columns; the first [`Table::inputs`] are the condition variables.
+    pub columns: Vec<Column>,
+    /// How many of the columns are condition variables.
+    pub inputs: usize,
+    /// Where the numbers come from: key and value, one line each.
+    pub provenance: Vec<(String, String)>,
+}
+
+impl Table {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map(|c| c.values.len()).or_else(|| self.texts.first().map(|t| t.values.len())).unwrap_or(0)
+    }
+
+    /// The condition variables.
+    pub fn conditions(&self) -> &[Column] {
+        &self.columns[..self.inputs.min(self.columns.len())]
+    }
+
+    /// Everything that is not a condition variable.
+    pub fn outputs(&self) -> &[Column] {
+        &self.columns[self.inputs.min(self.columns.len())..]
+    }
+
+    /// The number column called `name`.
+    ///
+    /// # Errors
+    /// There is none, or it is text; a similar name is suggested.
+    pub fn column(&self, name: &str) -> Result<&Column> {
+        if let Some(column) = self.columns.iter().find(|c| c.name == name) {
+            return Ok(column);
+        }
+        if self.text(name).is_some() {
+            return Err(Error::input(format!("the column '{name}' is text, because its header has no unit"))
+                .at_key(name)
+                .help(format!("write the header as '{name} [unit]', with [1] for a pure number")));
+        }
+        let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
+        let help = match did_you_mean(name, names.iter().copied()) {
+            Some(meant) => format!("did you mean '{meant}'?"),
+            None => format!("columns here: {}", names.join(", ")),
+        };
+        Err(Error::input(format!("there is no column '{name}'")).at_key(name).help(help))
+    }
+
+    /// The text column called `name`, if there is one.
+    pub fn text(&self, name: &str) -> Option<&TextColumn> {
+        self.texts.iter().find(|t| t.name == name)
+    }
+
+    /// The values of a column in SI; NaN where missing.
+    ///
+    /// # Errors
+    /// No such column, or its unit is not one of `dimension`.
+    pub fn column_si(&self, name: &str, dimension: Dimension) -> Result<Vec<f64>> {
+        let column = self.column(name)?;
+        let place = |e: Error| e.at_key(column.header());
+        let si = |v: &f64| if v.is_nan() { Ok(f64::NAN) } else { units::convert(*v, &column.unit, dimension).map_err(place) };
+        column.values.iter().map(si).collect()
+    }
+
+    /// The rows for which `keep` holds.
+    #[must_use]
+    pub fn select(&self, keep: impl Fn(usize) -> bool) -> Table {
+        let rows: Vec<usize> = (0..self.rows()).filter(|row| keep(*row)).collect();
+        let mut table = self.clone();
+        for column in &mut table.columns {
+            column.values = rows.iter().map(|row| column.values[*row]).collect();
+        }
+        for column in &mut table.texts {
+            column.values = rows.iter().map(|row| column.values[*row].clone()).collect();
+        }
+        table
+    }
+
+    /// Makes the columns `names`, in this order, the condition variables; the others follow in their order.
+    ///
+    /// # Errors
+    /// As [`Table::column`].
+    pub fn make_inputs(&mut self, names: &[&str]) -> Result<()> {
+        for name in names {
+            self.column(name)?;
+        }
+        let place = |c: &Column| names.iter().position(|n| *n == c.name).unwrap_or(names.len());
+        self.columns.sort_by_key(place);
+        self.inputs = self.columns.iter().filter(|c| place(c) < names.len()).count();
+        Ok(())
+    }
+
+    /// Checks that every column has the same length and a name of its own.
+    ///
+    /// # Errors
+    /// It names the column that does not fit.
+    pub fn check(&self) -> Result<()> {
+        let rows = self.rows();
+        let lengths = self.texts.iter().map(|t| (&t.name, t.values.len())).chain(self.columns.iter().map(|c| (&c.name, c.values.len())));
+        let mut names: Vec<&str> = Vec::new();
+        for (name, length) in lengths {
+            if length != rows {
+                return Err(Error::input(format!("the column has {length} rows where the others have {rows}")).at_key(name.as_str()));
+            }
+            if names.contains(&name.as_str()) {
+                return Err(Error::input(format!("two columns are called '{name}'")).at_key(name.as_str()).help("rename one of them"));
+            }
+            names.push(name);
+        }
+        Ok(())
+    }
+
+    /// Reads a table: Parquet if the name ends in `.parquet`, CSV otherwise.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its content is not a table.
+    pub fn read(path: impl AsRef<Path>) -> Result<Table> {
+        Ok(Self::read_with_lines(path)?.0)
+    }
+
+    /// As [`Table::read`], with the line of the header and of every row behind it; of a Parquet file there are none.
+    ///
+    /// # Errors
+    /// As [`Table::read`].
+    pub fn read_with_lines(path: impl AsRef<Path>) -> Result<(Table, Vec<usize>)> {
+        let path = path.as_ref();
+        let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, &e).help("check the path"))?;
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
+            return Ok((Table::from_parquet(bytes, path)?, Vec::new()));
+        }
+        let text = String::from_utf8(bytes).map_err(|e| {
+            let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+            Error::input("the file is not UTF-8 text").in_file(path).at_line(line).help("save it as CSV in UTF-8")
+        })?;
+        Ok((Table::from_csv(&text, path)?, Table::csv_lines(&text)))
+    }
+
+    /// Writes the table as `path` with the extension `.csv` and again with `.parquet`.
+    ///
+    /// # Errors
+    /// The table is malformed or a file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        self.write_csv(&path.with_extension("csv"))?;
+        self.write_parquet(&path.with_extension("parquet"))
+    }
+
+    /// Writes a CSV file.
+    ///
+    /// # Errors
+    /// The table is malformed or the file cannot be written.
+    pub fn write_csv(&self, path: &Path) -> Result<()> {
+        let text = self.to_csv()?;
+        atomic_file::write(path, text.as_bytes())
+    }
+
+    /// Writes a Parquet file.
+    ///
+    /// # Errors
+    /// The table is malformed or the file cannot be written.
+    pub fn write_parquet(&self, path: &Path) -> Result<()> {
+        let bytes = self.to_parquet()?;
+        atomic_file::write(path, &bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Table {
+        let column = |name: &str, unit: &str, values: &[f64]| Column { name: name.into(), unit: unit.into(), values: values.into() };
+        Table {
+            texts: vec![TextColumn { name: "test".into(), values: vec!["a".into(), "b, \"c\"".into(), "#d".into()] }],
+            columns: vec![
+                column("coolant_flow", "L/min", &[0.1 + 0.2, 1e-7, 9.42]),
+                column("motor, front", "degC", &[21.5, f64::NAN, -1.0 / 3.0]),
+                column("re", "1", &[5e300, f64::MIN_POSITIVE, -0.0]),
+            ],
+            inputs: 1,
+            provenance: vec![("machine".into(), "rig: small".into())],
+        }
+    }
+
+    fn bits(table: &Table) -> Vec<Vec<u64>> {
+        table.columns.iter().map(|c| c.values.iter().map(|v| v.to_bits()).collect()).collect()
+    }
+
+    #[test]
+    fn csv_gives_back_every_bit() {
+        let table = sample();
+        let back = Table::from_csv(&table.to_csv().unwrap(), "x.csv").unwrap();
+        assert_eq!(bits(&back), bits(&table));
+        assert_eq!((&back.texts, back.inputs, &back.provenance), (&table.texts, 1, &table.provenance));
+        assert_eq!(back.columns[1].header(), "motor, front [degC]");
+    }
+
+    #[test]
+    fn rows_and_inputs_can_be_chosen() {
+        let mut table = sample().select(|row| row != 1);
+        assert_eq!(table.rows(), 2);
+        assert_eq!(table.text("test").unwrap().values, ["a", "#d"]);
+        table.make_inputs(&["re", "coolant_flow"]).unwrap();
+        assert_eq!(table.conditions().iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["re", "coolant_flow"]);
+        assert_eq!(table.outputs()[0].name, "motor, front");
+    }
+
+    #[test]
+    fn a_missing_column_suggests_its_name() {
+        let message = sample().column("cooland_flow").unwrap_err().to_string();
+        assert!(message.contains("did you mean 'coolant_flow'"), "{message}");
+        let message = sample().column("test").unwrap_err().to_string();
+        assert!(message.contains("test [unit]"), "{message}");
+    }
+}

@@ -1,0 +1,346 @@
+//! Surrogates and tables become figures.
+
+use crate::error::{Error, Result};
+use crate::figures::chart::acceptability::{AcceptabilityMap, Here};
+use crate::figures::chart::error_overview::{ErrorOverview, PointErrors};
+use crate::figures::chart::one_factor::{Curve, OneFactorFigure};
+use crate::figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
+use crate::figures::chart::parity::{ParityFigure, Sample};
+use crate::figures::chart::residuals::ResidualFigure;
+use crate::figures::chart::style::{Quantity, fixed as decimals, number};
+use crate::foundation::table::Table;
+use crate::surrogate::fit::one_factor::OneFactor;
+use crate::surrogate::verdict::{self, Inverse, State, Surrogate};
+
+/// Nodes along each side of an acceptability map.
+const MAP_NODES: usize = 81;
+/// Most curves in one figure: more cannot be told apart.
+const MOST_CURVES: usize = 8;
+
+fn quantity(surrogate: &Surrogate<'_>, variable: usize) -> Quantity {
+    surrogate.variable(variable).map_or_else(Quantity::default, |v| Quantity::new(v.name, v.unit))
+}
+
+/// Variables other than `shown`, with their values in `x`.
+fn held(surrogate: &Surrogate<'_>, x: &[f64], shown: &[usize]) -> Vec<(Quantity, f64)> {
+    (0..x.len()).filter(|i| !shown.contains(i)).map(|i| (quantity(surrogate, i), x[i])).collect()
+}
+
+fn steps(low: f64, high: f64, n: usize) -> Vec<f64> {
+    (0..n).map(|i| low + (high - low) * i as f64 / (n - 1) as f64).collect()
+}
+
+/// Middle of the fitted range of every variable.
+pub fn centre(surrogate: &Surrogate<'_>) -> Vec<f64> {
+    surrogate.variables().map(|v| f64::midpoint(v.low, v.high)).collect()
+}
+
+/// The limits as sentences: name and largest value.
+pub fn limit_texts(surrogate: &Surrogate<'_>) -> Result<Vec<(String, String)>> {
+    let answer = verdict::query(surrogate, &centre(surrogate))?;
+    Ok(answer.limits.iter().map(|l| (l.name.clone(), Quantity::new("", &l.unit).with_value(l.limit))).collect())
+}
+
+/// Acceptability over two variables, the others held at `x`.
+///
+/// # Errors
+/// A variable that does not exist, or the same one twice, or a surrogate without limits.
+pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here: Option<Here>) -> Result<AcceptabilityMap> {
+    let (Some(vx), Some(vy)) = (surrogate.variable(across), surrogate.variable(up)) else {
+        return Err(Error::input("a map needs two variables of the surrogate"));
+    };
+    if across == up {
+        return Err(Error::input("a map needs two different variables").read(vx.name));
+    }
+    if surrogate.limit_count() == 0 {
+        return Err(Error::input("this surrogate has no limits, so nothing is acceptable or not")
+            .help("give the machine file limits, or name it with --machine when fitting a table"));
+    }
+    let (x_values, y_values) = (steps(vx.low, vx.high, MAP_NODES), steps(vy.low, vy.high, MAP_NODES));
+    let (mut margin, mut half_width, mut state, mut binding) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut at = x.to_vec();
+    let mut unit = String::from("K");
+    for y in &y_values {
+        for x in &x_values {
+            (at[across], at[up]) = (*x, *y);
+            let answer = verdict::query(surrogate, &at)?;
+            let limit = answer.binding.and_then(|i| answer.limits.get(i));
+            margin.push(limit.map_or(f64::NAN, |l| l.margin));
+            half_width.push(limit.map_or(0.0, |l| (l.high - l.low) / 2.0));
+            binding.push(answer.binding.unwrap_or(usize::MAX));
+            if let Some(limit) = limit.filter(|l| l.unit != "degC") {
+                unit.clone_from(&limit.unit);
+            }
+            state.push(shown(answer.verdict));
+        }
+    }
+    Ok(AcceptabilityMap {
+        title: "Which conditions are acceptable".into(),
+        x: quantity(surrogate, across),
+        y: quantity(surrogate, up),
+        x_values,
+        y_values,
+        margin,
+        margin_unit: unit,
+        half_width,
+        state,
+        binding,
+        limits: limit_texts(surrogate)?.into_iter().map(|(name, most)| format!("{name}: at most {most}")).collect(),
+        fixed: held(surrogate, x, &[across, up]),
+        here,
+        notes: Vec::new(),
+    })
+}
+
+fn shown(state: State) -> crate::figures::chart::acceptability::State {
+    match state {
+        State::Acceptable => crate::figures::chart::acceptability::State::Acceptable,
+        State::NotAcceptable => crate::figures::chart::acceptability::State::NotAcceptable,
+        State::Uncertain => crate::figures::chart::acceptability::State::Uncertain,
+    }
+}
+
+/// The surrogate along one variable, the others held at `x`: one figure per `MOST_CURVES` points.
+pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64]) -> Result<Vec<OneFactorFigure>> {
+    let Some(v) = surrogate.variable(variable) else {
+        return Err(Error::input("no such variable in the surrogate"));
+    };
+    let along = steps(v.low, v.high, 121);
+    let mut curves: Vec<Curve> =
+        surrogate.points().map(|p| Curve { name: p.name.into(), half_width: p.half_width, ..Curve::default() }).collect();
+    let mut at = x.to_vec();
+    for value in along {
+        at[variable] = value;
+        for (curve, t) in curves.iter_mut().zip(verdict::query(surrogate, &at)?.temperatures) {
+            curve.line.push((value, t.value));
+        }
+    }
+    let unit = surrogate.points().next().map_or("degC", |p| p.unit).to_string();
+    let figures = curves.len().div_ceil(MOST_CURVES);
+    let per_figure = curves.len().div_ceil(figures.max(1));
+    Ok(curves
+        .chunks(per_figure.max(1))
+        .map(|part| OneFactorFigure {
+            title: format!("Temperatures against {}", quantity(surrogate, variable).name.replace('_', " ")),
+            x: quantity(surrogate, variable),
+            y: Quantity::new("temperature", &unit),
+            curves: part.to_vec(),
+            fixed: held(surrogate, x, &[variable]),
+            notes: vec!["Lines: surrogate; shaded: band that covers 95 % of new conditions.".into()],
+        })
+        .collect())
+}
+
+/// The paper's one-variable fits on a one-factor sweep: a polynomial of `degree` in `variable` per output.
+///
+/// # Errors
+/// The variable is not in the table, or takes too few values.
+pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> Result<Vec<OneFactorFigure>> {
+    let x = table.column(variable)?;
+    let (low, high) =
+        x.values.iter().filter(|v| v.is_finite()).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+    let outputs = &table.columns[table.inputs..];
+    let mut curves = Vec::new();
+    for output in outputs {
+        let fitted = OneFactor::fit(&x.values, &output.values, degree)?;
+        curves.push(Curve {
+            name: output.name.clone(),
+            samples: x.values.iter().copied().zip(output.values.iter().copied()).collect(),
+            line: steps(low, high, 121).into_iter().map(|v| (v, fitted.value(v))).collect(),
+            half_width: fitted.half_width(0.95),
+            formula: fitted.formula("y", "x", 5),
+        });
+    }
+    let fixed: Vec<(Quantity, f64)> = (table.columns[..table.inputs].iter())
+        .filter(|c| c.name != x.name)
+        .filter_map(|c| c.values.first().map(|v| (Quantity::new(&c.name, &c.unit), *v)))
+        .collect();
+    let unit = outputs.first().map_or("degC", |c| c.unit.as_str());
+    let figures = curves.len().div_ceil(MOST_CURVES).max(1);
+    let per_figure = curves.len().div_ceil(figures).max(1);
+    Ok(curves
+        .chunks(per_figure)
+        .map(|part| OneFactorFigure {
+            title: title.into(),
+            x: Quantity::new(&x.name, &x.unit),
+            y: Quantity::new("temperature", unit),
+            curves: part.to_vec(),
+            fixed: fixed.clone(),
+            notes: vec![format!("Markers: simulated; lines: polynomial of degree {degree}; shaded: its 95 % prediction band.")],
+        })
+        .collect())
+}
+
+/// Conditions of a table with what was found and what the surrogate says there.
+#[derive(Debug, Clone, Default)]
+pub struct Comparison {
+    /// Conditions, one row of one value per variable each.
+    pub conditions: Vec<Vec<f64>>,
+    /// Whether the fit has not seen the condition.
+    pub held_out: Vec<bool>,
+    /// Per point: (found, predicted) per condition; NaN where missing.
+    pub values: Vec<Vec<(f64, f64)>>,
+}
+
+impl Comparison {
+    /// Holds `table` against `surrogate`; columns are matched by name.
+    ///
+    /// # Errors
+    /// A variable or point of the surrogate is not in the table.
+    pub fn add(&mut self, surrogate: &Surrogate<'_>, table: &Table, held_out: bool) -> Result<()> {
+        let inputs = surrogate.variables().map(|v| table.column(v.name)).collect::<Result<Vec<_>>>()?;
+        let outputs = surrogate.points().map(|p| table.column(p.name)).collect::<Result<Vec<_>>>()?;
+        self.values.resize(outputs.len(), Vec::new());
+        for row in 0..table.rows() {
+            let x: Vec<f64> = inputs.iter().map(|c| c.values[row]).collect();
+            let answer = verdict::query(surrogate, &x)?;
+            for ((list, output), t) in self.values.iter_mut().zip(&outputs).zip(answer.temperatures) {
+                list.push((output.values[row], t.value));
+            }
+            self.conditions.push(x);
+            self.held_out.push(held_out);
+        }
+        Ok(())
+    }
+
+    /// Largest error and root mean square error of a point on conditions the fit has not seen, and the
+    /// share of them inside its band; `None` where there are none.
+    pub fn held_out_errors(&self, point: usize, half_width: f64) -> Option<(f64, f64, f64)> {
+        let errors: Vec<f64> = (self.values.get(point)?.iter().zip(&self.held_out))
+            .filter(|((found, _), held)| **held && found.is_finite())
+            .map(|((found, predicted), _)| (predicted - found).abs())
+            .collect();
+        if errors.is_empty() {
+            return None;
+        }
+        let n = errors.len() as f64;
+        let largest = errors.iter().fold(0.0, |m: f64, e| m.max(*e));
+        let rms = (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
+        Some((largest, rms, errors.iter().filter(|e| **e <= half_width).count() as f64 / n))
+    }
+}
+
+/// Predicted against found for one point.
+pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) -> Option<ParityFigure> {
+    let p = surrogate.point(point)?;
+    let samples = comparison.values[point].iter().zip(&comparison.held_out);
+    Some(ParityFigure {
+        title: format!("{}: surrogate against full solver", p.name),
+        quantity: Quantity::new(p.name, p.unit),
+        samples: samples
+            .map(|((reference, predicted), held_out)| Sample { reference: *reference, predicted: *predicted, held_out: *held_out })
+            .collect(),
+        half_width: p.half_width,
+        ..ParityFigure::default()
+    })
+}
+
+/// Residuals of one point against everything.
+pub fn residuals(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) -> Option<ResidualFigure> {
+    let p = surrogate.point(point)?;
+    Some(ResidualFigure {
+        title: format!("{}: what the surrogate misses", p.name),
+        quantity: Quantity::new(p.name, p.unit),
+        variables: (0..surrogate.variable_count()).map(|i| quantity(surrogate, i)).collect(),
+        conditions: comparison.conditions.clone(),
+        predicted: comparison.values[point].iter().map(|(_, predicted)| *predicted).collect(),
+        residuals: comparison.values[point].iter().map(|(found, predicted)| found - predicted).collect(),
+        held_out: comparison.held_out.clone(),
+        half_width: p.half_width,
+        notes: Vec::new(),
+    })
+}
+
+/// Errors of every point on one axis. `fits` are the reports of the fit, where it is at hand.
+pub fn errors(
+    surrogate: &Surrogate<'_>,
+    comparison: &Comparison,
+    fits: &[crate::surrogate::fit::PointReport],
+    target: Option<f64>,
+) -> ErrorOverview {
+    let point = |(i, p): (usize, coldplate_runtime::Point<'_>)| {
+        let report = fits.iter().find(|f| f.name == p.name);
+        PointErrors {
+            name: p.name.into(),
+            leave_one_out: report.map(|f| f.chosen.leave_one_out.rms),
+            k_fold: report.and_then(|f| f.chosen.k_fold).map(|k| k.rms),
+            held_out_max: comparison.held_out_errors(i, p.half_width).map(|e| e.0),
+            half_width: Some(p.half_width),
+        }
+    };
+    ErrorOverview {
+        title: "How far the surrogate can be trusted".into(),
+        unit: "K".into(),
+        points: surrogate.points().enumerate().map(point).collect(),
+        target,
+        notes: Vec::new(),
+    }
+}
+
+/// The sheet for the wall: maps at both ends of the ambient temperature, and the smallest flow for each
+/// speed and coolant temperature.
+///
+/// # Errors
+/// A surrogate without limits or without the four condition variables.
+pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str) -> Result<OperatorSheet> {
+    let index = |name: &str| verdict::condition::index_of(surrogate, name);
+    let (flow, coolant, speed, ambient) =
+        (index("coolant_flow")?, index("coolant_temperature")?, index("motor_speed")?, index("ambient_temperature")?);
+    let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
+    let mut x = centre(surrogate);
+    // The warm end decides: what is acceptable there is safe on a cooler day in most machines, and it is said so.
+    x[ambient] = ranges[ambient].1;
+    let mut maps = Vec::new();
+    for end in [ranges[ambient].0, ranges[ambient].1] {
+        let mut at = x.clone();
+        at[ambient] = end;
+        let mut one = map(surrogate, speed, flow, &at, None)?;
+        one.title = format!("{} {}", quantity(surrogate, ambient).name.replace('_', " "), quantity(surrogate, ambient).with_value(end));
+        maps.push(one);
+    }
+    let (rows, columns) = (steps(ranges[speed].0, ranges[speed].1, 6), steps(ranges[coolant].0, ranges[coolant].1, 5));
+    let mut cells = Vec::new();
+    for n in &rows {
+        for t in &columns {
+            let mut at = x.clone();
+            (at[speed], at[coolant]) = (*n, *t);
+            cells.push(match verdict::free(surrogate, &at, flow)? {
+                Inverse::Found { smallest, .. } if smallest <= ranges[flow].0 => {
+                    FlowCell { text: "any".into(), state: crate::figures::chart::acceptability::State::Acceptable }
+                }
+                Inverse::Found { smallest, .. } => FlowCell {
+                    text: decimals((smallest * 10.0).ceil() / 10.0, 1),
+                    state: crate::figures::chart::acceptability::State::Acceptable,
+                },
+                Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => {
+                    FlowCell { text: "none".into(), state: crate::figures::chart::acceptability::State::NotAcceptable }
+                }
+            });
+        }
+    }
+    let (flow_quantity, ambient_quantity) = (quantity(surrogate, flow), quantity(surrogate, ambient));
+    Ok(OperatorSheet {
+        machine: machine.into(),
+        subtitle: format!(
+            "Is this condition acceptable? Valid for flows of {} to {}.",
+            number(ranges[flow].0),
+            flow_quantity.with_value(ranges[flow].1)
+        ),
+        maps,
+        table: Some(FlowTable {
+            title: format!("Smallest {} at {} ambient", flow_quantity.label(), ambient_quantity.with_value(x[ambient])),
+            row: quantity(surrogate, speed),
+            rows,
+            column: quantity(surrogate, coolant),
+            columns,
+            cells,
+        }),
+        limits: limit_texts(surrogate)?,
+        how_to_read: vec![
+            "Find the speed below and the flow at the side: the colour and the hatching say whether the condition is acceptable.".into(),
+            "The letter in a region is the limit that decides there.".into(),
+            "Uncertain means: closer to a limit than the prediction is sure. Take it as not acceptable, or ask.".into(),
+        ],
+        provenance: provenance.into(),
+    })
+}

@@ -1,0 +1,115 @@
+//! The machine's measured states, solved in full and laid beside the readings.
+
+use crate::describe::machine::{Condition, Measurement};
+use crate::error::Result;
+use crate::figures::chart::heat::HeatFigure;
+use crate::figures::chart::measured::{MeasuredFigure, SensorRow};
+use crate::figures::chart::style::Quantity;
+use crate::solve::meshed::{Model, State};
+use crate::units::{celsius, express};
+
+/// A measured state beside its prediction.
+#[derive(Debug)]
+pub struct Checked {
+    /// Name of the machine.
+    pub machine: String,
+    /// Name of the measurement.
+    pub name: String,
+    /// The condition in words.
+    pub condition: String,
+    /// Remarks on the readings.
+    pub note: String,
+    /// Sensor, measured, predicted, predicted by others; degC.
+    pub rows: Vec<(String, f64, f64, Option<f64>)>,
+    /// Readings beside predictions.
+    pub figure: MeasuredFigure,
+    /// Where the heat goes.
+    pub heat: HeatFigure,
+    /// Heat in, heat out (W), relative imbalance.
+    pub balance: (f64, f64, f64),
+}
+
+/// Solves every measured state of the machine as its file stands; nothing is fitted here.
+///
+/// # Errors
+/// A condition is incomplete, or a state cannot be solved.
+pub fn check(model: &Model) -> Result<Vec<Checked>> {
+    model.machine.measurements.iter().map(|m| one(model, m)).collect()
+}
+
+fn one(model: &Model, measurement: &Measurement) -> Result<Checked> {
+    let defaults = model.machine.variables.iter().map(|v| v.default.unwrap_or(f64::NAN));
+    let mut si: Vec<f64> = defaults.collect();
+    for (variable, value) in &measurement.condition {
+        si[*variable] = *value;
+    }
+    if let Some(v) = si.iter().position(|x| x.is_nan()) {
+        let name = &model.machine.variables[v].name;
+        return Err(crate::error::Error::input(format!("the measurement '{}' does not say its {name}", measurement.name))
+            .at_key(format!("measurement.{}.condition", measurement.name)));
+    }
+    let condition = Condition::from_si(si.clone());
+    let solver = model.solver(&condition)?;
+    let state = model.solve(&solver, &condition)?;
+    let predicted = model.readings(&state);
+    let rows: Vec<(String, f64, f64, Option<f64>)> = measurement
+        .readings
+        .iter()
+        .map(|(sensor, kelvin)| {
+            let other = measurement.others.iter().find(|(s, _)| s == sensor).map(|(_, t)| celsius(*t));
+            (model.network.sensor_names[*sensor].clone(), celsius(*kelvin), predicted[*sensor].0, other)
+        })
+        .collect();
+    // The condition as stated: variables the measurement does not mention keep their defaults unseen.
+    let fixed: Vec<(Quantity, f64)> = (measurement.condition.iter())
+        .filter_map(|(v, value)| {
+            let variable = &model.machine.variables[*v];
+            let shown = express(*value, &variable.unit, variable.dimension).ok()?;
+            // Seven digits: the conversion to SI and back must not show.
+            let shown = format!("{shown:.6e}").parse().unwrap_or(shown);
+            Some((Quantity::new(&variable.name, &variable.unit), shown))
+        })
+        .collect();
+    let words: Vec<String> = fixed.iter().map(|(q, v)| format!("{} {}", q.name.replace('_', " "), q.with_value(*v))).collect();
+    let sensors = rows
+        .iter()
+        .map(|(name, measured, predicted, other)| SensorRow {
+            name: name.clone(),
+            measured: Some(*measured),
+            predicted: Some(*predicted),
+            other: *other,
+            ..SensorRow::default()
+        })
+        .collect();
+    let figure = MeasuredFigure {
+        title: format!("{}: predicted beside measured", measurement.name),
+        quantity: Quantity::new("temperature", "degC"),
+        sensors,
+        other_name: "published simulation".into(),
+        fixed: fixed.clone(),
+        notes: vec!["The machine file as it stands; its assumptions say which numbers were chosen with readings in view.".into()],
+    };
+    let balance = &state.solution.balance;
+    Ok(Checked {
+        machine: model.machine.name.clone(),
+        name: measurement.name.clone(),
+        condition: words.join(", "),
+        note: measurement.note.clone(),
+        rows,
+        figure,
+        heat: heat(model, &state, &measurement.name, fixed),
+        balance: (balance.in_watts, balance.out_watts, balance.relative),
+    })
+}
+
+/// Sources and sinks of a state; what carries next to nothing is left out.
+fn heat(model: &Model, state: &State, name: &str, fixed: Vec<(Quantity, f64)>) -> HeatFigure {
+    let flows = model.flows(state);
+    HeatFigure {
+        title: format!("{name}: where the heat goes"),
+        sources: flows.sources.into_iter().filter(|(_, q)| q.abs() > 1e-9).collect(),
+        sinks: flows.sinks.into_iter().filter(|(_, q)| q.abs() > 1e-6).collect(),
+        fixed,
+        notes: Vec::new(),
+    }
+}

@@ -1,0 +1,311 @@
+//! The report of a job: what was asked, what came out, how far it can be trusted, what was assumed.
+
+use std::path::Path;
+
+use super::{Gallery, Material, SURROGATE, TARGET};
+use crate::error::Result;
+use crate::figures::chart::style::Quantity;
+use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
+use crate::surrogate::fit::file;
+use crate::surrogate::verdict::{self, State};
+
+/// Writes the page.
+///
+/// # Errors
+/// The surrogate cannot be queried, or the file cannot be written.
+pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
+    let machine = &material.sweep.model.machine;
+    let mut report = Report::new(&machine.name);
+    report.subtitle(format!(
+        "{}: {} conditions on {} cells",
+        material.sweep.plan.name, material.summary.conditions.0, material.sweep.model.mesh.cells
+    ));
+    report.footer(format!("coldplate {}, machine file {}", env!("CARGO_PKG_VERSION"), machine.hash));
+    summary(report.section("Summary"), material);
+    if material.fitted.is_some() {
+        acceptability(report.section("Is a condition acceptable?"), material)?;
+    }
+    if !material.checked.is_empty() {
+        measured(report.section("Predicted beside measured"), material);
+    }
+    if !material.summary.formulas.is_empty() {
+        one_factor(report.section("One variable at a time"), material);
+    }
+    if material.fitted.is_some() {
+        slices(report.section("The surrogate along each variable"), material.gallery);
+        accuracy(report.section("How far the surrogate can be trusted"), material);
+    }
+    inventory(report.section("The machine"), material);
+    assumptions(report.section("What was assumed"), material);
+    provenance(report.section("Where the numbers come from"), material);
+    report.write(path)
+}
+
+fn text(value: impl Into<String>) -> Cell {
+    Cell::from(value.into())
+}
+
+fn figures(section: &mut Section, gallery: &Gallery, topic: &str) {
+    for entry in gallery.of(topic) {
+        section.svg(&entry.svg, &entry.title);
+    }
+}
+
+fn worst_held_out(material: &Material<'_>) -> Option<f64> {
+    material.summary.points.iter().filter_map(|p| p.held_out).map(|h| h.0).reduce(f64::max)
+}
+
+fn summary(section: &mut Section, material: &Material<'_>) {
+    let machine = &material.sweep.model.machine;
+    section.paragraph(machine.description.trim());
+    let failed = material.summary.failures.len();
+    let mut keys = vec![
+        KeyFigure::new(material.summary.conditions.0.to_string(), "conditions solved in full"),
+        KeyFigure::new(material.sweep.model.network.nodes.to_string(), "unknowns each"),
+    ];
+    if let Some(worst) = worst_held_out(material) {
+        let tone = if worst < TARGET { Tone::Good } else { Tone::Bad };
+        keys.push(
+            KeyFigure::new(format!("{worst:.4} K"), format!("largest surrogate error on held-out conditions (aim {TARGET} K)")).tone(tone),
+        );
+    }
+    let open = material.checked.iter().map(|c| c.balance.2).fold(0.0, f64::max);
+    if !material.checked.is_empty() {
+        keys.push(KeyFigure::new(format!("{open:.0e}"), "largest heat imbalance, relative"));
+    }
+    section.key_figures(keys);
+    if failed > 0 {
+        section.note(Tone::Bad, format!("{failed} conditions failed; failures.csv has the reasons. They are in no table and no fit."));
+    }
+    for warning in &material.inventory.warnings {
+        section.note(Tone::Uncertain, warning);
+    }
+    for note in &material.summary.notes {
+        section.note(Tone::Plain, note);
+    }
+}
+
+/// Maps, the sheet, and a few conditions answered in words.
+fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
+    let Some(fitted) = material.fitted else { return Ok(()) };
+    let surrogate = file::open(&fitted.bytes)?;
+    if surrogate.limit_count() == 0 {
+        section.paragraph("The machine file has no limits, so nothing is acceptable or not.");
+        return Ok(());
+    }
+    section.paragraph(
+        "A condition is acceptable if every limit is kept even at the unfavourable end of its band, not acceptable if some limit is \
+         broken even at the favourable end, and uncertain otherwise. Outside the fitted range nothing is ever called acceptable.",
+    );
+    figures(section, material.gallery, "acceptability");
+    section.heading("Some conditions");
+    let variables: Vec<Quantity> = surrogate.variables().map(|v| Quantity::new(v.name, v.unit)).collect();
+    let columns = [("condition", Align::Left), ("verdict", Align::Left), ("limit that decides", Align::Left), ("margin [K]", Align::Right)];
+    let mut table = Table::new(columns);
+    let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
+    // Corners and middle of the first three variables tell most; the rest stay in the middle.
+    for share in [[0.5, 0.5, 0.5], [0.0, 0.5, 0.0], [0.0, 0.5, 1.0], [1.0, 0.0, 1.0], [1.0, 1.0, 1.0], [0.5, 0.5, 0.8]] {
+        let at = |(i, (low, high)): (usize, &(f64, f64))| low + (high - low) * share.get(i).copied().unwrap_or(0.5);
+        let x: Vec<f64> = ranges.iter().enumerate().map(at).collect();
+        let answer = verdict::query(&surrogate, &x)?;
+        let (word, tone) = match answer.verdict {
+            State::Acceptable => ("acceptable", Tone::Good),
+            State::NotAcceptable => ("not acceptable", Tone::Bad),
+            State::Uncertain => ("uncertain", Tone::Uncertain),
+        };
+        let margin = answer.binding.and_then(|i| answer.limits.get(i)).map(|l| l.margin);
+        let words: Vec<String> =
+            variables.iter().zip(&x).map(|(q, v)| format!("{} {}", q.name.replace('_', " "), q.with_value(*v))).collect();
+        let cells =
+            [text(words.join(", ")), text(word).tone(tone), text(answer.binding_name().unwrap_or("none")), Cell::optional(margin, 3)];
+        table.row(cells);
+    }
+    section.table(table);
+    section.heading("For the wall");
+    figures(section, material.gallery, "operator sheet");
+    Ok(())
+}
+
+fn measured(section: &mut Section, material: &Material<'_>) {
+    section
+        .paragraph("Every measured state of the machine file, solved in full at its own condition. This run fits nothing; \
+             where a number of the machine file was chosen with readings in view, the assumptions below say so, and agreement there is no proof.");
+    let figures: Vec<_> = material.gallery.of("measured").zip(material.gallery.of("heat")).collect();
+    for (check, (figure, heat)) in material.checked.iter().zip(figures) {
+        section.heading(format!("{}: {}", check.machine, check.name));
+        section.paragraph(format!("At {}.", check.condition));
+        let columns = [
+            ("sensor", Align::Left),
+            ("measured [°C]", Align::Right),
+            ("predicted [°C]", Align::Right),
+            ("difference [K]", Align::Right),
+            ("published simulation [°C]", Align::Right),
+        ];
+        let mut table = Table::new(columns);
+        for (name, measured, predicted, other) in &check.rows {
+            let cells = [
+                text(name),
+                Cell::number(*measured, 2),
+                Cell::number(*predicted, 2),
+                Cell::number(predicted - measured, 2),
+                Cell::optional(*other, 2),
+            ];
+            table.row(cells);
+        }
+        section.table(table);
+        if !check.note.is_empty() {
+            section.note(Tone::Plain, check.note.trim());
+        }
+        section.svg(&figure.svg, &figure.title);
+        let (into, out, open) = check.balance;
+        section.svg(&heat.svg, format!("{}: {into:.3} W in, {out:.3} W out, {open:.0e} of it open", heat.title));
+    }
+}
+
+fn one_factor(section: &mut Section, material: &Material<'_>) {
+    section.paragraph("Polynomials in one variable, the others held, in the form the paper prints its Tables 7 to 10; y in °C.");
+    let mut group = "";
+    let mut tables: Vec<(String, Table)> = Vec::new();
+    for formula in &material.summary.formulas {
+        if formula.group != group {
+            group = &formula.group;
+            let columns = [("measurement point", Align::Left), ("formula", Align::Left), ("R²", Align::Right), ("rms [K]", Align::Right)];
+            tables.push((format!("{group}: x is {}", formula.variable), Table::new(columns)));
+        }
+        if let Some((_, table)) = tables.last_mut() {
+            table.row([
+                text(&formula.point),
+                text(&formula.text),
+                Cell::number(formula.r_squared, 5),
+                text(format!("{:.1e}", formula.rms)),
+            ]);
+        }
+    }
+    for (heading, table) in tables {
+        section.heading(heading);
+        section.table(table);
+    }
+    figures(section, material.gallery, "one factor");
+}
+
+fn slices(section: &mut Section, gallery: &Gallery) {
+    section.paragraph("Lines through the middle of the fitted range; the shaded band covers 95 % of new conditions.");
+    figures(section, gallery, "slices");
+}
+
+fn accuracy(section: &mut Section, material: &Material<'_>) {
+    let columns = [
+        ("measurement point", Align::Left),
+        ("model", Align::Left),
+        ("leave-one-out rms [K]", Align::Right),
+        ("k-fold rms [K]", Align::Right),
+        ("band ± [K]", Align::Right),
+        ("held-out max [K]", Align::Right),
+        ("held-out rms [K]", Align::Right),
+        ("in band", Align::Right),
+    ];
+    let mut table = Table::new(columns);
+    let short = |value: f64| text(format!("{value:.1e}"));
+    for point in &material.summary.points {
+        let held = |f: fn(&(f64, f64, f64)) -> f64| point.held_out.as_ref().map_or_else(|| text("–"), |h| short(f(h)));
+        let inside = point.held_out.map_or_else(|| text("–"), |h| text(format!("{:.1} %", 100.0 * h.2)));
+        let k_fold = point.k_fold.map_or_else(|| text("–"), short);
+        table.row([
+            text(&point.name),
+            text(&point.model),
+            short(point.leave_one_out),
+            k_fold,
+            short(point.half_width),
+            held(|h| h.0),
+            held(|h| h.1),
+            inside,
+        ]);
+    }
+    section.table(table);
+    section.paragraph(
+        "Leave-one-out errors are optimistic, since settings were chosen by them; the k-fold errors repeat the whole choice in every \
+         fold and make the band; held-out conditions were never seen by any fit.",
+    );
+    figures(section, material.gallery, "errors");
+    figures(section, material.gallery, "accuracy");
+}
+
+fn inventory(section: &mut Section, material: &Material<'_>) {
+    let found = material.inventory;
+    let mut parts = Table::new([
+        ("part", Align::Left),
+        ("material", Align::Left),
+        ("mass [kg]", Align::Right),
+        ("radiating [m²]", Align::Right),
+        ("cells", Align::Right),
+    ]);
+    for part in &found.parts {
+        parts.row([
+            text(&part.name),
+            text(&part.material),
+            Cell::number(part.mass, 2),
+            Cell::number(part.radiating_area, 4),
+            text(part.cells.to_string()),
+        ]);
+    }
+    parts.folded(format!("{} parts", found.parts.len()));
+    section.table(parts);
+    let mut contacts =
+        Table::new([("contact", Align::Left), ("between", Align::Left), ("true area [m²]", Align::Right), ("hA [W/K]", Align::Right)]);
+    for contact in &found.contacts {
+        let conductance = if contact.conductance.is_finite() { Cell::number(contact.conductance, 3) } else { text("bonded") };
+        contacts.row([text(&contact.name), text(contact.between.join(" – ")), Cell::number(contact.area, 5), conductance]);
+    }
+    contacts.folded(format!("{} contacts", found.contacts.len()));
+    section.table(contacts);
+    let mut channels = Table::new([
+        ("channel", Align::Left),
+        ("length [m]", Align::Right),
+        ("Re", Align::Right),
+        ("h [W/(m² K)]", Align::Right),
+        ("pressure drop [kPa]", Align::Right),
+    ]);
+    for channel in &found.channels {
+        let kilopascal = channel.pressure_drop.map(|p| p / 1e3);
+        channels.row([
+            text(&channel.name),
+            Cell::number(channel.length, 3),
+            Cell::optional(channel.reynolds, 0),
+            Cell::optional(channel.film, 0),
+            Cell::optional(kilopascal, 2),
+        ]);
+    }
+    if !channels.is_empty() {
+        channels.caption("Channels, at the middle of the swept ranges");
+        section.table(channels);
+    }
+    let mut sources = Table::new([("source", Align::Left), ("heat [W]", Align::Right)]);
+    for (name, power) in &found.sources {
+        sources.row([text(name), Cell::optional(*power, 3)]);
+    }
+    if !sources.is_empty() {
+        sources.caption("Heat sources, at the middle of the swept ranges");
+        section.table(sources);
+    }
+}
+
+fn assumptions(section: &mut Section, material: &Material<'_>) {
+    let assumed = &material.sweep.model.machine.assumptions;
+    if assumed.is_empty() {
+        section.paragraph("The machine file marks no number as assumed.");
+        return;
+    }
+    let mut table = Table::new([("what", Align::Left), ("value", Align::Left), ("because", Align::Left)]);
+    for assumption in assumed {
+        table.row([text(&assumption.key), text(&assumption.value), text(&assumption.reason)]);
+    }
+    section.table(table);
+}
+
+fn provenance(section: &mut Section, material: &Material<'_>) {
+    let groups = material.sweep.plan.groups.iter().map(|g| (g.name.clone(), g.description.clone()));
+    section.facts(groups);
+    section.facts(material.swept.table.provenance.iter().cloned());
+    section.paragraph(format!("In this folder: sweep.csv and sweep.parquet with every condition, {SURROGATE} for queries and embedding, charts/ with every figure."));
+    section.code(format!("coldplate query {SURROGATE} --coolant-flow \"9.42 L/min\" --coolant-temperature \"20 degC\" --motor-speed \"1500 rpm\" --ambient-temperature \"22 degC\""));
+}

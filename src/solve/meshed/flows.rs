@@ -1,0 +1,55 @@
+//! Where the heat of a state comes from and where it goes, by name.
+
+use super::{Model, State};
+use crate::describe::machine::Reading;
+
+/// Heat by source and by sink, W.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Flows {
+    /// What enters: every source of the machine file.
+    pub sources: Vec<(String, f64)>,
+    /// What leaves: the water of every circuit, the chamber wall, residual gas, boundaries and held nodes; negative where
+    /// heat enters there.
+    pub sinks: Vec<(String, f64)>,
+}
+
+/// Water of a circuit whose outlet has a sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OutletSensor {
+    /// Sensor of the machine.
+    pub sensor: usize,
+    /// Circuit.
+    pub circuit: usize,
+    /// Stream that leaves.
+    pub stream: usize,
+}
+
+impl Model {
+    /// The heat flows of a state.
+    pub fn flows(&self, state: &State) -> Flows {
+        let balance = &state.solution.balance;
+        let sources = self.machine.sources.iter().zip(&balance.sources).map(|(s, q)| (s.name.clone(), *q));
+        let circuits = self.network.circuits.iter().zip(&balance.circuits).map(|(c, q)| (format!("coolant {}", c.circuit.name), -q));
+        let boundaries = self.machine.boundaries.iter().zip(&balance.boundaries).map(|(b, q)| (b.name.clone(), -q));
+        let held = self.network.fixed.iter().zip(&balance.held).map(|((node, _), q)| {
+            let group = self.network.group[*node as usize] as usize;
+            (self.network.groups.get(group).cloned().unwrap_or_default(), -q)
+        });
+        let walls = [("chamber wall".to_string(), -balance.radiation), ("residual gas".to_string(), -balance.gas)];
+        Flows { sources: sources.collect(), sinks: circuits.chain(walls).chain(boundaries).chain(held).collect() }
+    }
+
+    /// Sensors in the water that leaves a circuit, where all of it leaves through one channel.
+    pub fn outlet_sensors(&self) -> Vec<OutletSensor> {
+        let streams = &self.network.streams;
+        let leaves = |s: usize| streams.iter().all(|other| !other.upstream.contains(&s));
+        let of = |(sensor, stated): (usize, &crate::describe::machine::Sensor)| {
+            let Reading::Outlet(channel) = stated.reads else { return None };
+            let stream = streams.iter().position(|s| s.name == self.machine.channels[channel].name)?;
+            let circuit = streams[stream].circuit;
+            let ends = (0..streams.len()).filter(|s| streams[*s].circuit == circuit && leaves(*s)).count();
+            (leaves(stream) && ends == 1).then_some(OutletSensor { sensor, circuit, stream })
+        };
+        self.machine.sensors.iter().enumerate().filter_map(of).collect()
+    }
+}

@@ -1,0 +1,77 @@
+//! A machine on a mesh, ready to be solved at any condition.
+
+mod flows;
+mod inventory;
+mod limits;
+
+pub use flows::{Flows, OutletSensor};
+pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, inventory};
+pub use limits::{LimitState, limit_states};
+
+use crate::describe::machine::{Condition, Machine};
+use crate::discretise::mesh::Mesh;
+use crate::discretise::network::{Load, Network};
+use crate::error::Result;
+use crate::solve::{Solution, Solver};
+use crate::units::{Celsius, Kelvin};
+
+/// Machine, mesh and network.
+#[derive(Debug, Clone)]
+pub struct Model {
+    /// The machine.
+    pub machine: Machine,
+    /// Its cells.
+    pub mesh: Mesh,
+    /// The network they make.
+    pub network: Network,
+}
+
+impl Model {
+    /// Meshes `machine` with about `cells` cells (the machine's own default where `None`) and builds its network.
+    ///
+    /// # Errors
+    /// As [`Mesh::with_cells`] and [`Network::build`].
+    pub fn new(machine: Machine, cells: Option<usize>) -> Result<Self> {
+        let mesh = Mesh::with_cells(&machine, cells.unwrap_or(machine.default_cells))?;
+        let network = Network::build(&machine, &mesh)?;
+        Ok(Self { machine, mesh, network })
+    }
+
+    /// A solver whose setup is shared by every condition; `reference` should resemble them.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn solver(&self, reference: &Condition) -> Result<Solver<'_>> {
+        Solver::new(&self.network, &Load::at(&self.machine, reference)?)
+    }
+
+    /// Solves one condition.
+    ///
+    /// # Errors
+    /// As [`Load::at`] and [`Solver::steady`].
+    pub fn solve(&self, solver: &Solver<'_>, condition: &Condition) -> Result<State> {
+        let load = Load::at(&self.machine, condition)?;
+        let solution = solver.steady(&load)?;
+        Ok(State { load, solution })
+    }
+
+    /// The machine's limits in a state.
+    pub fn limits(&self, state: &State) -> Vec<LimitState> {
+        let readings: Vec<f64> = self.readings(state).into_iter().map(|t| Kelvin::from(t).0).collect();
+        limit_states(&self.machine, &readings, state.load.chamber)
+    }
+
+    /// Readings of all sensors in a state, in the machine's order.
+    pub fn readings(&self, state: &State) -> Vec<Celsius> {
+        self.network.sensors.iter().map(|s| Kelvin(s.read(&state.solution.temperatures, &state.load)).into()).collect()
+    }
+}
+
+/// A solved condition.
+#[derive(Debug, Clone)]
+pub struct State {
+    /// The condition's numbers.
+    pub load: Load,
+    /// Temperatures, streams and balance.
+    pub solution: Solution,
+}

@@ -1,0 +1,306 @@
+//! What can be varied: a condition variable, or a number of the machine file by its dotted key.
+
+use crate::describe::machine::Machine;
+use crate::error::{Error, Result, did_you_mean};
+use crate::foundation::document::{Document, Leaf};
+use crate::units::{self, Dimension};
+
+/// Keys whose last name counts something.
+const DISCRETE: [&str; 3] = ["cells", "passes", "block"];
+/// Tables of pairs: their second column is scaled as a whole.
+const CURVES: [&str; 4] = ["conductivity", "specific_heat", "temperature_table", "pressure_table"];
+/// Values that hold where the file gives none: outer table, key, value.
+const DEFAULTS: [(&str, &str, &str); 18] = [
+    ("source", "temperature_coefficient", "0 1/K"),
+    ("channel", "film_factor", "1.0"),
+    ("channel", "bend_factor", "1.0"),
+    ("channel", "minor_loss", "0.0"),
+    ("channel", "roughness", "0 um"),
+    ("chamber", "pressure", "0 Pa"),
+    ("chamber", "accommodation", "0.9"),
+    ("chamber", "gap", "0.5 m"),
+    ("chamber", "temperature", "ambient_temperature"),
+    ("circuit", "flow", "coolant_flow"),
+    ("circuit", "inlet_temperature", "coolant_temperature"),
+    ("boundary", "surroundings_temperature", "ambient_temperature"),
+    ("drive", "reducer_efficiency", "0.95"),
+    ("drive", "motor_efficiency", "0.9"),
+    ("drive", "screw_efficiency", "0.95"),
+    ("drive", "guide_friction", "0.01"),
+    ("drive", "bearing_friction", "0.0025"),
+    ("drive", "rail_heat_share", "0.5"),
+];
+/// Relative step of differences; with four points the error is near 1e-12 of the slope.
+const RELATIVE_STEP: f64 = 1e-3;
+/// Step from a value of zero, in the unit of the file.
+const ZERO_STEP: f64 = 1e-4;
+/// Step of temperatures, K.
+const KELVIN_STEP: f64 = 0.05;
+
+/// What the value of a parameter is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// A condition variable, SI.
+    Condition,
+    /// A quantity of the file, SI.
+    Quantity,
+    /// A factor on a formula, a table or a list; 1 is what the file says.
+    Factor,
+    /// A shift of a formula for a temperature, K; 0 is what the file says.
+    Offset,
+}
+
+/// A parameter.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Variable name or dotted key.
+    pub name: String,
+    /// What its value is.
+    pub kind: Kind,
+    /// Value that the file (or, for a condition variable, its default; else 0) gives: SI, kelvin; 1 for a factor, 0 for an
+    /// offset.
+    pub value: f64,
+    /// Unit it is shown in: that of the file; `1` for factors, `K` for offsets.
+    pub unit: String,
+    /// Dimension of that unit.
+    pub dimension: Dimension,
+    place: Place,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Place {
+    Variable(usize),
+    Key(Leaf),
+}
+
+impl Parameter {
+    /// Finds a parameter by its name.
+    ///
+    /// # Errors
+    /// Neither a variable nor a key of the file (the nearest is named), or something that cannot vary continuously.
+    pub fn find(name: &str, document: &Document, machine: &Machine) -> Result<Self> {
+        let name = name.trim();
+        if let Some(at) = machine.variables.iter().position(|v| v.name == name) {
+            let variable = &machine.variables[at];
+            return Ok(Self {
+                name: name.to_string(),
+                kind: Kind::Condition,
+                value: variable.default.unwrap_or(0.0),
+                unit: variable.unit.clone(),
+                dimension: variable.dimension,
+                place: Place::Variable(at),
+            });
+        }
+        let names = Document::names_in(name).unwrap_or_default();
+        let leaf = match document.leaf(name)? {
+            Some(leaf) => leaf,
+            None => default_of(&names, document).ok_or_else(|| unknown(name, document, machine))?,
+        };
+        let refuse = |what: &str, help: &str| {
+            Err(Error::input(format!("'{name}' {what}")).at_key(name).read(leaf.to_toml()).in_file(document.file()).help(help))
+        };
+        if names.last().is_some_and(|last| DISCRETE.contains(&last.as_str())) {
+            return refuse("counts something", "a derivative needs a quantity that varies continuously; solve twice with --set instead");
+        }
+        let made = |kind, value, unit: &str, dimension| {
+            let place = Place::Key(leaf.clone());
+            Ok(Self { name: name.to_string(), kind, value, unit: unit.to_string(), dimension, place })
+        };
+        let factor = || made(Kind::Factor, 1.0, "1", Dimension::NUMBER);
+        let slot = formula_slot(&names);
+        let formula = |is_temperature: bool| {
+            if is_temperature { made(Kind::Offset, 0.0, "K", Dimension::DIFFERENCE) } else { factor() }
+        };
+        match &leaf {
+            Leaf::Number(text) | Leaf::Integer(text) => match text.replace('_', "").parse::<f64>() {
+                Ok(number) if number.is_finite() => made(Kind::Quantity, number, "1", Dimension::NUMBER),
+                _ => refuse("is no finite number", "write a finite number"),
+            },
+            Leaf::Text(text) => match (units::quantity(text), slot) {
+                (Some((number, unit, dimension)), _) => made(Kind::Quantity, units::convert(number, unit, dimension)?, unit, dimension),
+                (None, Some(is_temperature)) => formula(is_temperature),
+                (None, None) => refuse("is a word, not a number", "name a key with a number"),
+            },
+            Leaf::Table(entries) if entries.iter().any(|(k, _)| k == "formula") && slot.is_some() => formula(slot == Some(true)),
+            Leaf::Table(_) => refuse("is a table", &format!("name a number in it, for example {name}.KEY")),
+            Leaf::List(items) if items.iter().all(|item| !matches!(item, Leaf::List(_) | Leaf::Table(_))) => {
+                if items.iter().all(|item| number_of(item).is_some()) { factor() } else { refuse("is a list of names", "name a number") }
+            }
+            Leaf::List(_) if names.last().is_some_and(|last| CURVES.contains(&last.as_str())) => factor(),
+            Leaf::List(_) => refuse("is a list of lists", &format!("name one entry, counted from 1: {name}[1][2]")),
+            Leaf::Flag(_) | Leaf::Date(_) => refuse("does not vary continuously", "solve twice with --set instead"),
+        }
+    }
+
+    /// Index of the condition variable, if it is one.
+    pub fn variable(&self) -> Option<usize> {
+        if let Place::Variable(at) = self.place { Some(at) } else { None }
+    }
+
+    /// The `--set` (key, value) that gives the parameter a value; `None` for a condition variable.
+    ///
+    /// # Errors
+    /// The formula is a bare variable that the machine does not have.
+    pub fn to_set(&self, value: f64, machine: &Machine) -> Result<Option<(String, String)>> {
+        let Place::Key(leaf) = &self.place else { return Ok(None) };
+        let changed = match self.kind {
+            Kind::Condition => return Ok(None),
+            Kind::Quantity => quantity_text(leaf, units::express(value, &self.unit, self.dimension)?, &self.unit),
+            Kind::Factor => match leaf {
+                Leaf::List(items) => scaled(items, value),
+                formula => operated(formula, machine, |text| format!("({text}) * {value:?}"))?,
+            },
+            // A sum with a negative number in parentheses reads well in both signs.
+            Kind::Offset => operated(leaf, machine, |text| format!("({text}) + ({value:?})"))?,
+        };
+        Ok(Some((self.name.clone(), changed.to_toml())))
+    }
+
+    /// The value in the unit it is shown in.
+    pub fn shown(&self, value: f64) -> f64 {
+        units::express(value, &self.unit, self.dimension).unwrap_or(value)
+    }
+
+    /// A derivative per SI unit, per shown unit (kelvin for temperatures).
+    pub fn per_unit(&self, slope: f64) -> f64 {
+        // The scale of a unit does not depend on where the zero lies.
+        slope
+            * (units::express(1.0, &self.unit, self.dimension)
+                .map_or(1.0, |one| if self.dimension.is_absolute() { 1.0 } else { 1.0 / one }))
+    }
+
+    /// The unit of a difference of values: `K` for temperatures.
+    pub fn step_unit(&self) -> &str {
+        if self.dimension.is_absolute() { "K" } else { &self.unit }
+    }
+
+    /// Change for one percent of `value` more, from a derivative per SI unit; `None` for temperatures, whose percent means nothing.
+    pub fn per_percent(&self, slope: f64, value: f64) -> Option<f64> {
+        (!self.dimension.is_absolute() && self.kind != Kind::Offset).then_some(slope * value / 100.0)
+    }
+
+    /// Change for one percent more, or for one kelvin where it is a temperature: what parameters are ranked by.
+    pub fn importance(&self, slope: f64, value: f64) -> f64 {
+        self.per_percent(slope, value).unwrap_or(slope).abs()
+    }
+
+    /// Step of differences at `value`, SI.
+    pub fn step(&self, value: f64) -> f64 {
+        if self.dimension.is_absolute() || self.kind == Kind::Offset {
+            KELVIN_STEP
+        } else if value == 0.0 {
+            // Small against the unit it is written in: nothing else tells the scale.
+            ZERO_STEP / units::express(1.0, &self.unit, self.dimension).unwrap_or(1.0)
+        } else {
+            RELATIVE_STEP * value.abs()
+        }
+    }
+
+    /// Whether the value is zero and zero is where its range may end.
+    pub(super) fn is_at_edge(&self, value: f64) -> bool {
+        value == 0.0 && !self.dimension.is_absolute() && self.kind != Kind::Offset
+    }
+}
+
+/// Whether the key holds a formula: `Some(true)` for a temperature.
+fn formula_slot(names: &[String]) -> Option<bool> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    match names.as_slice() {
+        ["chamber", "temperature"]
+        | ["node", _, "temperature"]
+        | ["circuit", _, "inlet_temperature"]
+        | ["boundary", _, "temperature" | "fluid_temperature" | "surroundings_temperature"] => Some(true),
+        ["source", _, "power"] | ["circuit", _, "flow"] | ["boundary", _, "film" | "heat_flux"] | ["drive", _, "speed"] | ["define", _] => {
+            Some(false)
+        }
+        _ => None,
+    }
+}
+
+/// The default of a key that is not given, in a table that is.
+fn default_of(names: &[String], document: &Document) -> Option<Leaf> {
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    if let ["part", _, "surface", key @ ("emissivity" | "effective_emissivity")] = names.as_slice() {
+        document.leaf(&format!("part.{}", names[1])).ok()??;
+        return document.leaf(&format!("surfaces.{key}")).ok()?;
+    }
+    let (table, key) = match names.as_slice() {
+        ["chamber", key] => ("chamber", *key),
+        [table, name, key] => {
+            document.leaf(&format!("{table}.{name}")).ok()??;
+            (*table, *key)
+        }
+        _ => return None,
+    };
+    let text = DEFAULTS.iter().find(|d| d.0 == table && d.1 == key)?.2;
+    let is_number = text.parse::<f64>().is_ok();
+    Some(if is_number { Leaf::Number(text.into()) } else { Leaf::Text(text.into()) })
+}
+
+fn unknown(name: &str, document: &Document, machine: &Machine) -> Error {
+    let error = Error::input(format!("'{name}' is neither a condition variable nor a key of the machine file"))
+        .at_key(name)
+        .in_file(document.file());
+    let variables = machine.variables.iter().map(|v| v.name.clone());
+    let known: Vec<String> = variables.chain(document.keys()).collect();
+    match did_you_mean(name, known.iter().map(String::as_str)) {
+        Some(near) => error.help(format!("did you mean '{near}'?")),
+        None => error.help("write a condition variable such as coolant_flow, or a dotted key such as contact.motor.conductance"),
+    }
+}
+
+fn number_of(leaf: &Leaf) -> Option<(f64, &str)> {
+    match leaf {
+        Leaf::Number(text) | Leaf::Integer(text) => text.replace('_', "").parse().ok().map(|number| (number, "")),
+        Leaf::Text(text) => units::quantity(text).map(|(number, unit, _)| (number, unit)),
+        _ => None,
+    }
+}
+
+/// The same kind of leaf with another number in the same unit.
+fn quantity_text(leaf: &Leaf, number: f64, unit: &str) -> Leaf {
+    match leaf {
+        Leaf::Text(text) if units::quantity(text).is_some_and(|q| text.trim_end().ends_with(q.1)) => {
+            Leaf::Text(format!("{number:?} {unit}"))
+        }
+        Leaf::Text(_) => Leaf::Text(format!("{number:?}")),
+        _ => Leaf::Number(format!("{number:?}")),
+    }
+}
+
+/// A list with every number, or of pairs every second one, times `factor`.
+fn scaled(items: &[Leaf], factor: f64) -> Leaf {
+    let is_pair = |item: &Leaf| matches!(item, Leaf::List(pair) if pair.len() == 2 && pair.iter().all(|e| number_of(e).is_some()));
+    let scale = |leaf: &Leaf| number_of(leaf).map_or(leaf.clone(), |(number, unit)| quantity_text(leaf, number * factor, unit));
+    Leaf::List(
+        items
+            .iter()
+            .map(|item| match item {
+                Leaf::List(pair) if is_pair(item) => Leaf::List(vec![pair[0].clone(), scale(&pair[1])]),
+                Leaf::List(inner) => scaled(inner, factor),
+                other => scale(other),
+            })
+            .collect(),
+    )
+}
+
+/// A formula changed as text. A bare variable becomes an expression in a unit of its own.
+fn operated(leaf: &Leaf, machine: &Machine, change: impl Fn(&str) -> String) -> Result<Leaf> {
+    match leaf {
+        Leaf::Table(entries) => {
+            let changed = entries.iter().map(|(name, value)| match value {
+                Leaf::Text(text) if name == "formula" => (name.clone(), Leaf::Text(change(text))),
+                other => (name.clone(), other.clone()),
+            });
+            Ok(Leaf::Table(changed.collect()))
+        }
+        Leaf::Text(text) => match machine.variables.iter().find(|v| v.name == text.trim()) {
+            Some(variable) => {
+                let (name, unit) = variable.in_expressions();
+                Ok(Leaf::Table(vec![("formula".into(), Leaf::Text(change(&name))), ("unit".into(), Leaf::Text(unit))]))
+            }
+            None => Ok(Leaf::Text(change(text))),
+        },
+        other => Ok(other.clone()),
+    }
+}

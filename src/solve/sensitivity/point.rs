@@ -1,0 +1,260 @@
+//! One steady state with its exact derivative: fields, adjoints, and tables of both.
+
+use rayon::prelude::*;
+
+use super::difference::{Partial, Variation};
+use super::parameter::{Kind, Parameter};
+use super::screen::Screen;
+use super::study::Study;
+use crate::describe::machine::{Condition, LimitKind};
+use crate::discretise::network::Load;
+use crate::error::{Error, Result};
+use crate::foundation::document::suggestion;
+use crate::solve::balance::balance;
+use crate::solve::meshed::State;
+use crate::solve::{Solution, Tangent};
+use crate::units::Kelvin;
+
+/// What is differentiated. Indices are those of the network's sensors and streams and of the machine's limits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// The reading of a sensor.
+    Sensor(usize),
+    /// The temperature of the water leaving a channel.
+    Outlet(usize),
+    /// The value that a limit looks at (not its maximum).
+    Limit(usize),
+}
+
+/// A target as weights of sensors, nodes and the chamber temperature.
+#[derive(Debug, Clone, Default)]
+struct Terms {
+    sensors: Vec<(usize, f64)>,
+    nodes: Vec<(u32, f64)>,
+    chamber: f64,
+}
+
+/// The adjoint field of a target.
+#[derive(Debug, Clone)]
+pub struct Adjoint {
+    terms: Terms,
+    /// Rise of the target per watt put into each node, K/W (water nodes likewise; zero where held).
+    pub field: Vec<f64>,
+}
+
+/// A table of derivatives.
+#[derive(Debug, Clone)]
+pub struct Jacobian {
+    /// Derivative of each target (row) with respect to each parameter (column), K per SI unit.
+    pub slopes: Vec<Vec<f64>>,
+    /// Parameters nothing depends on here.
+    pub idle: Vec<bool>,
+    /// How uneven each parameter's differences were; see [`Partial::uneven`].
+    pub uneven: Vec<f64>,
+}
+
+/// A steady state and the derivatives there.
+#[derive(Debug, Clone)]
+pub struct Derivatives<'a> {
+    /// The machine and its model.
+    pub study: &'a Study,
+    /// The condition.
+    pub condition: Condition,
+    /// The state.
+    pub state: State,
+    /// The exact derivative of the residual.
+    pub tangent: Tangent<'a>,
+}
+
+impl<'a> Derivatives<'a> {
+    /// Takes the derivatives at a solved state. One more exact Newton step brings it to rounding first.
+    ///
+    /// # Errors
+    /// As [`Tangent::new`] and [`Tangent::solve`].
+    pub fn new(study: &'a Study, condition: &Condition, state: &State) -> Result<Self> {
+        let network = &study.model.network;
+        let mut state = state.clone();
+        let tangent = Tangent::new(network, &state.load, &state.solution.temperatures)?;
+        tangent.correct(&state.load, &mut state.solution.temperatures)?;
+        state.solution.streams = network.stream_states(&state.load, &state.solution.temperatures)?;
+        Ok(Self { study, condition: condition.clone(), state, tangent })
+    }
+
+    /// Derivatives at temperatures (K, of every node) that need not be in balance, as at an instant of a history.
+    ///
+    /// # Errors
+    /// As [`Tangent::new`].
+    pub fn at(study: &'a Study, condition: &Condition, temperatures: &[f64]) -> Result<Self> {
+        let network = &study.model.network;
+        let load = Load::at(&study.model.machine, condition)?;
+        let tangent = Tangent::new(network, &load, temperatures)?;
+        let streams = tangent.streams().to_vec();
+        let solution = Solution {
+            balance: balance(network, &load, &streams, temperatures),
+            temperatures: temperatures.to_vec(),
+            streams,
+            newton_iterations: 0,
+            krylov_iterations: 0,
+            assemble_seconds: 0.0,
+            solve_seconds: 0.0,
+        };
+        Ok(Self { study, condition: condition.clone(), state: State { load, solution }, tangent })
+    }
+
+    /// The value a parameter has here, SI.
+    pub fn value_of(&self, parameter: &Parameter) -> f64 {
+        match parameter.variable() {
+            Some(variable) if parameter.kind == Kind::Condition => self.condition.si()[variable],
+            _ => parameter.value,
+        }
+    }
+
+    /// Derivative of every node's temperature along a parameter, K per SI unit.
+    ///
+    /// # Errors
+    /// As [`Tangent::solve`].
+    pub fn field(&self, partial: &Partial) -> Result<Vec<f64>> {
+        let right: Vec<f64> = partial.residual.iter().map(|r| -r).collect();
+        let mut field = self.tangent.solve(&right)?;
+        for ((node, _), slope) in self.study.model.network.fixed.iter().zip(&partial.held) {
+            field[*node as usize] = *slope;
+        }
+        Ok(field)
+    }
+
+    /// Derivative of a target from a parameter's field, K per SI unit.
+    pub fn along(&self, target: Target, partial: &Partial, field: &[f64]) -> f64 {
+        let terms = self.terms(target);
+        // What held nodes move by is in the direct part already.
+        let held = |node: u32| self.study.model.network.fixed.iter().any(|(n, _)| *n == node) && !terms.sensors.is_empty();
+        let nodes: f64 = terms.nodes.iter().filter(|(n, _)| !held(*n)).map(|(n, w)| w * field[*n as usize]).sum();
+        nodes + direct(&terms, partial)
+    }
+
+    /// The adjoint field of a target.
+    ///
+    /// # Errors
+    /// As [`Tangent::solve_transposed`].
+    pub fn adjoint(&self, target: Target) -> Result<Adjoint> {
+        self.adjoint_by(target, |right| self.tangent.solve_transposed(right))
+    }
+
+    /// The same to a relative residual `aim`, where a comparison of causes needs no more.
+    ///
+    /// # Errors
+    /// As [`Tangent::solve_transposed`].
+    pub fn adjoint_within(&self, target: Target, aim: f64) -> Result<Adjoint> {
+        self.adjoint_by(target, |right| self.tangent.solve_transposed_within(right, aim))
+    }
+
+    fn adjoint_by(&self, target: Target, solve: impl Fn(&[f64]) -> Result<Vec<f64>>) -> Result<Adjoint> {
+        let terms = self.terms(target);
+        let network = &self.study.model.network;
+        let mut right = vec![0.0; network.nodes];
+        terms.nodes.iter().for_each(|(node, w)| right[*node as usize] += w);
+        network.fixed.iter().for_each(|(node, _)| right[*node as usize] = 0.0);
+        Ok(Adjoint { terms, field: solve(&right)? })
+    }
+
+    /// Derivative of an adjoint's target with respect to a parameter, K per SI unit: one scalar product.
+    pub fn against(&self, adjoint: &Adjoint, partial: &Partial) -> f64 {
+        let inner: f64 = adjoint.field.iter().zip(&partial.residual).map(|(l, r)| l * r).sum();
+        direct(&adjoint.terms, partial) - inner
+    }
+
+    /// Derivatives of several targets with respect to several parameters, by whichever of the two ways needs fewer solves.
+    ///
+    /// # Errors
+    /// As [`Derivatives::partial`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
+    pub fn jacobian(&self, targets: &[Target], parameters: &[Parameter]) -> Result<Jacobian> {
+        let variations: Vec<Variation> = parameters.par_iter().map(|p| self.study.variation(p)).collect::<Result<_>>()?;
+        self.jacobian_of(targets, &variations)
+    }
+
+    /// The same from variations built before (for this study), which serve any number of conditions.
+    ///
+    /// # Errors
+    /// As [`Derivatives::partial_of`], [`Tangent::solve`] and [`Tangent::solve_transposed`].
+    pub fn jacobian_of(&self, targets: &[Target], variations: &[Variation]) -> Result<Jacobian> {
+        let is_adjoint = targets.len() <= variations.len();
+        let adjoints: Vec<Adjoint> =
+            if is_adjoint { targets.par_iter().map(|t| self.adjoint(*t)).collect::<Result<_>>()? } else { Vec::new() };
+        let column = |variation: &Variation| -> Result<(Vec<f64>, bool, f64)> {
+            let partial = self.partial_of(variation)?;
+            let slopes = if is_adjoint {
+                adjoints.iter().map(|adjoint| self.against(adjoint, &partial)).collect()
+            } else {
+                let field = self.field(&partial)?;
+                targets.iter().map(|target| self.along(*target, &partial, &field)).collect()
+            };
+            Ok((slopes, partial.is_idle(), partial.uneven))
+        };
+        let columns: Vec<(Vec<f64>, bool, f64)> = variations.par_iter().map(column).collect::<Result<_>>()?;
+        Ok(Jacobian {
+            slopes: (0..targets.len()).map(|t| columns.iter().map(|c| c.0[t]).collect()).collect(),
+            idle: columns.iter().map(|c| c.1).collect(),
+            uneven: columns.iter().map(|c| c.2).collect(),
+        })
+    }
+
+    /// Derivatives with respect to what is no parameter of the file.
+    pub fn screen(&self) -> Screen<'_> {
+        Screen::new(&self.study.model.network, &self.state.load, &self.state.solution)
+    }
+
+    /// A sensor, limit or channel (its outlet) by its name, in this order.
+    ///
+    /// # Errors
+    /// No such name.
+    pub fn target(&self, name: &str) -> Result<Target> {
+        let (network, machine) = (&self.study.model.network, &self.study.model.machine);
+        let sensor = network.sensor_names.iter().position(|n| n == name).map(Target::Sensor);
+        let limit = machine.limits.iter().position(|l| l.name == name).map(Target::Limit);
+        let outlet = network.streams.iter().position(|s| s.name == name).map(Target::Outlet);
+        sensor.or(limit).or(outlet).ok_or_else(|| {
+            let known: Vec<&str> = network.sensor_names.iter().map(String::as_str).collect();
+            Error::input(format!("there is no sensor, limit or channel '{name}'"))
+                .at_key("sensor")
+                .read(name)
+                .help(suggestion(name, &known))
+        })
+    }
+
+    fn terms(&self, target: Target) -> Terms {
+        let network = &self.study.model.network;
+        let mut terms = Terms::default();
+        let mut add = |sensor: usize, weight: f64| {
+            terms.sensors.push((sensor, weight));
+            terms.nodes.extend(network.sensors[sensor].weights.iter().map(|(n, w)| (*n, w * weight)));
+        };
+        match target {
+            Target::Sensor(s) => add(s, 1.0),
+            Target::Outlet(s) => terms.nodes.push((network.streams[s].outlet(), 1.0)),
+            Target::Limit(l) => match &self.study.model.machine.limits[l].kind {
+                LimitKind::Maximum(s) => add(*s, 1.0),
+                LimitKind::RiseOverAmbient(s) => {
+                    add(*s, 1.0);
+                    terms.chamber = -1.0;
+                }
+                LimitKind::Difference(a, b) => {
+                    add(*a, 1.0);
+                    add(*b, -1.0);
+                }
+                LimitKind::Spread(several) => {
+                    let readings: Vec<f64> = self.study.model.readings(&self.state).into_iter().map(|t| Kelvin::from(t).0).collect();
+                    let order = |a: &&usize, b: &&usize| readings[**a].total_cmp(&readings[**b]);
+                    if let (Some(high), Some(low)) = (several.iter().max_by(order), several.iter().min_by(order)) {
+                        add(*high, 1.0);
+                        add(*low, -1.0);
+                    }
+                }
+            },
+        }
+        terms
+    }
+}
+
+/// The part of a target's derivative that does not go through the temperatures of free nodes.
+fn direct(terms: &Terms, partial: &Partial) -> f64 {
+    terms.sensors.iter().map(|(s, w)| w * partial.readings[*s]).sum::<f64>() + terms.chamber * partial.chamber
+}

@@ -1,0 +1,336 @@
+//! What a small lasting change does to readings over time: the machine linearised along one of its own histories, in few unknowns.
+//!
+//! C dT/dt + A(t) T = -f(t) holds for the change of temperatures T that a change f of the residual makes; A is the derivative of
+//! the residual where the history is at t. The fields (A + s C)⁻ᵀ w of the weights w of every sensor, at rates s from none to the
+//! fastest that the readings can show, span a space on which the equations are projected: at each of those rates the projected
+//! machine answers *every* f as the whole one does (Grimme, Krylov projection methods for model reduction, 1997), so that any number
+//! of candidates is followed for the cost of a few dozen linear solves. Energy is projected with itself: what decays goes on decaying.
+
+use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricEigen};
+use rayon::prelude::*;
+
+use super::point::Derivatives;
+use super::study::Study;
+use crate::describe::machine::Condition;
+use crate::discretise::network::Load;
+use crate::error::{Error, Result};
+
+/// Most instants of a history that are kept.
+const MOST_MOMENTS: usize = 64;
+/// Least change between two that are kept: in kelvin at any node.
+const LEAST_APART: f64 = 0.25;
+/// A change of a source or a flow by this share of all heat and of the largest flow counts as a kelvin does.
+const SHARE: f64 = 0.02;
+/// Flows that differ by more than this share have a space of their own.
+const OTHER_FLOW: f64 = 0.25;
+const MOST_SPACES: usize = 4;
+/// Ratio of one rate to the next.
+const RATIO: f64 = 4.0;
+/// Relative residual of the fields that span the space.
+const FIELD: f64 = 1e-8;
+/// Directions of less energy than this share of a field's own are left out.
+const LEAST_ENERGY: f64 = 1e-10;
+/// Steps between two moments.
+const STEPS: usize = 4;
+/// Coefficient of the two-stage, L-stable, second-order Runge-Kutta method of Alexander (SIAM J. Numer. Anal. 14 (1977) 1006).
+const GAMMA: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+
+/// An instant of a history.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Moment {
+    /// s
+    pub time: f64,
+    /// The condition.
+    pub condition: Condition,
+    /// What it comes to.
+    pub load: Load,
+    /// Of every node, K.
+    pub temperatures: Vec<f64>,
+}
+
+fn farthest(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
+}
+
+/// The instants of a history between which it runs about straight; whatever is seen, never more than 64 and the last ones.
+#[derive(Debug, Clone, Default)]
+pub struct Moments {
+    kept: Vec<Moment>,
+    last: Option<Moment>,
+    apart: f64,
+    /// Most heat of all sources, W, and largest flow, m³/s, so far.
+    most: (f64, f64),
+}
+
+impl Moments {
+    /// Looks at the next instant: its time (s), condition, what that comes to, and the temperature of every node, K.
+    pub fn see(&mut self, time: f64, condition: &Condition, load: &Load, temperatures: &[f64]) {
+        let heat = load.powers.iter().map(|p| p.abs()).sum();
+        self.most = (self.most.0.max(heat), load.flows.iter().fold(self.most.1, |m, f| m.max(f.abs())));
+        self.add(Moment { time, condition: condition.clone(), load: load.clone(), temperatures: temperatures.to_vec() });
+        if self.kept.len() > MOST_MOMENTS {
+            let apart = 2.0 * self.apart.max(LEAST_APART);
+            let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most };
+            std::mem::take(&mut self.kept).into_iter().for_each(|m| fewer.add(m));
+            fewer.extend();
+            *self = Self { last: self.last.take(), ..fewer };
+        }
+    }
+
+    /// How far two instants are apart, K.
+    fn between(&self, a: &Moment, b: &Moment) -> f64 {
+        let share = |a: &[f64], b: &[f64], most: f64| if most > 0.0 { farthest(a, b) / (SHARE * most) } else { 0.0 };
+        let given = farthest(&a.load.inlets, &b.load.inlets).max(farthest(&a.load.fixed, &b.load.fixed));
+        farthest(&a.temperatures, &b.temperatures)
+            .max(given)
+            .max((a.load.chamber - b.load.chamber).abs())
+            .max(share(&a.load.powers, &b.load.powers, self.most.0))
+            .max(share(&a.load.flows, &b.load.flows, self.most.1))
+    }
+
+    fn add(&mut self, now: Moment) {
+        let least = self.apart.max(LEAST_APART);
+        if self.kept.last().is_none_or(|kept| self.between(kept, &now) > least) {
+            // Where most of the change came at once, it is not spread over the time since the one kept before.
+            let is_own = |last: &Moment| self.between(last, &now) > 0.5 * least && self.kept.last() != Some(last);
+            if let Some(last) = self.last.clone().filter(is_own) {
+                self.kept.push(last);
+            }
+            self.kept.push(now.clone());
+        }
+        self.last = Some(now);
+    }
+
+    fn extend(&mut self) {
+        if let Some(last) = self.last.take().filter(|last| self.kept.last() != Some(last)) {
+            self.kept.push(last);
+        }
+    }
+
+    /// Those kept, the last one seen among them.
+    pub fn into_kept(mut self) -> Vec<Moment> {
+        self.extend();
+        self.kept
+    }
+}
+
+/// The space of all that given sensors can see.
+#[derive(Debug, Clone)]
+pub struct Basis {
+    size: usize,
+    /// `size` components of each node.
+    by_node: Vec<f64>,
+    /// Heat capacity, projected.
+    capacity: DMatrix<f64>,
+    /// A row of weights for each sensor.
+    readings: DMatrix<f64>,
+}
+
+impl Basis {
+    /// For sensors (indices of the network's) about `moments` of histories, for rates (1/s) from the slowest to the fastest of interest.
+    ///
+    /// # Errors
+    /// As [`Derivatives::at`] and [`crate::solve::Tangent::solve_transposed`]; nothing to see.
+    pub fn new(study: &Study, sensors: &[usize], moments: &[&Moment], (slowest, fastest): (f64, f64)) -> Result<Self> {
+        let network = &study.model.network;
+        let chosen = by_flow(study, moments)?;
+        let Some(first) = chosen.first() else { return Err(Error::numerics("a history without moments")) };
+        let capacity = capacities(first);
+        let mut rates = vec![0.0];
+        let mut rate = slowest;
+        while rate < fastest * RATIO.sqrt() {
+            rates.push(rate);
+            rate *= RATIO;
+        }
+        let weights = |s: &usize| -> Vec<f64> {
+            let mut right = vec![0.0; network.nodes];
+            network.sensors[*s].weights.iter().for_each(|(n, w)| right[*n as usize] += w);
+            network.fixed.iter().for_each(|(n, _)| right[*n as usize] = 0.0);
+            right
+        };
+        let rights: Vec<Vec<f64>> = sensors.iter().map(weights).collect();
+        let seen: Vec<&Vec<f64>> = rights.iter().filter(|r| r.iter().any(|w| *w != 0.0)).collect();
+        if seen.is_empty() {
+            return Err(Error::numerics("no sensor reads a node that is free to change"));
+        }
+        let pairs: Vec<(usize, f64)> = (0..chosen.len()).flat_map(|c| rates.iter().map(move |r| (c, *r))).collect();
+        let of = |(c, rate): &(usize, f64)| -> Result<Vec<Vec<f64>>> {
+            let tangent = chosen[*c].tangent.shifted(*rate, &capacity)?;
+            seen.par_iter().map(|right| tangent.solve_transposed_within(right, FIELD)).collect()
+        };
+        let fields: Vec<Vec<f64>> = pairs.par_iter().map(of).collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
+        // What a node stores, or answers within the fastest time: the measure in which directions are told apart.
+        let measure: Vec<f64> = capacity.iter().zip(first.tangent.diagonal()).map(|(c, d)| c + d / fastest).collect();
+        let (size, by_node) = orthonormal(&fields, &measure);
+        let mut basis = Self { size, by_node, capacity: DMatrix::zeros(size, size), readings: DMatrix::zeros(sensors.len(), size) };
+        for (node, c) in capacity.iter().enumerate() {
+            let own = basis.of_node(node).to_vec();
+            for (j, v) in own.iter().enumerate() {
+                basis.capacity.column_mut(j).iter_mut().zip(&own).for_each(|(e, w)| *e += c * v * w);
+            }
+        }
+        for (k, s) in sensors.iter().enumerate() {
+            for (node, w) in &network.sensors[*s].weights {
+                let own = basis.of_node(*node as usize).to_vec();
+                own.iter().enumerate().for_each(|(j, v)| basis.readings[(k, j)] += w * v);
+            }
+        }
+        Ok(basis)
+    }
+
+    fn of_node(&self, node: usize) -> &[f64] {
+        &self.by_node[node * self.size..(node + 1) * self.size]
+    }
+
+    /// A change of the residual (nodes and W), projected.
+    pub fn project(&self, rows: impl IntoIterator<Item = (usize, f64)>) -> DVector<f64> {
+        let mut found = DVector::zeros(self.size);
+        for (node, r) in rows {
+            found.iter_mut().zip(self.of_node(node)).for_each(|(f, v)| *f += r * v);
+        }
+        found
+    }
+
+    /// The derivative of the residual, projected.
+    pub fn matrix(&self, at: &Derivatives<'_>) -> DMatrix<f64> {
+        let nodes = at.tangent.diagonal().len();
+        let mut product = vec![0.0; nodes];
+        let mut found = DMatrix::zeros(self.size, self.size);
+        for j in 0..self.size {
+            let column: Vec<f64> = (0..nodes).map(|n| self.by_node[n * self.size + j]).collect();
+            at.tangent.multiply(&column, &mut product);
+            found.set_column(j, &self.project(product.iter().copied().enumerate()));
+        }
+        found
+    }
+}
+
+/// A linearised history, ready to be disturbed.
+#[derive(Debug)]
+pub struct Course<'a> {
+    basis: &'a Basis,
+    start: f64,
+    /// Of the first moment, where the history begins with the steady state.
+    rest: Option<LU<f64, Dyn, Dyn>>,
+    steps: Vec<Step>,
+}
+
+/// A step in time between a moment and the next.
+#[derive(Debug)]
+struct Step {
+    moment: usize,
+    /// How far its stages lie on the way to the next moment.
+    stages: [f64; 2],
+    length: f64,
+    end: f64,
+    matrices: [LU<f64, Dyn, Dyn>; 2],
+}
+
+impl<'a> Course<'a> {
+    /// From the projected derivatives at the times of moments; `is_steady` where the history begins with the steady state.
+    pub fn new(basis: &'a Basis, moments: &[(f64, DMatrix<f64>)], is_steady: bool) -> Self {
+        let mut steps = Vec::new();
+        for (i, pair) in moments.windows(2).enumerate() {
+            let [(from, before), (to, after)] = pair else { continue };
+            if to <= from {
+                continue;
+            }
+            let length = (to - from) / STEPS as f64;
+            for n in 0..STEPS {
+                let stages = [(n as f64 + GAMMA) / STEPS as f64, (n + 1) as f64 / STEPS as f64];
+                let matrix = |share: &f64| (&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length)).lu();
+                let matrices = stages.each_ref().map(matrix);
+                steps.push(Step { moment: i, stages, length, end: from + stages[1] * (to - from), matrices });
+            }
+        }
+        let rest = moments.first().filter(|_| is_steady).map(|(_, matrix)| matrix.clone().lu());
+        Self { basis, start: moments.first().map_or(0.0, |m| m.0), rest, steps }
+    }
+
+    /// What disturbances of the residual (at each moment a projected column per disturbance) do to every sensor, K: for each
+    /// disturbance the sensors at the first of `times`, which rise, then at the next.
+    pub fn readings(&self, disturbances: &[DMatrix<f64>], times: &[f64]) -> Vec<Vec<f64>> {
+        let Some(first) = disturbances.first() else { return Vec::new() };
+        let count = first.ncols();
+        let mut state = match &self.rest {
+            Some(matrix) => matrix.solve(&-first).unwrap_or_else(|| DMatrix::zeros(self.basis.size, count)),
+            None => DMatrix::zeros(self.basis.size, count),
+        };
+        let mut found = vec![Vec::with_capacity(times.len() * self.basis.readings.nrows()); count];
+        let mut take = |values: &DMatrix<f64>| found.iter_mut().zip(values.column_iter()).for_each(|(f, v)| f.extend(v.iter()));
+        let mut next = times.iter().peekable();
+        let mut shown = &self.basis.readings * &state;
+        while next.next_if(|t| **t <= self.start).is_some() {
+            take(&shown);
+        }
+        let mut begun = self.start;
+        for step in &self.steps {
+            let (here, there) = (&disturbances[step.moment], &disturbances[step.moment + 1]);
+            let forcing = |share: f64| (here * (1.0 - share) + there * share) * (GAMMA * step.length);
+            let solve = |k: usize, right: DMatrix<f64>| step.matrices[k].solve(&right).unwrap_or(right);
+            let between = solve(0, &self.basis.capacity * &state - forcing(step.stages[0]));
+            let rate = (&between - &state) / (GAMMA * step.length);
+            let begin = &self.basis.capacity * (&state + rate * ((1.0 - GAMMA) * step.length));
+            state = solve(1, begin - forcing(step.stages[1]));
+            let now = &self.basis.readings * &state;
+            while let Some(time) = next.next_if(|t| **t <= step.end) {
+                let share = (time - begun) / step.length;
+                take(&(&shown * (1.0 - share) + &now * share));
+            }
+            (begun, shown) = (step.end, now);
+        }
+        // The last row's time but for rounding.
+        next.for_each(|_| take(&shown));
+        found
+    }
+}
+
+/// One state of derivatives for each flow that differs from the others.
+fn by_flow<'a>(study: &'a Study, moments: &[&Moment]) -> Result<Vec<Derivatives<'a>>> {
+    let mut chosen: Vec<Derivatives<'a>> = Vec::new();
+    let mut flows: Vec<Vec<f64>> = Vec::new();
+    for moment in moments {
+        let is_like =
+            |other: &Vec<f64>| other.iter().zip(&moment.load.flows).all(|(a, b)| (a - b).abs() <= OTHER_FLOW * a.abs().max(b.abs()));
+        if flows.len() < MOST_SPACES && !flows.iter().any(is_like) {
+            chosen.push(Derivatives::at(study, &moment.condition, &moment.temperatures)?);
+            flows.push(moment.load.flows.clone());
+        }
+    }
+    Ok(chosen)
+}
+
+/// What every node stores, J/K: solids at their temperature, water at the end of each station what the station holds.
+fn capacities(at: &Derivatives<'_>) -> Vec<f64> {
+    let network = &at.study.model.network;
+    let temperatures = &at.state.solution.temperatures;
+    let mut capacity: Vec<f64> =
+        (0..network.nodes).map(|n| if n < network.solids { network.capacity_at(n, temperatures[n]) } else { 0.0 }).collect();
+    for (stream, state) in network.streams.iter().zip(at.tangent.streams()) {
+        let area = 0.25 * std::f64::consts::PI * stream.diameter * stream.diameter;
+        for (k, station) in stream.stations.iter().enumerate() {
+            capacity[stream.first_node as usize + k] = state.volumetric_capacity * area * station.length;
+        }
+    }
+    network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
+    capacity
+}
+
+/// Directions that span the fields, orthonormal in a measure; the number of them, and all of them node by node.
+fn orthonormal(fields: &[Vec<f64>], measure: &[f64]) -> (usize, Vec<f64>) {
+    let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).zip(measure).map(|((a, b), m)| a * b * m).sum() };
+    let sizes: Vec<f64> = fields.iter().map(|f| dot(f, f).sqrt().max(1e-300)).collect();
+    let k = fields.len();
+    let rows: Vec<Vec<f64>> =
+        (0..k).into_par_iter().map(|i| (0..=i).map(|j| dot(&fields[i], &fields[j]) / (sizes[i] * sizes[j])).collect()).collect();
+    let gram = DMatrix::from_fn(k, k, |i, j| if j <= i { rows[i][j] } else { rows[j][i] });
+    let eigen = SymmetricEigen::new(gram);
+    let kept: Vec<usize> = (0..k).filter(|i| eigen.eigenvalues[*i] > LEAST_ENERGY).collect();
+    let size = kept.len();
+    let mut by_node = vec![0.0; measure.len() * size];
+    for (i, (field, own)) in fields.iter().zip(&sizes).enumerate() {
+        let weights: Vec<f64> = kept.iter().map(|e| eigen.eigenvectors[(i, *e)] / (eigen.eigenvalues[*e].sqrt() * own)).collect();
+        by_node.par_chunks_mut(size.max(1)).zip(field).for_each(|(row, v)| row.iter_mut().zip(&weights).for_each(|(r, w)| *r += v * w));
+    }
+    (size, by_node)
+}

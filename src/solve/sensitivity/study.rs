@@ -1,0 +1,244 @@
+//! A machine file with its model, which can be built anew with other values on the same cells.
+
+use std::path::Path;
+
+use super::parameter::Parameter;
+use super::point::{Derivatives, Target};
+use crate::describe::machine::{Condition, Machine, Part};
+use crate::discretise::mesh::Mesh;
+use crate::discretise::network::Network;
+use crate::error::{Error, Result};
+use crate::foundation::document::Document;
+use crate::solve::meshed::Model;
+
+/// A machine file and its model.
+#[derive(Debug, Clone)]
+pub struct Study {
+    document: Document,
+    /// Machine, mesh and network.
+    pub model: Model,
+}
+
+impl Study {
+    /// Reads a machine file, applies `sets` and meshes it with about `cells` cells.
+    ///
+    /// # Errors
+    /// As [`Machine::read`] and [`Model::new`].
+    pub fn read(path: impl AsRef<Path>, sets: &[(String, String)], cells: Option<usize>) -> Result<Self> {
+        let mut document = Document::read(path)?;
+        for (key, value) in sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        Self::new(document, cells)
+    }
+
+    /// From a file that is parsed already.
+    ///
+    /// # Errors
+    /// As [`Study::read`].
+    pub fn new(document: Document, cells: Option<usize>) -> Result<Self> {
+        let machine = Machine::from_document(&document)?;
+        Ok(Self { model: Model::new(machine, cells)?, document })
+    }
+
+    /// The machine file.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// A parameter by its name: a condition variable or a dotted key.
+    ///
+    /// # Errors
+    /// As [`Parameter::find`].
+    pub fn parameter(&self, name: &str) -> Result<Parameter> {
+        Parameter::find(name, &self.document, &self.model.machine)
+    }
+
+    /// What one asks about first: every condition variable, then of the file every contact's conductance, every
+    /// emissivity and every source.
+    pub fn usual_parameters(&self) -> Vec<Parameter> {
+        let variables = self.model.machine.variables.iter().map(|v| v.name.clone());
+        let is_usual = |key: &String| {
+            let names = Document::names_in(key).unwrap_or_default();
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            match names.as_slice() {
+                ["contact", _, law] | ["contacts", "default", law] => {
+                    matches!(*law, "conductance" | "total_conductance" | "temperature_table" | "pressure_table" | "pressure")
+                }
+                ["contact", _, "rough", "pressure"] | ["source", _, "power"] => true,
+                ["part" | "node" | "boundary" | "enclosure" | "radiation_link", .., last] | ["surfaces", last] => {
+                    last.contains("emissivity")
+                }
+                _ => false,
+            }
+        };
+        let keys = self.document.keys().into_iter().filter(is_usual);
+        variables.chain(keys).filter_map(|name| self.parameter(&name).ok()).collect()
+    }
+
+    /// Every sensor.
+    pub fn sensors(&self) -> Vec<Target> {
+        (0..self.model.network.sensors.len()).map(Target::Sensor).collect()
+    }
+
+    /// The file with other values of some parameters; condition variables are not part of it and are left out.
+    ///
+    /// # Errors
+    /// As [`Parameter::to_set`] and [`Document::apply_set`].
+    pub fn document_with(&self, values: &[(&Parameter, f64)]) -> Result<Document> {
+        let mut document = self.document.clone();
+        for (parameter, value) in values {
+            if let Some((key, text)) = parameter.to_set(*value, &self.model.machine)? {
+                document.apply_set(&key, &text)?;
+            }
+        }
+        Ok(document)
+    }
+
+    /// The study with other values of some parameters, on the same cells.
+    ///
+    /// # Errors
+    /// The machine with these values is not valid, or has other unknowns.
+    pub fn with(&self, values: &[(&Parameter, f64)]) -> Result<Self> {
+        let mut sets = Vec::new();
+        for (parameter, value) in values {
+            sets.extend(parameter.to_set(*value, &self.model.machine)?);
+        }
+        let found = self.edited(&sets)?;
+        self.check(&found.model.network)?;
+        Ok(found)
+    }
+
+    /// The study with `--set` (key, value) pairs applied, on the same cells; unknowns may be added, as a new lumped node adds one.
+    ///
+    /// # Errors
+    /// The machine with these values is not valid.
+    pub fn edited(&self, sets: &[(String, String)]) -> Result<Self> {
+        let mut document = self.document.clone();
+        for (key, value) in sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        let mut machine = Machine::from_document(&document)?;
+        let keys: Vec<&str> = sets.iter().map(|(key, _)| key.as_str()).collect();
+        // What the file did not have before may change the network's shape.
+        let is_channel = |key: &str| matches!(Reach::of(key, &machine), Reach::Channel(_));
+        let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))) || is_channel(key));
+        let kept = if is_known { self.kept(&machine, &keys) } else { None };
+        let (mesh, network) = match kept {
+            Some(network) => (self.model.mesh.clone(), network),
+            None => {
+                let mesh = self.moved(&mut machine)?.unwrap_or_else(|| self.model.mesh.clone());
+                let network = Network::build(&machine, &mesh)?;
+                (mesh, network)
+            }
+        };
+        Ok(Self { document, model: Model { machine, mesh, network } })
+    }
+
+    /// The machine with one value changed, and its network where that is another one.
+    pub(super) fn changed(&self, parameter: &Parameter, value: f64) -> Result<(Machine, Option<Network>)> {
+        let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
+        let network = match Reach::of(&parameter.name, &self.model.machine) {
+            Reach::Load => None,
+            Reach::Contact(_) | Reach::Channel(_) => self.kept(&machine, &[&parameter.name]),
+            Reach::Network => {
+                let moved = self.moved(&mut machine)?;
+                let network = Network::build(&machine, moved.as_ref().unwrap_or(&self.model.mesh))?;
+                self.check(&network)?;
+                Some(network)
+            }
+        };
+        Ok((machine, network))
+    }
+
+    /// The network of a machine that differs by these keys alone, without building it; `None` where it must be built.
+    fn kept(&self, machine: &Machine, keys: &[&str]) -> Option<Network> {
+        let reaches: Vec<Reach> = keys.iter().map(|key| Reach::of(key, &self.model.machine)).collect();
+        if reaches.contains(&Reach::Network) {
+            return None;
+        }
+        let mut network = self.model.network.clone();
+        for reach in reaches {
+            match reach {
+                Reach::Contact(c) => {
+                    let contact = machine.contacts.get(c)?;
+                    let far = format!("{} (far side)", contact.name);
+                    let groups = network.contacts.iter_mut().filter(|g| g.name == contact.name || g.name == far);
+                    groups.for_each(|group| group.law = contact.law.clone());
+                }
+                Reach::Channel(c) => {
+                    let (stream, channel) = (network.streams.get_mut(c)?, machine.channels.get(c)?);
+                    (stream.film_factor, stream.minor_loss) = (channel.film_factor, channel.minor_loss);
+                }
+                Reach::Load | Reach::Network => {}
+            }
+        }
+        Some(network)
+    }
+
+    /// The mesh of a machine whose blocks or imported parts moved; `None` where they did not. What its surfaces see of each other is
+    /// not kept beside the file, where the views of the file's own geometry are.
+    fn moved(&self, machine: &mut Machine) -> Result<Option<Mesh>> {
+        let own = &self.model.machine.parts;
+        let place = |part: &Part| part.import.as_ref().map(|import| import.at);
+        if own.iter().zip(&machine.parts).all(|(a, b)| a.blocks == b.blocks && place(a) == place(b)) {
+            return Ok(None);
+        }
+        machine.enclosures.iter_mut().for_each(|e| e.cache = None);
+        Mesh::with_divisions(machine, &self.model.mesh.divisions(), self.model.mesh.element_size).map(Some)
+    }
+
+    fn check(&self, network: &Network) -> Result<()> {
+        let own = &self.model.network;
+        let shape = |n: &Network| (n.nodes, n.solids, n.streams.iter().map(|s| s.first_node).collect::<Vec<_>>());
+        if shape(own) == shape(network) {
+            return Ok(());
+        }
+        Err(Error::input("a small change of this value changes the number of unknowns: no derivative on these cells")
+            .help("fix the cell counts of the part, or ask for another number of cells"))
+    }
+
+    /// Solves one condition and takes the derivatives there.
+    ///
+    /// # Errors
+    /// As [`Model::solve`] and [`Derivatives::new`].
+    pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
+        let state = self.model.solve(&self.model.solver(condition)?, condition)?;
+        Derivatives::new(self, condition, &state)
+    }
+}
+
+/// How far a number of the machine file reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    /// The load alone: heats, flows, temperatures.
+    Load,
+    /// The law of a contact.
+    Contact(usize),
+    /// The factor on a channel's film, or its loss coefficient.
+    Channel(usize),
+    /// Anything of the network.
+    Network,
+}
+
+impl Reach {
+    fn of(key: &str, machine: &Machine) -> Self {
+        let names = Document::names_in(key).unwrap_or_default();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        match names.as_slice() {
+            ["source", name, "power"] if machine.sources.iter().any(|s| s.name == *name) => Self::Load,
+            ["chamber", "temperature" | "pressure" | "accommodation" | "gap"]
+            | ["circuit", _, "flow" | "inlet_temperature"]
+            | ["node", _, "temperature"]
+            | ["boundary", ..]
+            | ["drive" | "limit" | "measurement", ..] => Self::Load,
+            ["contact", name, law, ..] if !matches!(*law, "area" | "between") => {
+                machine.contacts.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Contact)
+            }
+            ["channel", name, "film_factor" | "minor_loss"] => {
+                machine.channels.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Channel)
+            }
+            _ => Self::Network,
+        }
+    }
+}
