@@ -1,12 +1,12 @@
 //! The whole machine: the display of the test beside predictions with printed, consistent and identified heats.
 
 use coldplate::error::Result;
-use coldplate::evidence::identify::{self, Estimate, Free, Options, Problem};
+use coldplate::evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem};
 use coldplate::evidence::measurement::{Data, Uncertainty, whiten};
 use coldplate::explore::simulate::Start;
 use coldplate::figures::chart::measured::{MeasuredFigure, SensorRow};
 use coldplate::figures::chart::style::Quantity;
-use coldplate::solve::meshed::State;
+use coldplate::solve::meshed::SteadyState;
 use coldplate::solve::sensitivity::Study;
 
 use crate::common::{Outcome, Records, Section, celsius, figure, owned, project, study, table, verdict};
@@ -70,17 +70,17 @@ pub fn identified(emissivity: bool, cells: Option<usize>) -> Result<(Problem, Es
     let keys: &[&str] = if emissivity { &[GAIN, HEAT, EMISSIVITY] } else { &[GAIN, HEAT] };
     let free = keys.iter().map(|key| Free::parse(key, &study)).collect::<Result<Vec<_>>>()?;
     let problem = Problem { study, data, uncertainty, free, start: Start::Steady };
-    let estimate = identify::identify(&problem, &Options { starts: 1, seed: 1 }, &mut |_| {})?;
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &mut |_| {})?;
     Ok((problem, estimate))
 }
 
 /// Steady state at the test's condition.
-fn state(study: &Study) -> Result<State> {
+fn state(study: &Study) -> Result<SteadyState> {
     let condition = &data(study)?.rows[0].condition;
     study.model.solve(&study.model.solver(condition)?, condition)
 }
 
-fn source(study: &Study, state: &State, name: &str) -> f64 {
+fn source(study: &Study, state: &SteadyState, name: &str) -> f64 {
     study.model.machine.sources.iter().position(|s| s.name == name).map_or(f64::NAN, |i| state.load.powers[i])
 }
 

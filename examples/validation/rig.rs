@@ -1,7 +1,7 @@
 //! The rig: both contact conductances from working condition 1, working condition 2 predicted, and what else could be true.
 
 use coldplate::error::{Error, Result};
-use coldplate::evidence::identify::{self, Estimate, Free, Options, Problem, Scan};
+use coldplate::evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem, Scan};
 use coldplate::evidence::measurement::{Data, Uncertainty, whiten};
 use coldplate::explore::simulate::Start;
 use coldplate::figures::chart::style::Quantity;
@@ -92,7 +92,7 @@ fn problem(case: &Case, cells: Option<usize>) -> Result<(Problem, Data)> {
 /// Identifies one case and predicts both conditions.
 pub fn found(case: &Case, cells: Option<usize>) -> Result<Found> {
     let (problem, all) = problem(case, cells)?;
-    let estimate = identify::identify(&problem, &Options { starts: 1, seed: 1 }, &mut |_| {})?;
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &mut |_| {})?;
     let study = problem.machine_at(&estimate.values)?;
     let area = |name: &str| {
         let groups = study.model.network.contacts.iter();

@@ -3,7 +3,7 @@
 use coldplate::error::{Error, Result};
 use coldplate::evidence::measurement::Data;
 use coldplate::explore::schedule::{Row, Schedule};
-use coldplate::explore::simulate::{self, Options, Start};
+use coldplate::explore::simulate::{self, SimulateOptions, Start};
 use coldplate::figures::chart::history::{Course, HistoryFigure};
 use coldplate::figures::chart::style::Quantity;
 use coldplate::solve::sensitivity::Study;
@@ -51,7 +51,7 @@ pub fn run(study: &Study, test: &str) -> Result<Run> {
     stands[speed] = 0.0;
     let at = |time: f64, values: &[f64]| Row { time, values: values.to_vec() };
     let schedule = Schedule::from_rows(vec![at(0.0, &stands), at(0.0, &works), at(2.0 * 3600.0, &works)])?;
-    let options = Options { start: Start::Steady, every: Some(STEP), ..Options::default() };
+    let options = SimulateOptions { start: Start::Steady, every: Some(STEP), ..SimulateOptions::default() };
     let history = simulate::run(&study.model, &schedule, &options, &mut |_| {})?;
     let sensor =
         |name: &str| machine.sensors.iter().position(|s| s.name == name).ok_or_else(|| Error::input(format!("no sensor '{name}'")));

@@ -11,7 +11,7 @@ use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::{EnclosureViews, Load};
 use crate::error::{Error, Result};
 use crate::physics::water::water;
-use crate::solve::meshed::{Inventory, Model, inventory};
+use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
 use crate::units::{self, Dimension};
 
 /// Inventory of a machine file
@@ -49,7 +49,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         Err(error) => return Err(error),
     };
-    let model = Model::new(machine, args.cells)?;
+    let model = MeshedMachine::new(machine, args.cells)?;
     let found = inventory(&model, condition.as_ref())?;
     let sizing = match (&args.rise, condition.as_ref()) {
         (Some(rise), Some(condition)) => Some(sizing(rise, &model, condition)?),
@@ -84,7 +84,7 @@ struct Sizing {
 }
 
 /// q = P / (rho c dT) with the heat of all sources and water half the rise above its inlet temperature.
-fn sizing(text: &str, model: &Model, condition: &Condition) -> Result<Sizing> {
+fn sizing(text: &str, model: &MeshedMachine, condition: &Condition) -> Result<Sizing> {
     let rise = units::parse(text, Dimension::DIFFERENCE).map_err(|e| e.at_key("--rise"))?;
     if !(rise > 0.0 && rise < 80.0) {
         return Err(Error::input("this is no rise of cooling water").at_key("--rise").read(text).help("write for example --rise \"1 K\""));
@@ -97,7 +97,7 @@ fn sizing(text: &str, model: &Model, condition: &Condition) -> Result<Sizing> {
     Ok(Sizing { rise, heat, flow })
 }
 
-fn to_json(model: &Model, found: &Inventory) -> Value {
+fn to_json(model: &MeshedMachine, found: &Inventory) -> Value {
     let parts: Vec<Value> = found
         .parts
         .iter()
@@ -135,7 +135,7 @@ fn to_json(model: &Model, found: &Inventory) -> Value {
     })
 }
 
-fn text(model: &Model, found: &Inventory) -> String {
+fn text(model: &MeshedMachine, found: &Inventory) -> String {
     let mut text = format!("{}\n{}\n\n", model.machine.name, model.machine.description.trim());
     let rows: Vec<Vec<String>> = found
         .parts

@@ -11,7 +11,7 @@ use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::foundation::table::Table;
 use crate::pipeline::{fitting, model_text};
-use crate::surrogate::fit::{Options, file};
+use crate::surrogate::fit::{FitOptions, file};
 
 /// A surrogate from any table of conditions and outputs
 #[derive(Debug, clap::Args)]
@@ -31,10 +31,10 @@ pub struct Args {
     #[arg(long = "ignore", value_name = "NAME")]
     ignored: Vec<String>,
     /// Largest total degree of a polynomial
-    #[arg(long, value_name = "N", default_value_t = Options::default().max_degree)]
+    #[arg(long, value_name = "N", default_value_t = FitOptions::default().max_degree)]
     max_degree: usize,
     /// Seed of the folds of the cross-validation
-    #[arg(long, value_name = "N", default_value_t = Options::default().seed)]
+    #[arg(long, value_name = "N", default_value_t = FitOptions::default().seed)]
     seed: u64,
 }
 
@@ -57,7 +57,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         samples.make_inputs(&all)?;
     }
     let machine = args.machine.as_ref().map(|path| Machine::read(path, &[])).transpose()?;
-    let options = Options { max_degree: args.max_degree, seed: args.seed, ..Options::default() };
+    let options = FitOptions { max_degree: args.max_degree, seed: args.seed, ..FitOptions::default() };
     let fit = fitting::fit_table(&samples, machine.as_ref(), &options).map_err(|e| e.in_file(&args.table))?;
     let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
     file::write(&fit.surrogate, &path)?;

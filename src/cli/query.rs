@@ -9,7 +9,7 @@ use super::output::Output;
 use super::text::table;
 use crate::error::{Error, Result};
 use crate::surrogate::fit::file;
-use crate::surrogate::verdict::{self, Answer, Inverse, Outside, State, Surrogate, batch, condition};
+use crate::surrogate::verdict::{self, Acceptability, Answer, Inverse, Outside, Surrogate, batch, condition};
 use crate::units::{self, Dimension};
 
 /// Arguments of `coldplate query`.
@@ -51,19 +51,19 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
 }
 
-fn status(verdict: State) -> u8 {
+fn status(verdict: Acceptability) -> u8 {
     match verdict {
-        State::Acceptable => 0,
-        State::NotAcceptable => 1,
-        State::Uncertain => 3,
+        Acceptability::Acceptable => 0,
+        Acceptability::NotAcceptable => 1,
+        Acceptability::Uncertain => 3,
     }
 }
 
-fn verdict_name(verdict: State) -> &'static str {
+fn verdict_name(verdict: Acceptability) -> &'static str {
     match verdict {
-        State::Acceptable => "acceptable",
-        State::NotAcceptable => "not_acceptable",
-        State::Uncertain => "uncertain",
+        Acceptability::Acceptable => "acceptable",
+        Acceptability::NotAcceptable => "not_acceptable",
+        Acceptability::Uncertain => "uncertain",
     }
 }
 
@@ -76,8 +76,8 @@ fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], out: 
     let (mut refused, mut open) = (false, false);
     for row in &rows {
         let answer = verdict::query(surrogate, &row.condition)?;
-        refused |= answer.verdict == State::NotAcceptable;
-        open |= answer.verdict == State::Uncertain;
+        refused |= answer.verdict == Acceptability::NotAcceptable;
+        open |= answer.verdict == Acceptability::Uncertain;
         if out.json {
             let mut object = json(&answer)?;
             object.insert("line".into(), json!(row.line));
@@ -158,7 +158,7 @@ fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], ou
             object.insert("free".into(), json!({ "variable": variable.name, "unit": unit, "value": null }));
             let text = outside.iter().map(outside_sentence).collect::<String>() + "Uncertain: the surrogate says nothing there.\n";
             out.report(&text, &Value::Object(object));
-            Ok(status(State::Uncertain))
+            Ok(status(Acceptability::Uncertain))
         }
     }
 }
@@ -240,15 +240,15 @@ fn outside_sentence(outside: &Outside) -> String {
 fn sentence(answer: &Answer) -> String {
     let binding = answer.binding.and_then(|i| answer.limits.get(i));
     match (answer.verdict, binding) {
-        (State::Uncertain, _) if !answer.in_domain => "Uncertain: outside the fitted range the values are a guess.\n".into(),
-        (State::Uncertain, None) => "Uncertain: there is no limit to judge by.\n".into(),
-        (State::Acceptable, Some(l)) => {
+        (Acceptability::Uncertain, _) if !answer.in_domain => "Uncertain: outside the fitted range the values are a guess.\n".into(),
+        (Acceptability::Uncertain, None) => "Uncertain: there is no limit to judge by.\n".into(),
+        (Acceptability::Acceptable, Some(l)) => {
             format!("Acceptable: '{}' has the smallest margin, {} {} of {}.\n", l.name, fixed(l.margin), l.unit, fixed(l.limit))
         }
-        (State::NotAcceptable, Some(l)) => {
+        (Acceptability::NotAcceptable, Some(l)) => {
             format!("Not acceptable: '{}' is over its limit of {} {} by {}.\n", l.name, fixed(l.limit), l.unit, fixed(-l.margin))
         }
-        (State::Uncertain, Some(l)) => format!(
+        (Acceptability::Uncertain, Some(l)) => format!(
             "Uncertain, too close to call: the band of '{}', {} to {}, holds its limit of {} {}.\n",
             l.name,
             fixed(l.low),
@@ -256,8 +256,8 @@ fn sentence(answer: &Answer) -> String {
             fixed(l.limit),
             l.unit
         ),
-        (State::Acceptable, None) => "Acceptable.\n".into(),
-        (State::NotAcceptable, None) => "Not acceptable.\n".into(),
+        (Acceptability::Acceptable, None) => "Acceptable.\n".into(),
+        (Acceptability::NotAcceptable, None) => "Not acceptable.\n".into(),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::figures::chart::history::{Course, HistoryFigure};
 use crate::figures::chart::output::check_name;
 use crate::figures::chart::style::Quantity;
 use crate::foundation::table::Table;
-use crate::solve::meshed::Model;
+use crate::solve::meshed::MeshedMachine;
 use crate::units::{Dimension, celsius, express, parse};
 
 /// Temperatures over time, through a schedule of conditions
@@ -94,13 +94,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if args.repeat == 0 {
         return Err(Error::input("the schedule would not be run at all").at_key("--repeat").read(0).help("give 1 or more"));
     }
-    let rows = schedule::Options { hold: args.hold, repeat: args.repeat, until };
+    let rows = schedule::ScheduleOptions { hold: args.hold, repeat: args.repeat, until };
     let schedule = Schedule::read(&args.schedule, &machine, &args.condition.values()?, rows)?;
     notes(&machine, &schedule, out);
     if args.resume && options.checkpoint.as_ref().is_some_and(|path| !path.exists()) {
         out.note("note: there is no checkpoint yet; beginning at the beginning");
     }
-    let model = Model::new(machine, args.cells)?;
+    let model = MeshedMachine::new(machine, args.cells)?;
     let bar = progress_bar(schedule.start(), schedule.end(), out);
     let history = simulate::run(&model, &schedule, &options, &mut |seen| {
         bar.set_position((1e3 * (seen.state.time - schedule.start()) / (schedule.end() - schedule.start())) as u64);
@@ -124,7 +124,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-fn options(args: &Args) -> Result<simulate::Options> {
+fn options(args: &Args) -> Result<simulate::SimulateOptions> {
     let positive = |text: &str, dimension: Dimension, key: &str| {
         let value = parse(text, dimension).map_err(|e| e.at_key(key))?;
         if value > 0.0 { Ok(value) } else { Err(Error::input("this must be more than zero").at_key(key).read(text)) }
@@ -136,7 +136,7 @@ fn options(args: &Args) -> Result<simulate::Options> {
         })?),
     };
     let clock = parse(&args.checkpoint_every, Dimension::TIME).map_err(|e| e.at_key("--checkpoint-every"))?;
-    Ok(simulate::Options {
+    Ok(simulate::SimulateOptions {
         start: from,
         every: args.every.as_deref().map(|text| positive(text, Dimension::TIME, "--every")).transpose()?,
         tolerance: positive(&args.tolerance, Dimension::DIFFERENCE, "--tolerance")?,
@@ -186,7 +186,7 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) { series.write_parquet(path) } else { series.write_csv(path) }
 }
 
-fn figure(model: &Model, history: &History, schedule: &Path) -> HistoryFigure {
+fn figure(model: &MeshedMachine, history: &History, schedule: &Path) -> HistoryFigure {
     let courses = model
         .network
         .sensor_names
@@ -207,7 +207,7 @@ fn figure(model: &Model, history: &History, schedule: &Path) -> HistoryFigure {
     }
 }
 
-fn to_json(model: &Model, history: &History, seconds: f64) -> Value {
+fn to_json(model: &MeshedMachine, history: &History, seconds: f64) -> Value {
     let names = &model.network.sensor_names;
     let ends = history.readings.first().zip(history.readings.last());
     let sensors: Map<String, Value> = names
@@ -246,7 +246,7 @@ fn to_json(model: &Model, history: &History, seconds: f64) -> Value {
     })
 }
 
-fn text(model: &Model, history: &History, seconds: f64) -> String {
+fn text(model: &MeshedMachine, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.machine.name, duration(end - start), duration(start), duration(end));
     let near = history.within;

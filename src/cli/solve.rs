@@ -12,7 +12,7 @@ use crate::describe::machine::Machine;
 use crate::discretise::mesh::vtu;
 use crate::error::Result;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
-use crate::solve::meshed::{Model, State};
+use crate::solve::meshed::{MeshedMachine, SteadyState};
 use crate::units::{Celsius, Kelvin, express};
 
 /// Steady temperatures at one condition
@@ -55,7 +55,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             ));
         }
     }
-    let model = Model::new(machine, args.cells)?;
+    let model = MeshedMachine::new(machine, args.cells)?;
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
     let seconds = start.elapsed().as_secs_f64();
@@ -68,11 +68,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-fn outlet(model: &Model, state: &State, s: usize) -> Celsius {
+fn outlet(model: &MeshedMachine, state: &SteadyState, s: usize) -> Celsius {
     Kelvin(state.solution.temperatures[model.network.streams[s].outlet() as usize]).into()
 }
 
-fn to_json(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64) -> Value {
+fn to_json(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], seconds: f64) -> Value {
     let solution = &state.solution;
     let sensors: Map<String, Value> =
         model.network.sensor_names.iter().zip(model.readings(state)).map(|(name, t)| (name.clone(), json!(t.0))).collect();
@@ -137,7 +137,7 @@ fn to_json(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64)
     })
 }
 
-fn text(model: &Model, state: &State, contacts: &[ContactFlow], seconds: f64) -> String {
+fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], seconds: f64) -> String {
     let solution = &state.solution;
     let mut text = format!("{}\n\n", model.machine.name);
     let readings: Vec<Vec<String>> =

@@ -9,7 +9,7 @@ use super::condition::pair_of;
 use super::output::Output;
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
-use crate::explore::sweep::{Options, Swept};
+use crate::explore::sweep::{SweepOptions, Swept};
 
 /// Design of experiments: run every condition of a sweep file, resuming what is there
 #[derive(Debug, clap::Args)]
@@ -44,7 +44,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
-    let options = Options { threads: None, progress: !out.quiet, retry_failed: args.retry_failed };
+    let options = SweepOptions { threads: None, progress: !out.quiet, retry_failed: args.retry_failed };
     let swept = sweep.run(&folder, options)?;
     notes(&swept, out);
     let total = sweep.plan.conditions.len();

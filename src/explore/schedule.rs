@@ -23,7 +23,7 @@ const MOST_ROWS: usize = 10_000_000;
 
 /// What is made of the rows of a file.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Options {
+pub struct ScheduleOptions {
     /// Every value stays until the next row instead of moving towards it.
     pub hold: bool,
     /// How many times the rows are gone through; 0 counts as once.
@@ -69,7 +69,7 @@ impl Schedule {
     /// # Errors
     /// The file is no table or has no `time` column; times that fall; a value that is missing, out of bounds or in a
     /// unit of another kind; a variable with neither column, value nor default; no duration. Each names its line.
-    pub fn read(path: &Path, machine: &Machine, given: &[(String, String)], options: Options) -> Result<Self> {
+    pub fn read(path: &Path, machine: &Machine, given: &[(String, String)], options: ScheduleOptions) -> Result<Self> {
         let (table, lines) = Table::read_with_lines(path)?;
         Self::from_table(&table, &lines, machine, given, options).map_err(|e| e.in_file(path))
     }
@@ -78,7 +78,13 @@ impl Schedule {
     ///
     /// # Errors
     /// As [`Schedule::read`].
-    pub fn from_table(table: &Table, lines: &[usize], machine: &Machine, given: &[(String, String)], options: Options) -> Result<Self> {
+    pub fn from_table(
+        table: &Table,
+        lines: &[usize],
+        machine: &Machine,
+        given: &[(String, String)],
+        options: ScheduleOptions,
+    ) -> Result<Self> {
         let place = |e: Error, row: Option<usize>| match lines.get(row.map_or(0, |r| r + 1)) {
             Some(line) => e.at_line(*line),
             None => e,

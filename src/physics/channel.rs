@@ -10,7 +10,7 @@ pub use super::bend::{
 pub use super::hydraulics::{friction, konakov, pressure_drop, split_flow};
 
 use super::Checked;
-use super::water::State;
+use super::water::LiquidProperties;
 
 /// Below this Reynolds number the flow is laminar.
 pub const LAMINAR_LIMIT: f64 = 2300.0;
@@ -88,7 +88,7 @@ pub struct Run {
 }
 
 /// Reynolds number 4 rho Q / (pi d mu) of a volume flow (m³/s) in a round channel (m).
-pub fn reynolds(flow: f64, diameter: f64, state: &State) -> f64 {
+pub fn reynolds(flow: f64, diameter: f64, state: &LiquidProperties) -> f64 {
     4.0 * state.density * flow.abs() / (std::f64::consts::PI * diameter * state.viscosity)
 }
 
@@ -185,7 +185,7 @@ pub fn nusselt_checked(
 /// let film = film(3.33e-5, &run, &Liquid::Water.at(299.15).unwrap(), None);
 /// assert!((film.coefficient - 2287.5).abs() < 0.1 && (film.reynolds - 4858.0).abs() < 0.1);
 /// ```
-pub fn film(flow: f64, run: &Run, state: &State, prandtl_wall: Option<f64>) -> Film {
+pub fn film(flow: f64, run: &Run, state: &LiquidProperties, prandtl_wall: Option<f64>) -> Film {
     let prandtl = state.prandtl();
     let reynolds = reynolds(flow, run.diameter, state);
     let nusselt =

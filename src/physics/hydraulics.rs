@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use super::channel::{LAMINAR_LIMIT, Regime, TURBULENT_LIMIT};
-use super::water::State;
+use super::water::LiquidProperties;
 use crate::error::{Error, Result};
 
 /// Darcy friction factor of a smooth tube in turbulent flow: f = (1.8 lg Re - 1.5)^-2.
@@ -56,7 +56,7 @@ pub fn friction(reynolds: f64, relative_roughness: f64) -> f64 {
 ///
 /// Odd in the flow. Typical K: 180-degree bend of r/d = 1.5 0.4..0.6, drilled sharp corner
 /// 1.1..1.5, inlet 0.5, outlet 1.0. Range: that of [`friction`].
-pub fn pressure_drop(flow: f64, diameter: f64, length: f64, minor_loss: f64, roughness: f64, state: &State) -> f64 {
+pub fn pressure_drop(flow: f64, diameter: f64, length: f64, minor_loss: f64, roughness: f64, state: &LiquidProperties) -> f64 {
     let speed = 4.0 * flow.abs() / (PI * diameter * diameter);
     if speed == 0.0 {
         return 0.0;

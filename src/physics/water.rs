@@ -36,7 +36,7 @@ pub enum Liquid {
 
 /// Properties of a liquid at one temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct State {
+pub struct LiquidProperties {
     /// Density, kg/m³.
     pub density: f64,
     /// Specific heat, J/(kg K).
@@ -47,7 +47,7 @@ pub struct State {
     pub conductivity: f64,
 }
 
-impl State {
+impl LiquidProperties {
     /// Prandtl number mu cp / k.
     pub fn prandtl(&self) -> f64 {
         self.viscosity * self.specific_heat / self.conductivity
@@ -64,12 +64,12 @@ impl Liquid {
     ///
     /// # Errors
     /// Water outside 0..60 degC.
-    pub fn at(&self, temperature: f64) -> Result<State> {
+    pub fn at(&self, temperature: f64) -> Result<LiquidProperties> {
         match self {
             Self::Water => water(temperature),
-            Self::PaperWater => Ok(State { density: 1000.0, specific_heat: 4200.0, ..water(temperature)? }),
+            Self::PaperWater => Ok(LiquidProperties { density: 1000.0, specific_heat: 4200.0, ..water(temperature)? }),
             &Self::Constant { density, specific_heat, viscosity, conductivity } => {
-                Ok(State { density, specific_heat, viscosity, conductivity })
+                Ok(LiquidProperties { density, specific_heat, viscosity, conductivity })
             }
         }
     }
@@ -108,7 +108,7 @@ impl Liquid {
 /// assert!((state.density / 998.2523 - 1.0).abs() < 1e-5); // IAPWS-95
 /// assert!(water(353.15).is_err());
 /// ```
-pub fn water(temperature: f64) -> Result<State> {
+pub fn water(temperature: f64) -> Result<LiquidProperties> {
     let celsius = temperature - ZERO_CELSIUS;
     if !(ACCEPTED.0..=ACCEPTED.1).contains(&celsius) {
         return Err(Error::input("the water temperature leaves the range in which its properties are known")
@@ -116,7 +116,7 @@ pub fn water(temperature: f64) -> Result<State> {
             .help("stay between 0 and 60 degC, or describe the liquid by constant properties"));
     }
     let x = (celsius - 22.5) / 17.5;
-    Ok(State {
+    Ok(LiquidProperties {
         density: 997.707_9 + x * (-4.067_856 + x * (-1.566_046 + x * 0.190_096_5)),
         specific_heat: 4182.083 + x * (-9.304_152 + x * (9.680_501 - x * 3.416_477)),
         viscosity: (-6.966_516 + x * (-0.412_971_9 + x * (0.053_963_46 - x * 0.009_022_698))).exp(),

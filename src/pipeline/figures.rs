@@ -10,7 +10,7 @@ use crate::figures::chart::residuals::ResidualFigure;
 use crate::figures::chart::style::{Quantity, fixed as decimals, number};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::one_factor::OneFactor;
-use crate::surrogate::verdict::{self, Inverse, State, Surrogate};
+use crate::surrogate::verdict::{self, Acceptability, Inverse, Surrogate};
 
 /// Nodes along each side of an acceptability map.
 const MAP_NODES: usize = 81;
@@ -92,11 +92,11 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
     })
 }
 
-fn shown(state: State) -> crate::figures::chart::acceptability::State {
+fn shown(state: Acceptability) -> crate::figures::chart::acceptability::CellState {
     match state {
-        State::Acceptable => crate::figures::chart::acceptability::State::Acceptable,
-        State::NotAcceptable => crate::figures::chart::acceptability::State::NotAcceptable,
-        State::Uncertain => crate::figures::chart::acceptability::State::Uncertain,
+        Acceptability::Acceptable => crate::figures::chart::acceptability::CellState::Acceptable,
+        Acceptability::NotAcceptable => crate::figures::chart::acceptability::CellState::NotAcceptable,
+        Acceptability::Uncertain => crate::figures::chart::acceptability::CellState::Uncertain,
     }
 }
 
@@ -306,14 +306,14 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
             (at[speed], at[coolant]) = (*n, *t);
             cells.push(match verdict::free(surrogate, &at, flow)? {
                 Inverse::Found { smallest, .. } if smallest <= ranges[flow].0 => {
-                    FlowCell { text: "any".into(), state: crate::figures::chart::acceptability::State::Acceptable }
+                    FlowCell { text: "any".into(), state: crate::figures::chart::acceptability::CellState::Acceptable }
                 }
                 Inverse::Found { smallest, .. } => FlowCell {
                     text: decimals((smallest * 10.0).ceil() / 10.0, 1),
-                    state: crate::figures::chart::acceptability::State::Acceptable,
+                    state: crate::figures::chart::acceptability::CellState::Acceptable,
                 },
                 Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => {
-                    FlowCell { text: "none".into(), state: crate::figures::chart::acceptability::State::NotAcceptable }
+                    FlowCell { text: "none".into(), state: crate::figures::chart::acceptability::CellState::NotAcceptable }
                 }
             });
         }

@@ -4,7 +4,7 @@ use crate::describe::machine::{self, Machine};
 use crate::error::{Error, Result};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Limit, LimitKind, Surrogate, Variable};
-use crate::surrogate::fit::{self, Fit, Options, Output, Samples};
+use crate::surrogate::fit::{self, Fit, FitOptions, Output, Samples};
 use crate::units::{Celsius, Kelvin};
 
 /// A condition variable that a table holds at one value.
@@ -49,7 +49,7 @@ pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
 ///
 /// # Errors
 /// As [`samples`] and [`fit::fit`].
-pub fn fit_table(table: &Table, machine: Option<&Machine>, options: &Options) -> Result<Fit> {
+pub fn fit_table(table: &Table, machine: Option<&Machine>, options: &FitOptions) -> Result<Fit> {
     let (samples, held) = samples(table)?;
     let mut fit = fit::fit(&samples, options)?;
     if let Some(machine) = machine {

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::figures::chart::heat::HeatFigure;
 use crate::figures::chart::measured::{MeasuredFigure, SensorRow};
 use crate::figures::chart::style::Quantity;
-use crate::solve::meshed::{Model, State};
+use crate::solve::meshed::{MeshedMachine, SteadyState};
 use crate::units::{celsius, express};
 
 /// A measured state beside its prediction.
@@ -33,11 +33,11 @@ pub struct Checked {
 ///
 /// # Errors
 /// A condition is incomplete, or a state cannot be solved.
-pub fn check(model: &Model) -> Result<Vec<Checked>> {
+pub fn check(model: &MeshedMachine) -> Result<Vec<Checked>> {
     model.machine.measurements.iter().map(|m| one(model, m)).collect()
 }
 
-fn one(model: &Model, measurement: &Measurement) -> Result<Checked> {
+fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> {
     let defaults = model.machine.variables.iter().map(|v| v.default.unwrap_or(f64::NAN));
     let mut si: Vec<f64> = defaults.collect();
     for (variable, value) in &measurement.condition {
@@ -103,7 +103,7 @@ fn one(model: &Model, measurement: &Measurement) -> Result<Checked> {
 }
 
 /// Sources and sinks of a state; what carries next to nothing is left out.
-fn heat(model: &Model, state: &State, name: &str, fixed: Vec<(Quantity, f64)>) -> HeatFigure {
+fn heat(model: &MeshedMachine, state: &SteadyState, name: &str, fixed: Vec<(Quantity, f64)>) -> HeatFigure {
     let flows = model.flows(state);
     HeatFigure {
         title: format!("{name}: where the heat goes"),

@@ -15,10 +15,10 @@ use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{self, Purpose, Swept};
 use crate::figures::chart::{Figure, draw};
 use crate::foundation::table::Table;
-use crate::solve::meshed::{Inventory, Model, inventory};
-use crate::surrogate::fit::model::{Model as PointModel, Surrogate};
+use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
+use crate::surrogate::fit::model::{PointModel, Surrogate};
 use crate::surrogate::fit::one_factor::OneFactor;
-use crate::surrogate::fit::{Fit, Options, PointReport, file};
+use crate::surrogate::fit::{Fit, FitOptions, PointReport, file};
 use figures::Comparison;
 use measured::Checked;
 
@@ -93,12 +93,12 @@ struct Fitted {
 ///
 /// # Errors
 /// Bad input; numerics that failed at every condition; a folder that cannot be written.
-pub fn run(sweep: &Sweep, folder: &Path, options: sweep::Options, say: &dyn Fn(&str)) -> Result<Summary> {
+pub fn run(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions, say: &dyn Fn(&str)) -> Result<Summary> {
     let clock = Instant::now();
     let swept = sweep.run(folder, options)?;
     let mut checked = measured::check(&sweep.model)?;
     for path in &sweep.definition.compare {
-        checked.extend(measured::check(&Model::new(Machine::read(path, &[])?, None)?)?);
+        checked.extend(measured::check(&MeshedMachine::new(Machine::read(path, &[])?, None)?)?);
     }
     let inventory = inventory(&sweep.model, Some(&sweep.reference()))?;
     let sweep_seconds = clock.elapsed().as_secs_f64();
@@ -196,7 +196,7 @@ fn fit_designs(sweep: &Sweep, swept: &Swept) -> Result<Option<Fitted>> {
         return Ok(None);
     }
     let table = rows_of(&swept.table, sweep, |g| !is_one_factor(g));
-    let fit = fitting::fit_table(&table, Some(&sweep.model.machine), &Options::default())?;
+    let fit = fitting::fit_table(&table, Some(&sweep.model.machine), &FitOptions::default())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut comparison = Comparison::default();
     {

@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::figures::chart::style::Quantity;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::surrogate::fit::file;
-use crate::surrogate::verdict::{self, State};
+use crate::surrogate::verdict::{self, Acceptability};
 
 /// Writes the page.
 ///
@@ -109,9 +109,9 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
         let x: Vec<f64> = ranges.iter().enumerate().map(at).collect();
         let answer = verdict::query(&surrogate, &x)?;
         let (word, tone) = match answer.verdict {
-            State::Acceptable => ("acceptable", Tone::Good),
-            State::NotAcceptable => ("not acceptable", Tone::Bad),
-            State::Uncertain => ("uncertain", Tone::Uncertain),
+            Acceptability::Acceptable => ("acceptable", Tone::Good),
+            Acceptability::NotAcceptable => ("not acceptable", Tone::Bad),
+            Acceptability::Uncertain => ("uncertain", Tone::Uncertain),
         };
         let margin = answer.binding.and_then(|i| answer.limits.get(i)).map(|l| l.margin);
         let words: Vec<String> =

@@ -9,8 +9,8 @@ use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{self, Definition};
 use crate::foundation::document::Document;
-use crate::solve::meshed::Model;
-use crate::surrogate::fit::{Options, file};
+use crate::solve::meshed::MeshedMachine;
+use crate::surrogate::fit::{FitOptions, file};
 use crate::units::express;
 
 /// Held-out conditions.
@@ -78,9 +78,9 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
     );
     let definition = Definition::new(Document::parse(&text, "the design of the surrogate")?)?;
     let plan = definition.plan(&machine.variables)?;
-    let sweep = Sweep { definition, model: Model::new(machine, Some(cells))?, plan };
-    let swept = sweep.run(folder, sweep::Options { threads: None, progress, retry_failed: false })?;
-    let fit = fit_table(&swept.table, Some(&sweep.model.machine), &Options::default())?;
+    let sweep = Sweep { definition, model: MeshedMachine::new(machine, Some(cells))?, plan };
+    let swept = sweep.run(folder, sweep::SweepOptions { threads: None, progress, retry_failed: false })?;
+    let fit = fit_table(&swept.table, Some(&sweep.model.machine), &FitOptions::default())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut largest = None;
     if let Some(validation) = &swept.validation {

@@ -1,102 +1,190 @@
-//! The arrows between the rooms of `src/`: who may use whom. Reads the `crate::` paths of every file.
+//! The arrows between the rooms of `src/`: who may use whom. Every path in every file counts, also in `use`
+//! declarations broken over lines. Files of one room must not use each other in a circle, and crates depend on
+//! nothing but what is listed.
+
+mod paths;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-/// What each room may use. A room that is not listed fails the test.
+use paths::{SourceFile, sources};
+
+/// What each room may use; `x::*` stands for every room of the group `x`. A file outside all rooms fails the test.
 const ALLOWED: &[(&str, &[&str])] = &[
     ("error", &[]),
-    ("files", &["error"]),
-    ("random", &[]),
     ("units", &["error"]),
-    ("reader", &["error", "units"]),
-    ("formula", &["error", "units", "reader"]),
+    ("foundation::atomic_file", &["error"]),
+    ("foundation::random", &[]),
+    ("foundation::document", &["error", "units"]),
+    ("foundation::formula", &["error", "units", "foundation::document"]),
+    ("foundation::table", &["error", "units", "foundation::atomic_file"]),
     ("physics", &["error", "units"]),
     // The names of an imported mesh are checked with the machine file, so its reader lies below the machine.
-    ("gmsh", &["error"]),
-    ("machine", &["error", "units", "reader", "formula", "physics", "gmsh"]),
-    ("mesh", &["error", "files", "units", "machine", "gmsh"]),
-    ("network", &["error", "units", "machine", "mesh", "physics"]),
-    ("solve", &["error", "units", "network", "physics"]),
-    ("model", &["error", "units", "machine", "mesh", "network", "physics", "solve"]),
-    ("sensitivity", &["error", "units", "reader", "machine", "mesh", "network", "solve", "model", "physics"]),
-    ("table", &["error", "files", "units"]),
-    ("schedule", &["error", "units", "machine", "table"]),
-    ("simulate", &["error", "files", "units", "machine", "table", "model", "network", "solve", "schedule"]),
-    ("measure", &["error", "units", "reader", "machine", "table"]),
-    ("identify", &["error", "units", "random", "reader", "machine", "measure", "network", "schedule", "simulate", "solve", "sensitivity"]),
+    ("describe::gmsh", &["error"]),
+    ("describe::machine", &["error", "units", "foundation::*", "physics", "describe::gmsh"]),
+    ("discretise::mesh", &["error", "units", "foundation::atomic_file", "describe::*"]),
+    ("discretise::network", &["error", "units", "describe::machine", "discretise::mesh", "physics"]),
+    ("solve", &["error", "units", "discretise::network", "physics"]),
+    ("solve::meshed", &["error", "units", "describe::machine", "discretise::*", "physics", "solve"]),
     (
-        "diagnose",
-        &["error", "units", "random", "reader", "machine", "measure", "identify", "sensitivity", "simulate", "network", "physics"],
+        "solve::sensitivity",
+        &["error", "units", "foundation::document", "describe::machine", "discretise::*", "solve", "solve::meshed", "physics"],
     ),
-    ("sweep", &["error", "units", "random", "reader", "machine", "table", "model", "network", "solve"]),
-    ("fit", &["error", "files", "random", "units", "table"]),
-    ("accept", &["error", "units", "fit"]),
-    ("chart", &["error", "files", "units"]),
-    ("report", &["error", "files", "units", "chart"]),
-    ("job", &["error", "units", "reader", "machine", "model", "solve", "table", "sweep", "fit", "accept", "chart", "report"]),
+    ("explore::schedule", &["error", "units", "foundation::table", "describe::machine"]),
+    (
+        "explore::simulate",
+        &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::meshed", "explore::schedule"],
+    ),
+    ("explore::sweep", &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::meshed"]),
+    ("surrogate::fit", &["error", "units", "foundation::*"]),
+    ("surrogate::verdict", &["error", "units", "surrogate::fit"]),
+    ("figures::chart", &["error", "units", "foundation::atomic_file"]),
+    ("figures::report", &["error", "units", "foundation::atomic_file", "figures::chart"]),
+    ("evidence::measurement", &["error", "units", "foundation::*", "describe::machine"]),
+    (
+        "evidence::identify",
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "describe::machine",
+            "discretise::network",
+            "solve",
+            "solve::*",
+            "explore::schedule",
+            "explore::simulate",
+            "evidence::measurement",
+        ],
+    ),
+    (
+        "evidence::diagnose",
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "physics",
+            "describe::machine",
+            "discretise::network",
+            "solve::sensitivity",
+            "explore::simulate",
+            "evidence::measurement",
+            "evidence::identify",
+        ],
+    ),
+    (
+        "pipeline",
+        &["error", "units", "foundation::*", "describe::machine", "solve", "solve::*", "explore::*", "surrogate::*", "figures::*"],
+    ),
+    (
+        "cli",
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "describe::*",
+            "physics",
+            "discretise::*",
+            "solve",
+            "solve::*",
+            "explore::*",
+            "surrogate::*",
+            "figures::*",
+            "evidence::*",
+            "pipeline",
+        ],
+    ),
 ];
 
-fn rooms_used(path: &Path, found: &mut BTreeSet<String>) {
-    if path.is_dir() {
-        for entry in std::fs::read_dir(path).unwrap() {
-            rooms_used(&entry.unwrap().path(), found);
-        }
-        return;
-    }
-    let text = std::fs::read_to_string(path).unwrap();
-    // Unit tests may reach further than the code they test.
-    let code = text.split("#[cfg(test)]").next().unwrap_or("");
-    for line in code.lines().filter(|l| !l.trim_start().starts_with("//")) {
-        for piece in line.split("crate::").skip(1) {
-            if let Some(group) = piece.strip_prefix('{') {
-                let names = group.split(&[',', '}'][..]).map(|n| n.trim().split("::").next().unwrap_or("").to_string());
-                found.extend(names.filter(|n| !n.is_empty() && n.chars().all(|c| c.is_lowercase() || c == '_')));
-            } else {
-                let name: String = piece.chars().take_while(|c| c.is_lowercase() || *c == '_').collect();
-                found.insert(name);
-            }
-        }
-    }
+/// What the leaf crates may depend on.
+const CRATES: &[(&str, &[&str])] = &[("runtime", &[]), ("tables", &["polars-core", "polars-io"])];
+
+/// The room of a module path: the longest name in the plan that it begins with.
+fn room(path: &str) -> Option<&'static str> {
+    let names = ALLOWED.iter().map(|(name, _)| *name);
+    names.filter(|name| path == *name || path.starts_with(&format!("{name}::"))).max_by_key(|name| name.len())
+}
+
+fn may_use(allowed: &[&str], used: &str) -> bool {
+    let covers = |a: &&str| *a == used || a.strip_suffix('*').is_some_and(|group| used.starts_with(group));
+    allowed.iter().any(|a| covers(&a))
+}
+
+fn library() -> Vec<SourceFile> {
+    let files = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let groups: BTreeSet<&str> = ALLOWED.iter().filter_map(|(name, _)| name.split_once("::").map(|(group, _)| group)).collect();
+    // The crate's own page and the pages of groups only list what is in them.
+    let only_lists = |f: &SourceFile| matches!(f.module.as_str(), "lib" | "main") || f.is_folder && room(&f.module).is_none();
+    assert!(files.iter().filter(|f| only_lists(f) && f.is_folder).all(|f| groups.contains(f.module.as_str())));
+    files.into_iter().filter(|f| !only_lists(f)).collect()
 }
 
 #[test]
 fn arrows_point_one_way() {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut used: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for entry in std::fs::read_dir(&src).unwrap() {
-        let path = entry.unwrap().path();
-        let room = path.file_stem().unwrap().to_string_lossy().into_owned();
-        if matches!(room.as_str(), "lib" | "main" | "cli") {
-            continue;
-        }
-        rooms_used(&path, used.entry(room).or_default());
-    }
-    let mut wrong = Vec::new();
-    for (room, uses) in &used {
-        let Some((_, allowed)) = ALLOWED.iter().find(|(name, _)| name == room) else {
-            wrong.push(format!("'{room}' is not in the plan"));
+    let mut wrong = BTreeSet::new();
+    let mut seen = BTreeSet::new();
+    for file in library() {
+        let Some(own) = room(&file.module) else {
+            wrong.insert(format!("'{}' is in no room of the plan", file.module));
             continue;
         };
-        for name in uses {
-            if name != room && !allowed.contains(&name.as_str()) {
-                wrong.push(format!("'{room}' uses '{name}'"));
+        seen.insert(own);
+        let allowed = ALLOWED.iter().find(|(name, _)| *name == own).map_or(&[][..], |(_, allowed)| allowed);
+        for used in &file.uses {
+            match room(used) {
+                Some(other) if other == own || may_use(allowed, other) => {}
+                Some(other) => {
+                    wrong.insert(format!("'{}' uses '{other}' ({used})", file.module));
+                }
+                None => {}
             }
         }
     }
     assert!(wrong.is_empty(), "{wrong:#?}");
-    assert!(used.len() > 10, "the rooms were not found");
+    assert_eq!(seen.len(), ALLOWED.len(), "rooms in the plan that are not in src/: {:?}", {
+        ALLOWED.iter().map(|(name, _)| *name).filter(|name| !seen.contains(name)).collect::<Vec<_>>()
+    });
 }
 
 #[test]
-fn nothing_but_the_program_sees_the_command_line() {
-    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    for entry in std::fs::read_dir(&src).unwrap() {
-        let path = entry.unwrap().path();
-        let mut found = BTreeSet::new();
-        if !matches!(path.file_stem().unwrap().to_string_lossy().as_ref(), "cli" | "main") {
-            rooms_used(&path, &mut found);
+fn files_of_a_room_do_not_use_each_other_in_a_circle() {
+    let files = library();
+    // What a folder's own page says is vocabulary that its files share; files beside each other must have an order.
+    let leaves: Vec<&str> = files.iter().filter(|f| !f.is_folder).map(|f| f.module.as_str()).collect();
+    let target = |used: &str| {
+        let begins = |m: &&&str| used == **m || used.starts_with(&format!("{m}::"));
+        leaves.iter().filter(begins).max_by_key(|m| m.len()).copied()
+    };
+    let arrows: BTreeMap<&str, BTreeSet<&str>> = files
+        .iter()
+        .filter(|f| !f.is_folder)
+        .map(|f| (f.module.as_str(), f.uses.iter().filter_map(|u| target(u)).filter(|t| *t != f.module).collect()))
+        .collect();
+    let reach = |from: &str| {
+        let (mut found, mut open) = (BTreeSet::new(), vec![from]);
+        while let Some(module) = open.pop() {
+            for next in arrows.get(module).into_iter().flatten() {
+                if found.insert(*next) {
+                    open.push(next);
+                }
+            }
         }
-        assert!(!found.contains("cli"), "{} uses cli", path.display());
+        found
+    };
+    let circles: Vec<&str> = leaves.iter().copied().filter(|m| reach(m).contains(m)).collect();
+    assert!(circles.is_empty(), "files that use each other in a circle: {circles:#?}");
+    assert!(arrows.values().map(BTreeSet::len).sum::<usize>() > 100, "the arrows between files were not found");
+}
+
+#[test]
+fn crates_depend_on_nothing_else() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    for (name, allowed) in CRATES {
+        let text = std::fs::read_to_string(root.join("crates").join(name).join("Cargo.toml")).unwrap();
+        let manifest: toml::Table = text.parse().unwrap();
+        let found: Vec<&str> =
+            manifest.get("dependencies").and_then(|d| d.as_table()).into_iter().flatten().map(|(k, _)| k.as_str()).collect();
+        assert_eq!(&found, allowed, "dependencies of crates/{name}");
+        let files = sources(&root.join("crates").join(name).join("src"));
+        assert!(!files.is_empty());
     }
 }

@@ -7,7 +7,7 @@ mod samples;
 mod svg;
 
 use coldplate::error::{Kind, Result};
-use coldplate::figures::chart::acceptability::{AcceptabilityMap, Here, State};
+use coldplate::figures::chart::acceptability::{AcceptabilityMap, CellState, Here};
 use coldplate::figures::chart::canvas::Canvas;
 use coldplate::figures::chart::fonts::{self, Weight};
 use coldplate::figures::chart::output::to_pixels;
@@ -320,7 +320,7 @@ fn what_is_in_a_name_cannot_break_the_markup() {
 
 #[test]
 fn a_grey_print_keeps_apart_what_colours_tell() {
-    let states = [State::Acceptable, State::Uncertain, State::NotAcceptable].map(State::look);
+    let states = [CellState::Acceptable, CellState::Uncertain, CellState::NotAcceptable].map(CellState::look);
     for (i, (a, hatch_a)) in states.iter().enumerate() {
         for (b, hatch_b) in &states[..i] {
             assert!((a.luminance() - b.luminance()).abs() > 0.2, "{a:?} {b:?}");

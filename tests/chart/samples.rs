@@ -1,6 +1,6 @@
 //! Figures with data like those of a real run, and with data as nasty as they come.
 
-use coldplate::figures::chart::acceptability::{AcceptabilityMap, Here, State};
+use coldplate::figures::chart::acceptability::{AcceptabilityMap, CellState, Here};
 use coldplate::figures::chart::balance::{BalanceFigure, HeatPair};
 use coldplate::figures::chart::before_after::BeforeAfter;
 use coldplate::figures::chart::error_overview::{ErrorOverview, PointErrors};
@@ -106,11 +106,11 @@ pub fn map() -> AcceptabilityMap {
             half_width.push(h);
             binding.push(b);
             state.push(if m > h {
-                State::Acceptable
+                CellState::Acceptable
             } else if m < -h {
-                State::NotAcceptable
+                CellState::NotAcceptable
             } else {
-                State::Uncertain
+                CellState::Uncertain
             });
         }
     }
@@ -144,7 +144,7 @@ pub fn parity() -> ParityFigure {
         reference: String::new(),
         samples: samples.collect(),
         half_width: 0.011,
-        notes: vec!["Model: radial basis functions (thin plate), 160 training runs.".into()],
+        notes: vec!["MeshedMachine: radial basis functions (thin plate), 160 training runs.".into()],
     }
 }
 
@@ -262,13 +262,13 @@ pub fn sheet() -> OperatorSheet {
         .map(|(s, t)| {
             let need: f64 = 2.0 + s / 400.0 + (t - 17.0f64).powi(2) * s / 5000.0;
             if need < 3.0 {
-                FlowCell { text: "any".into(), state: State::Acceptable }
+                FlowCell { text: "any".into(), state: CellState::Acceptable }
             } else if need < 15.0 {
-                FlowCell { text: format!("{need:.1}"), state: State::Acceptable }
+                FlowCell { text: format!("{need:.1}"), state: CellState::Acceptable }
             } else if need < 18.8 {
-                FlowCell { text: format!("{need:.1} ?"), state: State::Uncertain }
+                FlowCell { text: format!("{need:.1} ?"), state: CellState::Uncertain }
             } else {
-                FlowCell { text: "none".into(), state: State::NotAcceptable }
+                FlowCell { text: "none".into(), state: CellState::NotAcceptable }
             }
         })
         .collect();

@@ -2,7 +2,7 @@
 
 use coldplate::error::Kind;
 use coldplate::physics::channel::{self, Regime, Run, Wall};
-use coldplate::physics::water::{Liquid, State};
+use coldplate::physics::water::{Liquid, LiquidProperties};
 
 use crate::close;
 
@@ -25,7 +25,7 @@ const IAPWS: [(f64, f64, f64, f64, f64); 14] = [
     (60.0, 983.2390, 4184.734, 4.660588e-04, 0.651052),
 ];
 
-fn water(celsius: f64) -> State {
+fn water(celsius: f64) -> LiquidProperties {
     Liquid::Water.at(celsius + 273.15).unwrap()
 }
 
@@ -132,7 +132,7 @@ fn laminar_nusselt_meets_graetz_v36() {
 /// The V36 flux case: 3.7816 K between wall and water at 1000 W/m² and Nu = 48/11.
 #[test]
 fn laminar_film_carries_the_flux_of_v36() {
-    let state = State { density: 997.0, specific_heat: 4180.0, viscosity: 8.9e-4, conductivity: 0.606 };
+    let state = LiquidProperties { density: 997.0, specific_heat: 4180.0, viscosity: 8.9e-4, conductivity: 0.606 };
     let run = Run { diameter: 0.01, length: 1e6, wall: Wall::Flux, velocity_developed: true };
     let film = channel::film(5e-6, &run, &state, None);
     close(film.reynolds, 713.157205675, 1e-11);
@@ -205,12 +205,12 @@ fn roughness_enters_by_churchill() {
 /// V40: Ansys VM123 (laminar oil, Crane example 4-9) and VM122 (given f L/d), in the units of the source.
 #[test]
 fn pressure_drop_v40() {
-    let oil = State { density: 1.7546, specific_heat: 1.0, viscosity: 0.010032, conductivity: 1.0 };
+    let oil = LiquidProperties { density: 1.7546, specific_heat: 1.0, viscosity: 0.010032, conductivity: 1.0 };
     let flow = 2.34565217391 / oil.density;
     close(channel::reynolds(flow, 0.4206, &oil), 707.810400447, 1e-11);
     close(channel::pressure_drop(flow, 0.4206, 353.0, 0.0, 0.0, &oil), 6163.54740266, 1e-11);
     close(channel::pressure_drop(flow, 0.4206, 353.0, 0.0, 0.0, &oil), 6160.0, 2e-3); // printed target
-    let benzene = State { density: 8.411e-5, ..oil };
+    let benzene = LiquidProperties { density: 8.411e-5, ..oil };
     let given = 0.016 * 2400.0 / 6.0;
     close(channel::pressure_drop(0.313923395445 / 8.411e-5, 6.0, 0.0, given, 0.0, &benzene), 4.68991473746, 1e-11);
 }

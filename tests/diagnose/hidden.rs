@@ -1,7 +1,7 @@
 //! Readings of a machine with lines of its file changed, on another mesh, with noise: what is to be found is written in the test.
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Openness, Problem};
+use coldplate::evidence::diagnose::{Discrepancy, Problem};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
@@ -87,7 +87,7 @@ impl Hidden<'_> {
             data,
             uncertainty,
             uncertain: Vec::new(),
-            openness: Openness::default(),
+            openness: Discrepancy::default(),
             user: Vec::new(),
             start: Start::Steady,
             seed: self.seed,

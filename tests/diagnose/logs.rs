@@ -1,7 +1,7 @@
 //! Twins over time: nothing where there is nothing, a wrong heat capacity and a slow sensor by name.
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Diagnosis, Openness, Problem, Verdict, diagnose};
+use coldplate::evidence::diagnose::{Diagnosis, Discrepancy, Problem, Verdict, diagnose};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
@@ -189,7 +189,7 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
         data: coarse,
         uncertainty,
         uncertain: Vec::new(),
-        openness: Openness::default(),
+        openness: Discrepancy::default(),
         user: Vec::new(),
         start: Start::Steady,
         seed,

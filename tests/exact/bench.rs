@@ -3,7 +3,7 @@
 use coldplate::describe::machine::Machine;
 use coldplate::discretise::mesh::Mesh;
 use coldplate::discretise::network::Network;
-use coldplate::solve::meshed::{Model, State};
+use coldplate::solve::meshed::{MeshedMachine, SteadyState};
 use coldplate::units::ZERO_CELSIUS;
 
 /// Values of the four variables, for machines that name none of them.
@@ -13,9 +13,9 @@ pub const CONDITION: [(&str, &str); 4] =
 /// A machine solved on one mesh.
 pub struct Solved {
     /// Machine, mesh and network.
-    pub model: Model,
+    pub model: MeshedMachine,
     /// The steady state.
-    pub state: State,
+    pub state: SteadyState,
 }
 
 /// Reads a machine from the text of a machine file. What no steady state depends on (its name, density and
@@ -38,11 +38,11 @@ pub fn machine(text: &str) -> Machine {
 
 /// The machine on a mesh of an element size (m), not solved.
 #[track_caller]
-pub fn model(text: &str, size: f64) -> Model {
+pub fn model(text: &str, size: f64) -> MeshedMachine {
     let machine = machine(text);
     let mesh = Mesh::with_size(&machine, size).unwrap_or_else(|e| panic!("{e}"));
     let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));
-    Model { machine, mesh, network }
+    MeshedMachine { machine, mesh, network }
 }
 
 /// Solves the machine on a mesh of an element size (m), at [`CONDITION`].
@@ -53,7 +53,7 @@ pub fn solve(text: &str, size: f64) -> Solved {
 
 /// Solves a model at [`CONDITION`].
 #[track_caller]
-pub fn solved(model: Model) -> Solved {
+pub fn solved(model: MeshedMachine) -> Solved {
     let condition = model.machine.condition(&CONDITION).unwrap_or_else(|e| panic!("{e}"));
     let state = {
         let solver = model.solver(&condition).unwrap_or_else(|e| panic!("{e}"));

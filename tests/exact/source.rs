@@ -1,7 +1,7 @@
 //! A source that follows its own temperature.
 
 use coldplate::describe::machine::Machine;
-use coldplate::solve::meshed::Model;
+use coldplate::solve::meshed::MeshedMachine;
 
 const POWER: f64 = 20.0;
 const CONDUCTANCE: f64 = 0.5;
@@ -58,7 +58,7 @@ fn heat_that_follows_its_own_temperature() {
     ];
     for place in places {
         for coefficient in [0.0039, -0.03, 0.0, 0.012] {
-            let model = Model::new(machine(coefficient, place), Some(60)).unwrap();
+            let model = MeshedMachine::new(machine(coefficient, place), Some(60)).unwrap();
             let condition = model.machine.condition(&[]).unwrap();
             let state = model.solve(&model.solver(&condition).unwrap(), &condition).unwrap();
             let found = model.network.sensors[0].read(&state.solution.temperatures, &state.load);
@@ -75,7 +75,7 @@ fn heat_that_follows_its_own_temperature() {
 /// A loss that grows faster with the temperature than heat can leave has no steady state, and none is invented.
 #[test]
 fn runaway_is_an_error() {
-    let model = Model::new(machine(0.05, "[node.coil]\ncapacity = \"100 J/K\""), None).unwrap();
+    let model = MeshedMachine::new(machine(0.05, "[node.coil]\ncapacity = \"100 J/K\""), None).unwrap();
     let condition = model.machine.condition(&[]).unwrap();
     let error = model.solver(&condition).unwrap_err();
     assert!(error.remedy().unwrap().contains("grows with its own temperature"), "{error}");

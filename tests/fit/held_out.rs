@@ -2,7 +2,7 @@
 
 use super::functions::*;
 use super::{CUBE, errors, max, rms};
-use coldplate::surrogate::fit::{self, Options};
+use coldplate::surrogate::fit::{self, FitOptions};
 
 /// Fifteen temperatures of a machine-like response from 200 conditions: under 0.02 K, in fact under 0.005 K, everywhere on
 /// 200 others, in well under 20 s.
@@ -20,7 +20,7 @@ fn machine_temperatures_stay_under_the_target() {
         .collect();
     let functions: Vec<Function<'_>> = places.iter().map(AsRef::as_ref).collect();
     let start = std::time::Instant::now();
-    let found = fit::fit(&samples(rows, &MACHINE_RANGES, &functions), &Options::default()).unwrap();
+    let found = fit::fit(&samples(rows, &MACHINE_RANGES, &functions), &FitOptions::default()).unwrap();
     println!("15 points, 200 rows: {:.1} s, {} bases", start.elapsed().as_secs_f64(), found.surrogate.bases.len());
     let mut inside = 0;
     for (k, f) in functions.iter().enumerate() {
@@ -47,7 +47,7 @@ fn rough_function_is_fitted_as_by_kriging() {
         let mut random = Random::new(seed);
         let rows = stretched(latin(200, 4, &mut random), &CUBE);
         let test = stretched(uniform(1000, 4, &mut random), &CUBE);
-        let found = fit::fit(&samples(rows, &CUBE, &[&rough]), &Options::default()).unwrap();
+        let found = fit::fit(&samples(rows, &CUBE, &[&rough]), &FitOptions::default()).unwrap();
         let truth: Vec<f64> = test.iter().map(|x| rough(x)).collect();
         let mean = truth.iter().sum::<f64>() / truth.len() as f64;
         let spread = rms(&truth.iter().map(|y| y - mean).collect::<Vec<_>>());
@@ -69,7 +69,7 @@ fn coverage(name: &str, f: &dyn Fn(&[f64], &mut Random) -> f64, n: usize, tables
         let test = stretched(uniform(held_out, 4, &mut random), &CUBE);
         let mut table = samples(rows.clone(), &CUBE, &[&|_| 0.0]);
         table.outputs[0].values = rows.iter().map(|x| f(x, &mut random)).collect();
-        let found = fit::fit(&table, &Options::default()).unwrap();
+        let found = fit::fit(&table, &FitOptions::default()).unwrap();
         let half_width = found.points[0].half_width;
         let inside =
             test.iter().filter(|x| (fit::evaluate(&found.surrogate, 0, x).unwrap() - f(x, &mut random)).abs() <= half_width).count();

@@ -4,9 +4,9 @@ mod functions;
 mod held_out;
 mod radial;
 
-use coldplate::surrogate::fit::model::{Kernel, Model, Transform, Variable};
+use coldplate::surrogate::fit::model::{Kernel, PointModel, Transform, Variable};
 use coldplate::surrogate::fit::one_factor::OneFactor;
-use coldplate::surrogate::fit::{self, Family, Options};
+use coldplate::surrogate::fit::{self, Family, FitOptions};
 use functions::*;
 
 const CUBE: [(f64, f64); 4] = [(-1.0, 1.0); 4];
@@ -24,8 +24,8 @@ fn errors(fit: &fit::Fit, point: usize, rows: &[Vec<f64>], f: &dyn Fn(&[f64]) ->
     rows.iter().map(|x| fit::evaluate(&fit.surrogate, point, x).unwrap() - f(x)).collect()
 }
 
-fn polynomials_only() -> Options {
-    Options { kernels: Vec::new(), ..Options::default() }
+fn polynomials_only() -> FitOptions {
+    FitOptions { kernels: Vec::new(), ..FitOptions::default() }
 }
 
 /// Table 7 of the paper prints y = -3.178e-5 x³ + 0.00117 x² - 0.02727 x + 25.76486 for one sensor; the fit of values made
@@ -66,7 +66,7 @@ fn a_sparse_polynomial_is_recovered() {
     let f = |x: &[f64]| 21.0 + 3.0 * u(1, x) - 1.5 * v(x) * u(2, x) + 0.25 * u(2, x).powi(3) * u(3, x) + 0.5 * v(x).powi(2);
     let rows = stretched(latin(120, 4, &mut Random::new(1)), &ranges);
     let found = fit::fit(&samples(rows, &ranges, &[&f]), &polynomials_only()).unwrap();
-    let Model::Polynomial(p) = &found.surrogate.points[0].model else { panic!("a polynomial was asked for") };
+    let PointModel::Polynomial(p) = &found.surrogate.points[0].model else { panic!("a polynomial was asked for") };
     assert_eq!(p.transforms, [Transform::Reciprocal, Transform::Identity, Transform::Identity, Transform::Identity]);
     let mut expected: Vec<(Vec<u8>, f64)> = vec![
         (vec![0, 0, 0, 0], 21.0),
@@ -109,7 +109,7 @@ fn polynomial_leave_one_out_equals_refitting() {
 fn a_constant_variable_is_left_out_with_a_note() {
     let ranges = [(-1.0, 1.0), (20.0, 20.0), (-1.0, 1.0)];
     let f = |x: &[f64]| (x[0] + 0.5 * x[2]).sin();
-    for options in [Options::default(), polynomials_only(), Options { polynomials: false, ..Options::default() }] {
+    for options in [FitOptions::default(), polynomials_only(), FitOptions { polynomials: false, ..FitOptions::default() }] {
         let rows = stretched(latin(60, 3, &mut Random::new(2)), &ranges);
         let found = fit::fit(&samples(rows, &ranges, &[&f]), &options).unwrap();
         assert!(found.notes.iter().any(|n| n.contains("x1 does not vary")), "{:?}", found.notes);
@@ -147,7 +147,7 @@ fn a_design_of_crossing_lines_is_fitted() {
         }
     }
     let f = |x: &[f64]| x[0].exp() + x[1] - 0.3 * x[2].powi(2) + 0.1 * x[3];
-    let found = fit::fit(&samples(rows.clone(), &CUBE, &[&f]), &Options::default()).unwrap();
+    let found = fit::fit(&samples(rows.clone(), &CUBE, &[&f]), &FitOptions::default()).unwrap();
     assert!(max(&errors(&found, 0, &rows, &f)) < 1e-2);
 }
 
@@ -156,7 +156,7 @@ fn a_design_of_crossing_lines_is_fitted() {
 fn bad_samples_are_refused() {
     let f = |x: &[f64]| x[0];
     let good = samples(stretched(latin(30, 4, &mut Random::new(4)), &CUBE), &CUBE, &[&f]);
-    let refused = |table: &fit::Samples| fit::fit(table, &Options::default()).unwrap_err().to_string();
+    let refused = |table: &fit::Samples| fit::fit(table, &FitOptions::default()).unwrap_err().to_string();
     let mut table = good.clone();
     table.rows[4][2] = f64::NAN;
     assert!(refused(&table).contains("row 5") && refused(&table).contains("x2"));
@@ -178,7 +178,7 @@ fn threads_do_not_change_the_result() {
     let table = samples(rows, &CUBE, &[&rough, &ridge]);
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| fit::fit(&table, &Options::default()).unwrap())
+        pool.install(|| fit::fit(&table, &FitOptions::default()).unwrap())
     };
     let (one, three) = (with(1), with(3));
     assert_eq!(one.surrogate, three.surrogate);
@@ -209,7 +209,7 @@ fn noise_is_smoothed() {
     let mut table = samples(rows, &CUBE[..2], &[&clean]);
     table.outputs[0].values.iter_mut().for_each(|y| *y += 0.1 * random.normal());
     for kernel in [Kernel::Gaussian, Kernel::Multiquadric, Kernel::ThinPlate, Kernel::Cubic] {
-        let options = Options { polynomials: false, kernels: vec![kernel], ..Options::default() };
+        let options = FitOptions { polynomials: false, kernels: vec![kernel], ..FitOptions::default() };
         let found = fit::fit(&table, &options).unwrap();
         assert!(matches!(found.points[0].chosen.family, Family::Rbf { kernel: k, .. } if k == kernel));
         let e = rms(&errors(&found, 0, &stretched(uniform(400, 2, &mut random), &CUBE[..2]), &clean));

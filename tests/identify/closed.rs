@@ -1,6 +1,6 @@
 //! A machine whose readings are known in closed form: estimates, intervals, open directions, bounds, priors, scans.
 
-use coldplate::evidence::identify::{Options, Scan, identify, next_tests, profile, scan};
+use coldplate::evidence::identify::{IdentifyOptions, Scan, identify, next_tests, profile, scan};
 use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
 use coldplate::solve::sensitivity::Study;
 
@@ -29,8 +29,8 @@ fn data(file: &Study, sensors: &[&str], rises: &[f64]) -> (Data, Uncertainty) {
     (data, u)
 }
 
-fn options() -> Options {
-    Options { starts: 1, seed: 1 }
+fn options() -> IdentifyOptions {
+    IdentifyOptions { starts: 1, seed: 1 }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::bench::{Solved, solve};
 use crate::{close, everything};
 use coldplate::describe::machine::Machine;
 use coldplate::discretise::network::{Network, Surface};
-use coldplate::solve::meshed::Model;
+use coldplate::solve::meshed::MeshedMachine;
 
 fn both_meshes() -> [Solved; 2] {
     [15e-3, 5e-3].map(|size| solve(&everything(&["bed", "plate", "other", "bearing"]), size))
@@ -104,7 +104,7 @@ fn every_node_balances() {
 fn the_heat_of_the_pump_alone() {
     let machine = Machine::read(concat!(env!("CARGO_MANIFEST_DIR"), "/machines/slab.toml"), &[]).unwrap();
     for flow in ["0.5 L/min", "2 L/min", "6 L/min"] {
-        let model = Model::new(machine.clone(), Some(1500)).unwrap();
+        let model = MeshedMachine::new(machine.clone(), Some(1500)).unwrap();
         let given =
             [("coolant_flow", flow), ("coolant_temperature", "20 degC"), ("motor_speed", "0 rpm"), ("ambient_temperature", "20 degC")];
         let condition = model.machine.condition(&given).unwrap();

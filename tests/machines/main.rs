@@ -8,7 +8,7 @@ mod teaching;
 use std::path::{Path, PathBuf};
 
 use coldplate::describe::machine::{Condition, Machine};
-use coldplate::solve::meshed::{Model, State};
+use coldplate::solve::meshed::{MeshedMachine, SteadyState};
 use coldplate::units::Celsius;
 
 /// A folder of the project.
@@ -26,9 +26,9 @@ fn files(name: &str) -> Vec<PathBuf> {
 
 /// A machine with its state at one condition.
 struct Solved {
-    model: Model,
+    model: MeshedMachine,
     condition: Condition,
-    state: State,
+    state: SteadyState,
 }
 
 impl Solved {
@@ -37,7 +37,7 @@ impl Solved {
         let sets: Vec<(String, String)> = sets.iter().map(|(k, v)| (k.to_string(), v.to_string())).collect();
         let machine = Machine::read(folder("machines").join(name), &sets).unwrap_or_else(|e| panic!("{name}: {e}"));
         let condition = machine.condition(condition).unwrap_or_else(|e| panic!("{name}: {e}"));
-        let model = Model::new(machine, cells).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let model = MeshedMachine::new(machine, cells).unwrap_or_else(|e| panic!("{name}: {e}"));
         let state = {
             let solver = model.solver(&condition).unwrap_or_else(|e| panic!("{name}: {e}"));
             model.solve(&solver, &condition).unwrap_or_else(|e| panic!("{name}: {e}"))

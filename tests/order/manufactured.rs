@@ -4,7 +4,7 @@ use coldplate::describe::machine::Side;
 use coldplate::discretise::mesh::grid::{Frame, Grid};
 use coldplate::discretise::network::{BoundaryState, HeatSource, Load};
 use coldplate::solve::Solver;
-use coldplate::solve::meshed::Model;
+use coldplate::solve::meshed::MeshedMachine;
 
 const SIGMA: f64 = 5.670374419e-8;
 
@@ -55,7 +55,7 @@ fn middle(grid: &Grid, d: usize, i: usize) -> f64 {
 
 /// L2 and maximum norm of the error of the cells' temperatures when `model` is given the sources and
 /// fluxes of `field`. Its sources are replaced; its surfaces must all radiate to the chamber.
-pub fn errors(mut model: Model, field: &impl Field) -> [f64; 2] {
+pub fn errors(mut model: MeshedMachine, field: &impl Field) -> [f64; 2] {
     let mut load = Load::at(&model.machine, &model.machine.condition(&crate::bench::CONDITION).unwrap()).unwrap();
     // The cell's heat: its volume times the source at its centre, second order like the scheme.
     let mut heats = Vec::new();

@@ -8,7 +8,7 @@ use std::time::Duration;
 use coldplate::describe::machine::Variable;
 use coldplate::error::{Error, Result};
 use coldplate::explore::sweep::journal::{Header, Journal, Outcome};
-use coldplate::explore::sweep::{Definition, JOURNAL, Options, Plan, Subject, Swept, execute};
+use coldplate::explore::sweep::{Definition, JOURNAL, Plan, Subject, SweepOptions, Swept, execute};
 use coldplate::foundation::document::Document;
 use coldplate::units::Dimension;
 
@@ -50,7 +50,7 @@ fn folder(name: &str) -> PathBuf {
 }
 
 fn sweep(plan: &Plan, folder: &Path) -> Result<Swept> {
-    execute(plan, &subject(), folder, Options::default(), solve)
+    execute(plan, &subject(), folder, SweepOptions::default(), solve)
 }
 
 /// Name and content.
@@ -140,7 +140,7 @@ fn a_journal_of_something_else_is_refused_and_left_alone() {
         (&plan8, outputs, vec!["the outputs differ"]),
         (&plan(9), subject(), vec!["design hash", "conditions: 10 then, 11 now"]),
     ] {
-        let message = execute(plan, &subject, &folder, Options::default(), solve).unwrap_err().to_string();
+        let message = execute(plan, &subject, &folder, SweepOptions::default(), solve).unwrap_err().to_string();
         assert!(needles.iter().all(|n| message.contains(n)) && message.contains("--out"), "{message}");
         assert_eq!(std::fs::read(folder.join(JOURNAL)).unwrap(), journal);
     }
@@ -173,7 +173,7 @@ fn the_number_of_threads_does_not_show() {
     let (folder, expected, _) = finished("threads", &plan);
     for threads in [1, 2, 7] {
         std::fs::remove_file(folder.join(JOURNAL)).unwrap();
-        execute(&plan, &subject(), &folder, Options { threads: Some(threads), ..Options::default() }, solve).unwrap();
+        execute(&plan, &subject(), &folder, SweepOptions { threads: Some(threads), ..SweepOptions::default() }, solve).unwrap();
         assert_eq!(results(&folder), expected, "{threads} threads");
     }
     std::fs::remove_dir_all(&folder).unwrap();
@@ -190,9 +190,9 @@ fn failures_are_told_kept_and_run_again_when_asked() {
         calls.fetch_add(1, Ordering::Relaxed);
         Ok(vec![si[0], si[1]])
     };
-    let failed = execute(&plan, &subject(), &folder, Options::default(), healed).unwrap().failures.len();
+    let failed = execute(&plan, &subject(), &folder, SweepOptions::default(), healed).unwrap().failures.len();
     assert_eq!(calls.load(Ordering::Relaxed), 0);
-    let swept = execute(&plan, &subject(), &folder, Options { retry_failed: true, ..Options::default() }, healed).unwrap();
+    let swept = execute(&plan, &subject(), &folder, SweepOptions { retry_failed: true, ..SweepOptions::default() }, healed).unwrap();
     assert_eq!((swept.failures.len(), calls.load(Ordering::Relaxed)), (0, failed));
     assert!(!folder.join("failures.csv").exists());
     std::fs::remove_dir_all(&folder).unwrap();
@@ -202,7 +202,7 @@ fn failures_are_told_kept_and_run_again_when_asked() {
 fn values_that_are_no_numbers_and_total_failure_are_errors() {
     let plan = plan(4);
     let folder = folder("nothing");
-    let error = execute(&plan, &subject(), &folder, Options::default(), |_| Ok(vec![f64::NAN, 1.0])).unwrap_err();
+    let error = execute(&plan, &subject(), &folder, SweepOptions::default(), |_| Ok(vec![f64::NAN, 1.0])).unwrap_err();
     assert_eq!(error.exit_status(), 4);
     assert!(error.to_string().contains("not finite") && folder.join("failures.csv").exists(), "{error}");
     assert!(!folder.join("sweep.csv").exists());
@@ -233,7 +233,7 @@ fn child() {
         std::thread::sleep(Duration::from_millis(5));
         solve(si)
     };
-    match execute(&plan(60), &subject(), Path::new(&folder), Options { threads: Some(2), ..Options::default() }, slow) {
+    match execute(&plan(60), &subject(), Path::new(&folder), SweepOptions { threads: Some(2), ..SweepOptions::default() }, slow) {
         Ok(_) => println!("child finished"),
         Err(error) => println!("child stopped: {error}"),
     }
@@ -284,7 +284,7 @@ fn a_killed_process_is_resumed_by_the_next() {
         calls.fetch_add(1, Ordering::Relaxed);
         solve(si)
     };
-    let swept = execute(&plan, &subject(), &folder, Options::default(), counted).unwrap();
+    let swept = execute(&plan, &subject(), &folder, SweepOptions::default(), counted).unwrap();
     assert_eq!((swept.resumed, calls.load(Ordering::Relaxed)), (held, plan.conditions.len() - held));
     assert_eq!(results(&folder), expected);
     for folder in [folder, reference] {

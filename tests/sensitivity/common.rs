@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use coldplate::describe::machine::{Condition, Machine};
 use coldplate::foundation::document::Document;
-use coldplate::solve::meshed::Model;
+use coldplate::solve::meshed::MeshedMachine;
 use coldplate::solve::sensitivity::Study;
 
 /// The path of a machine of the repository.
@@ -41,8 +41,8 @@ fn sets(name: &str) -> Vec<(String, String)> {
 }
 
 /// A shipped machine on about `cells` cells.
-pub fn model(name: &str, cells: usize) -> Model {
-    Model::new(Machine::read(path(name), &sets(name)).unwrap(), Some(cells)).unwrap()
+pub fn model(name: &str, cells: usize) -> MeshedMachine {
+    MeshedMachine::new(Machine::read(path(name), &sets(name)).unwrap(), Some(cells)).unwrap()
 }
 
 /// A machine file that holds every law whose coefficients follow the temperature: k(T) in all places, a rough

@@ -2,7 +2,7 @@
 
 use coldplate::describe::machine::Machine;
 use coldplate::discretise::network::Load;
-use coldplate::solve::meshed::Model;
+use coldplate::solve::meshed::MeshedMachine;
 use coldplate::solve::{System, Tangent};
 
 use crate::common::{ENCLOSED, EVERYTHING, SHIPPED, condition, model};
@@ -18,7 +18,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// Largest deviation of an entry of J d from the difference of residuals, over the size of the entries in its own
 /// row, once for a smooth direction (the coolant terms stand out) and once for noise (every entry counts).
-fn check(model: &Model, at: [f64; 4], label: &str) {
+fn check(model: &MeshedMachine, at: [f64; 4], label: &str) {
     let network = &model.network;
     let load = Load::at(&model.machine, &condition(&model.machine, at)).unwrap();
     let solver = model.solver(&condition(&model.machine, at)).unwrap();
@@ -89,7 +89,7 @@ fn every_shipped_machine_at_several_conditions() {
 
 #[test]
 fn every_law_that_follows_the_temperature() {
-    let model = Model::new(Machine::from_text(EVERYTHING, "everything.toml", &[]).unwrap(), Some(2000)).unwrap();
+    let model = MeshedMachine::new(Machine::from_text(EVERYTHING, "everything.toml", &[]).unwrap(), Some(2000)).unwrap();
     assert!(!model.network.reaches.is_empty(), "cells that do not match are among what is tested");
     // Laminar, between and turbulent; and water at rest.
     for at in [[1.0, 20.0, 1000.0, 40.0], [2.6, 20.0, 1000.0, 10.0], [9.0, 30.0, 3000.0, 25.0], [0.0, 20.0, 100.0, 25.0]] {
@@ -99,7 +99,7 @@ fn every_law_that_follows_the_temperature() {
 
 #[test]
 fn faces_that_see_each_other() {
-    let model = Model::new(Machine::from_text(ENCLOSED, "enclosed.toml", &[]).unwrap(), Some(2000)).unwrap();
+    let model = MeshedMachine::new(Machine::from_text(ENCLOSED, "enclosed.toml", &[]).unwrap(), Some(2000)).unwrap();
     assert!(model.network.fixed.len() > 2 && !model.network.radiative.is_empty() && !model.network.reaches.is_empty());
     for at in [[1.0, 20.0, 1000.0, 40.0], [1.0, 20.0, 3000.0, 10.0]] {
         check(&model, at, &format!("enclosed {at:?}"));

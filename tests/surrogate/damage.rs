@@ -73,7 +73,7 @@ fn exercise(surrogate: &Surrogate<'_>, random: &mut Random) {
     }
     let mut values = vec![0.0; surrogate.point_count()];
     let verdict = surrogate.query(&x, &mut values).unwrap();
-    assert!(verdict.in_domain || verdict.state == coldplate_runtime::State::Uncertain);
+    assert!(verdict.in_domain || verdict.state == coldplate_runtime::Acceptability::Uncertain);
     let mut gradient = vec![0.0; x.len()];
     surrogate.gradient(&x, random.below(values.len()), &mut gradient).unwrap();
     let names = surrogate.points().map(|p| p.name.len()).sum::<usize>() + surrogate.provenance().count() + surrogate.limits().count();

@@ -28,7 +28,7 @@ pub fn variable(name: &str, unit: &str, low: f64, high: f64) -> Variable {
     Variable { name: name.into(), unit: unit.into(), low, high }
 }
 
-pub fn point(name: &str, model: Model, half_width: f64) -> Point {
+pub fn point(name: &str, model: PointModel, half_width: f64) -> Point {
     Point { name: name.into(), unit: "degC".into(), model, half_width }
 }
 
@@ -53,7 +53,7 @@ pub fn small() -> Surrogate {
             variable("ambient_temperature", "degC", 18.0, 26.0),
         ],
         bases: vec![],
-        points: vec![point("motor", Model::Polynomial(motor), 0.0625), point("screw nut", Model::Polynomial(screw), 0.03125)],
+        points: vec![point("motor", PointModel::Polynomial(motor), 0.0625), point("screw nut", PointModel::Polynomial(screw), 0.03125)],
         limits: vec![
             limit("motor maximum", LimitKind::Maximum(0), 28.0),
             limit("motor over ambient", LimitKind::Rise(0, 2), 6.0),
@@ -102,7 +102,7 @@ pub fn ten_polynomials() -> Surrogate {
     let points = (0..10).map(|p| {
         let coefficients = terms.iter().map(|t| if t.iter().all(|e| *e == 0) { 25.0 } else { random.signed() / 4.0 }).collect();
         let polynomial = Polynomial { transforms: FLOW_RECIPROCAL.to_vec(), terms: terms.clone(), coefficients };
-        point(&format!("point {p}"), Model::Polynomial(polynomial), 0.01)
+        point(&format!("point {p}"), PointModel::Polynomial(polynomial), 0.01)
     });
     Surrogate {
         variables: four_variables(),
@@ -131,7 +131,7 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> Surrogate {
             &[25.0, 2.0, 4.0, 1.5, 0.5],
         );
         let weights = (0..200).map(|_| random.signed() / 8.0).collect();
-        point(&format!("point {p}"), Model::Rbf { basis: if shared { 0 } else { p }, weights, tail }, 0.01)
+        point(&format!("point {p}"), PointModel::Rbf { basis: if shared { 0 } else { p }, weights, tail }, 0.01)
     });
     Surrogate {
         variables: four_variables(),
@@ -169,10 +169,14 @@ pub fn mixed() -> Surrogate {
             basis(Kernel::Cubic, [Reciprocal, Identity, Identity], &four),
         ],
         points: vec![
-            point("a", Model::Polynomial(polynomial(&[Reciprocal, Identity, Identity], &[&[0, 0, 0], &[3, 9, 0]], &[30.0, 0.5])), 0.05),
-            point("b", Model::Rbf { basis: 0, weights: weights(5), tail: tail(25.0) }, 0.1),
-            point("c", Model::Rbf { basis: 1, weights: weights(5), tail: tail(24.0) }, 0.0),
-            point("d", Model::Rbf { basis: 2, weights: weights(4), tail: tail(23.0) }, 0.2),
+            point(
+                "a",
+                PointModel::Polynomial(polynomial(&[Reciprocal, Identity, Identity], &[&[0, 0, 0], &[3, 9, 0]], &[30.0, 0.5])),
+                0.05,
+            ),
+            point("b", PointModel::Rbf { basis: 0, weights: weights(5), tail: tail(25.0) }, 0.1),
+            point("c", PointModel::Rbf { basis: 1, weights: weights(5), tail: tail(24.0) }, 0.0),
+            point("d", PointModel::Rbf { basis: 2, weights: weights(4), tail: tail(23.0) }, 0.2),
         ],
         limits: vec![
             limit("a", LimitKind::Maximum(0), 35.0),

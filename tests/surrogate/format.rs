@@ -61,7 +61,7 @@ fn points_with_different_terms_share_a_block() {
     let mut surrogate = small();
     let more = [point(
         "third",
-        Model::Polynomial(polynomial(&[Transform::Log, Transform::Identity, Transform::Identity], &[&[1, 0, 0]], &[3.0])),
+        PointModel::Polynomial(polynomial(&[Transform::Log, Transform::Identity, Transform::Identity], &[&[1, 0, 0]], &[3.0])),
         0.0,
     )];
     surrogate.points.extend(more);
@@ -110,16 +110,22 @@ fn what_the_format_cannot_hold_is_refused_with_its_reason() {
         refuse(&|s| s.bases[2].centres = vec![vec![0.0; 3]; 4097], "4096"),
         refuse(&|s| s.bases[1].scales[0] = -1.0, "length scale"),
         refuse(
-            &|s| s.points[1].model = Model::Rbf { basis: 7, weights: vec![], tail: polynomial(&[Transform::Identity; 3], &[], &[]) },
+            &|s| s.points[1].model = PointModel::Rbf { basis: 7, weights: vec![], tail: polynomial(&[Transform::Identity; 3], &[], &[]) },
             "one weight per",
         ),
-        refuse(&|s| s.points[0].model = Model::Polynomial(polynomial(&[Transform::Identity; 3], &[&[13, 0, 0]], &[1.0])), "degree 12"),
+        refuse(&|s| s.points[0].model = PointModel::Polynomial(polynomial(&[Transform::Identity; 3], &[&[13, 0, 0]], &[1.0])), "degree 12"),
         refuse(
-            &|s| s.points[0].model = Model::Polynomial(polynomial(&[Transform::Identity; 3], &[&[1, 0, 0], &[1, 0, 0]], &[1.0, 2.0])),
+            &|s| s.points[0].model = PointModel::Polynomial(polynomial(&[Transform::Identity; 3], &[&[1, 0, 0], &[1, 0, 0]], &[1.0, 2.0])),
             "twice",
         ),
-        refuse(&|s| s.points[0].model = Model::Polynomial(polynomial(&[Transform::Identity; 3], &[&[1, 0, 0]], &[])), "one coefficient"),
-        refuse(&|s| s.points[0].model = Model::Polynomial(polynomial(&[Transform::Identity; 3], &[&[1, 0, 0]], &[f64::NAN])), "not finite"),
+        refuse(
+            &|s| s.points[0].model = PointModel::Polynomial(polynomial(&[Transform::Identity; 3], &[&[1, 0, 0]], &[])),
+            "one coefficient",
+        ),
+        refuse(
+            &|s| s.points[0].model = PointModel::Polynomial(polynomial(&[Transform::Identity; 3], &[&[1, 0, 0]], &[f64::NAN])),
+            "not finite",
+        ),
         refuse(&|s| s.limits[0].kind = LimitKind::Maximum(4), "does not exist"),
         refuse(&|s| s.limits[1].kind = LimitKind::Rise(0, 3), "does not exist"),
         refuse(&|s| s.limits[1].kind = LimitKind::Rise(0, 1), "different units"),
@@ -133,7 +139,7 @@ fn what_the_format_cannot_hold_is_refused_with_its_reason() {
     let cancelling = refuse(
         &|s| {
             s.bases[0].centres[1] = s.bases[0].centres[0].iter().map(|c| c + 1e-9).collect();
-            let Model::Rbf { weights, .. } = &mut s.points[1].model else { unreachable!() };
+            let PointModel::Rbf { weights, .. } = &mut s.points[1].model else { unreachable!() };
             (weights[0], weights[1]) = (1e12, -1e12);
         },
         "cancel",

@@ -2,13 +2,13 @@
 
 use coldplate::surrogate::fit::file::{encode, open};
 use coldplate::surrogate::fit::model::*;
-use coldplate::surrogate::verdict::{Inverse, State, free};
+use coldplate::surrogate::verdict::{Acceptability, Inverse, free};
 
 use crate::examples::*;
 
 /// One point over flow (2 to 12 L/min, transformed as told) and ambient temperature, band 0.5.
 fn surrogate(transform: Transform, terms: &[&[u8]], coefficients: &[f64], maximum: f64) -> Vec<u8> {
-    let model = Model::Polynomial(polynomial(&[transform, Transform::Identity], terms, coefficients));
+    let model = PointModel::Polynomial(polynomial(&[transform, Transform::Identity], terms, coefficients));
     let surrogate = Surrogate {
         variables: vec![variable("coolant_flow", "L/min", 2.0, 12.0), variable("ambient_temperature", "degC", 10.0, 30.0)],
         points: vec![point("motor", model, 0.5)],
@@ -21,7 +21,7 @@ fn surrogate(transform: Transform, terms: &[&[u8]], coefficients: &[f64], maximu
 fn found(bytes: &[u8]) -> (f64, f64) {
     match free(&open(bytes).unwrap(), &[f64::NAN, 20.0], 0).unwrap() {
         Inverse::Found { smallest, until, answer } => {
-            assert_eq!(answer.verdict, State::Acceptable);
+            assert_eq!(answer.verdict, Acceptability::Acceptable);
             assert_eq!(answer.condition, [smallest, 20.0]);
             (smallest, until)
         }
@@ -99,7 +99,7 @@ fn nowhere_names_the_limit_and_what_is_missing() {
     assert!((best - plain(0.3)).abs() < 1e-5, "{best}");
     assert_eq!((limit, answer.limits[limit].name.as_str()), (0, "motor"));
     assert!((excess - 0.3).abs() < 1e-9, "{excess}");
-    assert_eq!(answer.verdict, State::Uncertain); // 30 ± 0.5 against 30.2
+    assert_eq!(answer.verdict, Acceptability::Uncertain); // 30 ± 0.5 against 30.2
 }
 
 #[test]

@@ -47,10 +47,10 @@ fn variables() -> Vec<Variable> {
     vec![variable("flow", "L/min", 2.0, 12.0), variable("temperature", "degC", 15.0, 25.0), variable("speed", "rpm", 100.0, 3000.0)]
 }
 
-fn the_polynomial() -> Model {
+fn the_polynomial() -> PointModel {
     use Transform::{Identity, Log, Reciprocal};
     let terms: [&[u8]; 8] = [&[0, 0, 0], &[1, 0, 0], &[0, 1, 0], &[0, 0, 1], &[2, 0, 1], &[1, 1, 2], &[0, 3, 0], &[5, 0, 7]];
-    Model::Polynomial(polynomial(&[Reciprocal, Identity, Log], &terms, &[30.0, 4.5, 5.0, 2.25, -0.75, 0.5, 0.125, -0.0625]))
+    PointModel::Polynomial(polynomial(&[Reciprocal, Identity, Log], &terms, &[30.0, 4.5, 5.0, 2.25, -0.75, 0.5, 0.125, -0.0625]))
 }
 
 fn basis(kernel: Kernel) -> RbfBasis {
@@ -65,10 +65,10 @@ fn basis(kernel: Kernel) -> RbfBasis {
     }
 }
 
-fn radial(basis: usize) -> Model {
+fn radial(basis: usize) -> PointModel {
     use Transform::{Identity, Log};
     let tail = polynomial(&[Identity, Log, Identity], &[&[0, 0, 0], &[1, 0, 0]], &[20.0, 2.5]);
-    Model::Rbf { basis, weights: vec![1.5, -2.25, 0.75, 3.125, -0.5, 1.0], tail }
+    PointModel::Rbf { basis, weights: vec![1.5, -2.25, 0.75, 3.125, -0.5, 1.0], tail }
 }
 
 /// All five in one file, the polynomial in the middle.
@@ -183,7 +183,7 @@ fn many_terms_and_centres_cross_the_blocks() {
     let surrogate = Surrogate {
         variables: variables(),
         bases: vec![basis],
-        points: vec![point("both", Model::Rbf { basis: 0, weights, tail: polynomial }, 0.0)],
+        points: vec![point("both", PointModel::Rbf { basis: 0, weights, tail: polynomial }, 0.0)],
         ..Default::default()
     };
     let bytes = encode(&surrogate).unwrap();
@@ -211,7 +211,7 @@ fn wrong_lengths_and_strange_numbers_are_no_panic() {
             file.evaluate(&x, &mut values).unwrap();
             file.gradient(&x, 1, &mut [0.0; 3]).unwrap();
             assert_eq!(file.in_domain(&x), inside, "{x:?}");
-            assert_eq!(file.verdict(&x).state == coldplate::surrogate::verdict::State::Uncertain, !inside, "{x:?}");
+            assert_eq!(file.verdict(&x).state == coldplate::surrogate::verdict::Acceptability::Uncertain, !inside, "{x:?}");
         }
     }
 }

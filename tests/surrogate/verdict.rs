@@ -2,14 +2,14 @@
 
 use coldplate::surrogate::fit::file::{encode, open};
 use coldplate::surrogate::fit::model::*;
-use coldplate::surrogate::verdict::{self, State};
+use coldplate::surrogate::verdict::{self, Acceptability};
 
 use crate::examples::*;
 
 /// Points with constant values and bands; one variable, ambient temperature from 10 to 30 degC.
 fn constant(points: &[(f64, f64)], limits: Vec<Limit>) -> Vec<u8> {
     let models = points.iter().enumerate().map(|(i, (value, half_width))| {
-        point(&format!("p{i}"), Model::Polynomial(polynomial(&[Transform::Identity], &[&[0]], &[*value])), *half_width)
+        point(&format!("p{i}"), PointModel::Polynomial(polynomial(&[Transform::Identity], &[&[0]], &[*value])), *half_width)
     });
     let surrogate = Surrogate {
         variables: vec![variable("ambient_temperature", "degC", 10.0, 30.0)],
@@ -20,7 +20,7 @@ fn constant(points: &[(f64, f64)], limits: Vec<Limit>) -> Vec<u8> {
     encode(&surrogate).unwrap()
 }
 
-fn state(points: &[(f64, f64)], limits: Vec<Limit>) -> State {
+fn state(points: &[(f64, f64)], limits: Vec<Limit>) -> Acceptability {
     open(&constant(points, limits)).unwrap().verdict(&[20.0]).state
 }
 
@@ -28,10 +28,10 @@ fn state(points: &[(f64, f64)], limits: Vec<Limit>) -> State {
 fn one_limit_against_the_band_of_its_value() {
     // 30 ± 0.5 against limits on and around the ends of its band
     let at = |maximum| state(&[(30.0, 0.5)], vec![limit("m", LimitKind::Maximum(0), maximum)]);
-    assert_eq!(at(30.5), State::Acceptable);
-    assert_eq!(at(30.499), State::Uncertain);
-    assert_eq!(at(29.5), State::Uncertain);
-    assert_eq!(at(29.499), State::NotAcceptable);
+    assert_eq!(at(30.5), Acceptability::Acceptable);
+    assert_eq!(at(30.499), Acceptability::Uncertain);
+    assert_eq!(at(29.5), Acceptability::Uncertain);
+    assert_eq!(at(29.499), Acceptability::NotAcceptable);
 }
 
 #[test]
@@ -44,14 +44,14 @@ fn the_worst_limit_decides_and_is_named() {
     let points = [(30.0, 0.1), (25.0, 0.5), (20.0, 0.1)];
     let bytes = constant(&points, limits.clone());
     let verdict = open(&bytes).unwrap().verdict(&[20.0]);
-    assert_eq!((verdict.state, verdict.binding), (State::Uncertain, Some(1)));
+    assert_eq!((verdict.state, verdict.binding), (Acceptability::Uncertain, Some(1)));
     assert!((verdict.margin - 0.3).abs() < 1e-12 && verdict.value == 25.0);
 
     let mut broken = limits;
     broken[2].maximum = 19.5;
     let bytes = constant(&points, broken);
     let verdict = open(&bytes).unwrap().verdict(&[20.0]);
-    assert_eq!((verdict.state, verdict.binding, verdict.margin), (State::NotAcceptable, Some(2), -0.5));
+    assert_eq!((verdict.state, verdict.binding, verdict.margin), (Acceptability::NotAcceptable, Some(2), -0.5));
 }
 
 #[test]
@@ -74,7 +74,7 @@ fn rise_difference_and_spread_add_up_their_bands() {
             (4.0, 3.25, 4.75, 1.0, "K"),
         ]
     );
-    assert_eq!(answer.verdict, State::Acceptable);
+    assert_eq!(answer.verdict, Acceptability::Acceptable);
 }
 
 /// The band of a spread against a search over the box of the points' bands: every corner of it for
@@ -110,17 +110,17 @@ fn outside_the_range_nothing_is_said() {
         let file = open(&bytes).unwrap();
         for x in [9.999, 30.001, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let verdict = file.verdict(&[x]);
-            assert_eq!((verdict.state, verdict.in_domain), (State::Uncertain, false), "{x}");
+            assert_eq!((verdict.state, verdict.in_domain), (Acceptability::Uncertain, false), "{x}");
         }
         assert!(file.verdict(&[10.0]).in_domain && file.verdict(&[30.0]).in_domain);
-        assert_eq!(file.verdict(&[]).state, State::Uncertain);
-        assert_eq!(file.verdict(&[20.0, 20.0]).state, State::Uncertain);
+        assert_eq!(file.verdict(&[]).state, Acceptability::Uncertain);
+        assert_eq!(file.verdict(&[20.0, 20.0]).state, Acceptability::Uncertain);
     }
 }
 
 #[test]
 fn without_limits_nothing_is_acceptable() {
-    assert_eq!(state(&[(30.0, 0.5)], vec![]), State::Uncertain);
+    assert_eq!(state(&[(30.0, 0.5)], vec![]), Acceptability::Uncertain);
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use coldplate::describe::gmsh::{Body, Mesh};
 use coldplate::describe::machine::Machine;
-use coldplate::solve::meshed::{Model, State};
+use coldplate::solve::meshed::{MeshedMachine, SteadyState};
 use coldplate::units::ZERO_CELSIUS;
 
 /// A file under tests/tetra/meshes.
@@ -16,8 +16,8 @@ pub fn fixture(name: &str) -> PathBuf {
 
 /// A machine solved.
 pub struct Solved {
-    pub model: Model,
-    pub state: State,
+    pub model: MeshedMachine,
+    pub state: SteadyState,
 }
 
 /// Reads a machine; its meshes count from tests/tetra/meshes, its materials are completed with what no steady state
@@ -37,7 +37,7 @@ pub fn machine(text: &str) -> coldplate::error::Result<Machine> {
 #[track_caller]
 pub fn solve(text: &str, cells: usize) -> Solved {
     let machine = machine(text).unwrap_or_else(|e| panic!("{e}\n{text}"));
-    let model = Model::new(machine, Some(cells)).unwrap_or_else(|e| panic!("{e}"));
+    let model = MeshedMachine::new(machine, Some(cells)).unwrap_or_else(|e| panic!("{e}"));
     let given =
         [("coolant_flow", "1 L/min"), ("coolant_temperature", "20 degC"), ("motor_speed", "0 rpm"), ("ambient_temperature", "20 degC")];
     let condition = model.machine.condition(&given).unwrap_or_else(|e| panic!("{e}"));

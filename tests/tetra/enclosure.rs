@@ -3,7 +3,7 @@
 use coldplate::describe::machine::Machine;
 use coldplate::discretise::mesh::Mesh;
 use coldplate::discretise::network::EnclosureViews;
-use coldplate::solve::meshed::Model;
+use coldplate::solve::meshed::MeshedMachine;
 
 use crate::bench::{check, fixture, machine, solve};
 
@@ -38,7 +38,7 @@ fn plates(shape: &str, at: &str, views: &str) -> String {
 
 #[track_caller]
 fn views(text: &str) -> EnclosureViews {
-    let model = Model::new(machine(text).unwrap_or_else(|e| panic!("{e}")), Some(500)).unwrap_or_else(|e| panic!("{e}"));
+    let model = MeshedMachine::new(machine(text).unwrap_or_else(|e| panic!("{e}")), Some(500)).unwrap_or_else(|e| panic!("{e}"));
     model.network.enclosures[0].clone()
 }
 
@@ -87,11 +87,11 @@ fn an_imported_box_and_a_sphere_need_an_area() {
             "
         )
     };
-    let error = Model::new(machine(&text("")).unwrap(), Some(100)).err().unwrap().to_string();
+    let error = MeshedMachine::new(machine(&text("")).unwrap(), Some(100)).err().unwrap().to_string();
     assert!(error.contains("do not touch") && error.contains("area"), "{error}");
     let joined = machine(&text("area = \"1 cm2\"")).unwrap();
     assert!(Mesh::with_cells(&joined, 100).unwrap().touches.is_empty());
-    Model::new(joined, Some(100)).unwrap();
+    MeshedMachine::new(joined, Some(100)).unwrap();
 }
 
 /// Held lumped nodes, the chamber of an enclosure and the vertices of an imported face at once: each at its own
@@ -157,7 +157,7 @@ fn the_capacity_of_vertices_follows_the_temperature() {
         capacity = \"10 J/K\"
         ";
     let machine = Machine::from_text(text, fixture("case.toml"), &[]).unwrap_or_else(|e| panic!("{e}"));
-    let model = Model::new(machine, Some(8)).unwrap();
+    let model = MeshedMachine::new(machine, Some(8)).unwrap();
     let tetra = &model.mesh.tetra[0];
     let of = |f: &dyn Fn(usize) -> f64| (tetra.first..tetra.first + tetra.points.len()).map(f).sum::<f64>();
     let mass = 7900.0 * 0.1 * 0.04 * 0.03;

@@ -8,18 +8,24 @@ mod water;
 
 use bench::{CONDITION, model};
 use coldplate::discretise::network::Load;
-use coldplate::solve::meshed::Model;
-use coldplate::solve::transient::{Settings, State, Transient};
+use coldplate::solve::meshed::MeshedMachine;
+use coldplate::solve::transient::{Settings, Transient, TransientState};
 use coldplate::units::ZERO_CELSIUS;
 
 /// A machine run from one temperature (degC) at [`CONDITION`].
-fn run(model: &Model, from: f64, until: f64, tolerance: f64) -> State {
+fn run(model: &MeshedMachine, from: f64, until: f64, tolerance: f64) -> TransientState {
     let condition = model.machine.condition(&CONDITION).unwrap_or_else(|e| panic!("{e}"));
     run_with(model, from, until, tolerance, &|_| Load::at(&model.machine, &condition))
 }
 
 /// The same under a condition of one's own.
-fn run_with(model: &Model, from: f64, until: f64, tolerance: f64, load: &dyn Fn(f64) -> coldplate::error::Result<Load>) -> State {
+fn run_with(
+    model: &MeshedMachine,
+    from: f64,
+    until: f64,
+    tolerance: f64,
+    load: &dyn Fn(f64) -> coldplate::error::Result<Load>,
+) -> TransientState {
     let mut transient = Transient::new(&model.network, Settings { tolerance, ..Settings::default() }).unwrap();
     let mut state = transient.uniform(&load(0.0).unwrap(), from + ZERO_CELSIUS);
     transient.advance(&mut state, until, load, &mut |_, _| Ok(())).unwrap_or_else(|e| panic!("{e}"));
@@ -28,7 +34,7 @@ fn run_with(model: &Model, from: f64, until: f64, tolerance: f64, load: &dyn Fn(
 }
 
 /// Reading of a sensor, degC.
-fn reading(model: &Model, state: &State, sensor: &str) -> f64 {
+fn reading(model: &MeshedMachine, state: &TransientState, sensor: &str) -> f64 {
     let i = model.network.sensor_names.iter().position(|n| n == sensor).unwrap();
     let condition = model.machine.condition(&CONDITION).unwrap();
     let load = Load::at(&model.machine, &condition).unwrap();

@@ -6,13 +6,13 @@ use super::close;
 use crate::bench::{CONDITION, model};
 use coldplate::describe::machine::Machine;
 use coldplate::discretise::network::Load;
-use coldplate::solve::meshed::Model;
+use coldplate::solve::meshed::MeshedMachine;
 use coldplate::solve::transient::{Settings, Transient};
 use coldplate::units::ZERO_CELSIUS;
 
-fn shipped(name: &str, cells: usize) -> Model {
+fn shipped(name: &str, cells: usize) -> MeshedMachine {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);
-    Model::new(Machine::read(&path, &[]).unwrap_or_else(|e| panic!("{e}")), Some(cells)).unwrap_or_else(|e| panic!("{e}"))
+    MeshedMachine::new(Machine::read(&path, &[]).unwrap_or_else(|e| panic!("{e}")), Some(cells)).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// Long after the start every machine is where the steady solver says, from a uniform temperature and from another

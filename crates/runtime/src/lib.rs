@@ -41,4 +41,4 @@ pub use bytes::Numbers;
 pub use evaluate::ShapeError;
 pub use open::OpenError;
 pub use surrogate::{Basis, Indices, Kernel, Limit, LimitKind, Point, Polynomial, Surrogate, Transform, Variable};
-pub use verdict::{LimitValue, State, Verdict};
+pub use verdict::{Acceptability, LimitValue, Verdict};

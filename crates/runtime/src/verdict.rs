@@ -7,7 +7,7 @@ use crate::surrogate::{Indices, LimitKind, Surrogate};
 
 /// Whether a condition, or one limit at it, is acceptable; the numbers are in the order of severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum State {
+pub enum Acceptability {
     /// Every limit is kept even at the upper end of its band.
     Acceptable = 0,
     /// Too close to call, outside the fitted range, not a number, or no limit to judge by.
@@ -30,14 +30,14 @@ pub struct LimitValue {
     /// `maximum - value`: positive where the limit is kept.
     pub margin: f64,
     /// What this limit alone says, inside the fitted range.
-    pub state: State,
+    pub state: Acceptability,
 }
 
 /// The verdict on a condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Verdict {
     /// The verdict.
-    pub state: State,
+    pub state: Acceptability,
     /// True if every variable lies within its fitted range.
     pub in_domain: bool,
     /// The limit that decides: among the limits in the worst state, the one with the smallest
@@ -68,7 +68,7 @@ impl Surrogate<'_> {
         let mut buffer = [0.0; MAX_POINTS];
         let values = &mut buffer[..self.points.len().min(MAX_POINTS)];
         self.query(x, values).unwrap_or(Verdict {
-            state: State::Uncertain,
+            state: Acceptability::Uncertain,
             in_domain: false,
             binding: None,
             value: f64::NAN,
@@ -83,9 +83,9 @@ impl Surrogate<'_> {
     pub fn query(&self, x: &[f64], values: &mut [f64]) -> Result<Verdict, ShapeError> {
         self.evaluate(x, values)?;
         let in_domain = self.in_domain(x);
-        let mut verdict = Verdict { state: State::Uncertain, in_domain, binding: None, value: f64::NAN, margin: f64::NAN };
+        let mut verdict = Verdict { state: Acceptability::Uncertain, in_domain, binding: None, value: f64::NAN, margin: f64::NAN };
         let widths = self.half_widths();
-        let (mut worst, mut margin) = (State::Acceptable, f64::INFINITY);
+        let (mut worst, mut margin) = (Acceptability::Acceptable, f64::INFINITY);
         for (index, (record, maximum)) in self.limits.iter().zip(self.maxima().iter()).enumerate() {
             let (value, low, high) = self.limited(record, x, values, widths);
             let (state, own) = (judge(low, high, maximum), maximum - value);
@@ -189,12 +189,12 @@ fn lesser(a: f64, b: f64) -> f64 {
 /// What one limit says. Comparisons with NaN are false and leave it uncertain, and a value that has
 /// overflown is never acceptable.
 #[inline(always)]
-fn judge(low: f64, high: f64, maximum: f64) -> State {
+fn judge(low: f64, high: f64, maximum: f64) -> Acceptability {
     if high <= maximum && low > f64::NEG_INFINITY {
-        State::Acceptable
+        Acceptability::Acceptable
     } else if low > maximum {
-        State::NotAcceptable
+        Acceptability::NotAcceptable
     } else {
-        State::Uncertain
+        Acceptability::Uncertain
     }
 }

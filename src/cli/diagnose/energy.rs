@@ -4,7 +4,7 @@ use crate::describe::machine::Condition;
 use crate::error::Result;
 use crate::evidence::diagnose::{Diagnosis, Problem};
 use crate::evidence::measurement::Data;
-use crate::solve::meshed::{Flows, Model, OutletSensor, State};
+use crate::solve::meshed::{Flows, MeshedMachine, OutletSensor, SteadyState};
 use crate::solve::sensitivity::Study;
 
 /// Most conditions that are balanced.
@@ -100,11 +100,17 @@ fn rows(data: &Data) -> Vec<usize> {
     all.clone().filter(|r| data.rows[..*r].iter().all(|other| other.condition != data.rows[*r].condition)).collect()
 }
 
-fn solved(model: &Model, condition: &Condition) -> Result<State> {
+fn solved(model: &MeshedMachine, condition: &Condition) -> Result<SteadyState> {
     model.solve(&model.solver(condition)?, condition)
 }
 
-fn water(problem: &Problem, r: usize, outlet: &OutletSensor, state: &State, after: Option<&(&Model, State)>) -> Option<Water> {
+fn water(
+    problem: &Problem,
+    r: usize,
+    outlet: &OutletSensor,
+    state: &SteadyState,
+    after: Option<&(&MeshedMachine, SteadyState)>,
+) -> Option<Water> {
     let data = &problem.data;
     if data.is_transient() {
         return None;
@@ -112,7 +118,7 @@ fn water(problem: &Problem, r: usize, outlet: &OutletSensor, state: &State, afte
     let k = data.sensors.iter().position(|s| *s == outlet.sensor)?;
     let reading = data.rows[r].readings[k]?;
     let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
-    let heat = |model: &Model, state: &State| {
+    let heat = |model: &MeshedMachine, state: &SteadyState| {
         let reads = model.network.sensors.get(outlet.sensor)?.read(&state.solution.temperatures, &state.load);
         let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
         Some(rate * (reads - state.load.inlets.get(outlet.circuit)?))

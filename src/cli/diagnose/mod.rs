@@ -15,7 +15,7 @@ use super::condition::pair_of;
 use super::measured;
 use super::output::Output;
 use crate::error::{Error, Result, did_you_mean};
-use crate::evidence::diagnose::{self, Diagnosis, Explanation, Openness, Problem, UserKind, Verdict, hypotheses, sentence};
+use crate::evidence::diagnose::{self, Diagnosis, Discrepancy, Explanation, Problem, UserKind, Verdict, hypotheses, sentence};
 use crate::foundation::atomic_file;
 use crate::foundation::document::{Document, quoted};
 use crate::solve::sensitivity::{Parameter, Study};
@@ -91,7 +91,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         None => Vec::new(),
     };
     let without = args.without.iter().map(|kind| kind_named(kind, &study, &data, &user)).collect::<Result<Vec<_>>>()?;
-    let problem = Problem { study, data, uncertainty, uncertain, openness: Openness::default(), user, start, seed: 1, without };
+    let problem = Problem { study, data, uncertainty, uncertain, openness: Discrepancy::default(), user, start, seed: 1, without };
     let diagnosis = diagnose::diagnose(&problem, &mut |what| out.note(what))?;
     let extended = Extended::of(&problem, &diagnosis, &path)?;
     out.note("heat balances");

@@ -10,7 +10,7 @@ use super::condition::pair_of;
 use super::measured;
 use super::output::Output;
 use crate::error::{Error, Result, did_you_mean};
-use crate::evidence::identify::{self, Free, Options, Problem};
+use crate::evidence::identify::{self, Free, IdentifyOptions, Problem};
 use crate::evidence::measurement::Data;
 use crate::foundation::atomic_file;
 use crate::solve::sensitivity::Study;
@@ -91,7 +91,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }
-    let estimate = identify::identify(&problem, &Options { starts: args.starts, ..Options::default() }, &mut |what| out.note(what))?;
+    let estimate =
+        identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &mut |what| out.note(what))?;
     let (profiles, advice) = if args.brief {
         (Vec::new(), Vec::new())
     } else {

@@ -11,7 +11,7 @@ use crate::describe::machine::{Circuit, Film, Layout};
 use crate::discretise::mesh::path::Station;
 use crate::error::{Kind, Result};
 use crate::physics::channel;
-use crate::physics::water::{Liquid, State};
+use crate::physics::water::{Liquid, LiquidProperties};
 
 /// A coolant channel in the network.
 #[derive(Debug, Clone)]
@@ -158,7 +158,7 @@ impl Network {
     }
 
     /// Fills in the mass flow of every stream below `layout`.
-    fn distribute(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<State>], flows: &mut [f64]) -> Result<()> {
+    fn distribute(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<LiquidProperties>], flows: &mut [f64]) -> Result<()> {
         match layout {
             Layout::Channel(s) => flows[*s] = mass_flow,
             Layout::Series(items) => {
@@ -177,7 +177,7 @@ impl Network {
     }
 
     /// Pressure drop (Pa) over `layout` at a mass flow (kg/s).
-    fn pressure_drop(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<State>]) -> f64 {
+    fn pressure_drop(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<LiquidProperties>]) -> f64 {
         match layout {
             Layout::Channel(s) => {
                 let stream = &self.streams[*s];
@@ -199,8 +199,8 @@ impl Network {
         &self,
         index: usize,
         mass_flow: f64,
-        inlet: State,
-        liquid: State,
+        inlet: LiquidProperties,
+        liquid: LiquidProperties,
         wall: f64,
         temperatures: &[f64],
         dissipation: bool,
@@ -258,12 +258,18 @@ impl Network {
 
 impl Stream {
     /// Pressure drop (Pa) at a mass flow (kg/s).
-    fn pressure_drop(&self, mass_flow: f64, liquid: State) -> f64 {
+    fn pressure_drop(&self, mass_flow: f64, liquid: LiquidProperties) -> f64 {
         channel::pressure_drop(mass_flow / liquid.density, self.diameter, self.length, self.minor_loss, self.roughness, &liquid)
     }
 
     /// Film coefficient W/(m² K), mean over the channel, and a remark where the closure leaves its range.
-    fn film_coefficient(&self, reynolds: f64, liquid: State, wall_temperature: f64, kind: &Liquid) -> (f64, Option<&'static str>) {
+    fn film_coefficient(
+        &self,
+        reynolds: f64,
+        liquid: LiquidProperties,
+        wall_temperature: f64,
+        kind: &Liquid,
+    ) -> (f64, Option<&'static str>) {
         match &self.film {
             Film::Given(h) => (self.film_factor * h, None),
             Film::Correlation { bend_factor, wall } => {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! The covariance of the residual decides everything: reading noise, each sensor's own error, the errors of every
-//! condition, and what any model of such a machine leaves open ([`Openness`]). The machine's numbers that the user calls
+//! condition, and what any model of such a machine leaves open ([`Discrepancy`]). The machine's numbers that the user calls
 //! uncertain join it with their priors, so that a cause is never named for what calibration may still move.
 
 mod advice;
@@ -55,7 +55,7 @@ const TWO_SIDED_90: f64 = 1.644_854;
 
 /// What any model of such a machine leaves open, as standard deviations of common factors, and its own noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Openness {
+pub struct Discrepancy {
     /// Of all films together: correlations of channels.
     pub films: f64,
     /// Of all heats together.
@@ -68,7 +68,7 @@ pub struct Openness {
     pub model: f64,
 }
 
-impl Default for Openness {
+impl Default for Discrepancy {
     fn default() -> Self {
         Self { films: 0.07, heats: 0.02, emissivities: 0.1, capacities: 0.03, model: 0.02 }
     }
@@ -86,7 +86,7 @@ pub struct Problem {
     /// Numbers of the file that are uncertain, with the standard deviation of each, SI.
     pub uncertain: Vec<(Parameter, f64)>,
     /// What every model leaves open.
-    pub openness: Openness,
+    pub openness: Discrepancy,
     /// The user's own kinds.
     pub user: Vec<UserKind>,
     /// The state logs begin with.

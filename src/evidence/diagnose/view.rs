@@ -8,7 +8,7 @@ use super::catalogue::{Act, Hypothesis, Law, Scales, capacity, hypotheses};
 use super::history::TIME_TOLERANCE;
 use super::screen::Screened;
 use super::signature::{Signatures, signatures};
-use super::{Openness, Problem};
+use super::{Discrepancy, Problem};
 use crate::error::Result;
 use crate::evidence::identify::{self, Prediction};
 use crate::evidence::measurement::{Data, Whitener, wander, whiten};
@@ -180,7 +180,7 @@ fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Sc
 }
 
 /// Standard deviation of a common factor that a hypothesis is part of, and which.
-fn openness_of(h: &Hypothesis, openness: &Openness) -> Option<(usize, f64)> {
+fn openness_of(h: &Hypothesis, openness: &Discrepancy) -> Option<(usize, f64)> {
     match h.act {
         _ if h.law != Law::Constant => None,
         Act::Film(_) => Some((0, openness.films)),
@@ -191,12 +191,12 @@ fn openness_of(h: &Hypothesis, openness: &Openness) -> Option<(usize, f64)> {
 }
 
 /// Whether a hypothesis is part of a common factor.
-pub fn is_open(h: &Hypothesis, openness: &Openness) -> bool {
+pub fn is_open(h: &Hypothesis, openness: &Discrepancy) -> bool {
     openness_of(h, openness).is_some()
 }
 
 /// What the common factors of films, heats and emissivities leave open in every reading, K.
-pub fn open_factors(openness: &Openness, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
+pub fn open_factors(openness: &Discrepancy, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
     let mut factors = vec![vec![0.0; readings]; 3];
     for (h, column) in catalogue.iter().zip(columns) {
         let Some((factor, spread)) = openness_of(h, openness) else { continue };

@@ -21,14 +21,14 @@ const OPEN_KELVIN: f64 = 10.0;
 
 /// How to search.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct IdentifyOptions {
     /// Number of starting points: the machine file's values and others around them.
     pub starts: usize,
     /// Seed of those others.
     pub seed: u64,
 }
 
-impl Default for Options {
+impl Default for IdentifyOptions {
     fn default() -> Self {
         Self { starts: 3, seed: 1 }
     }
@@ -86,7 +86,7 @@ pub struct Estimate {
 ///
 /// # Errors
 /// Nothing to find, the same twice, or no data; the machine cannot be solved where the search begins.
-pub fn identify(problem: &Problem, options: &Options, progress: &mut dyn FnMut(&str)) -> Result<Estimate> {
+pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &mut dyn FnMut(&str)) -> Result<Estimate> {
     check(problem)?;
     let mut search = Search::new(problem);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();

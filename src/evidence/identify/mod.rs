@@ -22,7 +22,7 @@ use crate::solve::sensitivity::{Kind, Parameter, Study};
 use crate::units;
 
 pub use advice::{Advice, next_tests};
-pub use estimate::{Estimate, Options, Undetermined, chi_square_tail, identify};
+pub use estimate::{Estimate, IdentifyOptions, Undetermined, chi_square_tail, identify};
 pub use predict::{Prediction, TIME_TOLERANCE, conditions, histories, predict, predict_within, states, steady_near, values, values_within};
 pub use profile::{Profile, profile};
 pub use scan::{Scan, scan};

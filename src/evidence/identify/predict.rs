@@ -249,7 +249,7 @@ fn run_log(
     };
     let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
     let start = beginning(&rows, start)?;
-    let options = simulate::Options { start, tolerance, every: Some(f64::INFINITY), ..simulate::Options::default() };
+    let options = simulate::SimulateOptions { start, tolerance, every: Some(f64::INFINITY), ..simulate::SimulateOptions::default() };
     let history = simulate::run(&study.model, &schedule, &options, seen)?;
     let at = |row: &&crate::evidence::measurement::Row| {
         let time = row.time.unwrap_or(0.0);

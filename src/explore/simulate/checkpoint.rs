@@ -6,13 +6,13 @@
 use std::path::Path;
 
 use super::settle::Settling;
-use super::{Options, Start};
+use super::{SimulateOptions, Start};
 use crate::discretise::network::Network;
 use crate::error::{Error, Result};
 use crate::explore::schedule::Schedule;
 use crate::foundation::atomic_file;
-use crate::solve::meshed::Model;
-use crate::solve::transient::{Energy, State};
+use crate::solve::meshed::MeshedMachine;
+use crate::solve::transient::{Energy, TransientState};
 
 const MAGIC: &[u8] = b"coldplate checkpoint 1\n";
 
@@ -32,7 +32,7 @@ pub(super) struct Progress {
 pub(super) struct Identity(Vec<(String, String)>);
 
 impl Identity {
-    pub(super) fn new(model: &Model, schedule: &Schedule, options: &Options) -> Self {
+    pub(super) fn new(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions) -> Self {
         let start = match options.start {
             Start::Steady => "steady".to_string(),
             Start::Uniform(temperature) => format!("{temperature} K"),
@@ -56,7 +56,7 @@ impl Identity {
 ///
 /// # Errors
 /// As [`atomic_file::write`].
-pub(super) fn write(path: &Path, identity: &Identity, state: &State, progress: &Progress) -> Result<()> {
+pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, progress: &Progress) -> Result<()> {
     let mut to = Encoder(MAGIC.to_vec());
     to.count(identity.0.len());
     for (name, value) in &identity.0 {
@@ -95,7 +95,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &State, progress: &
 ///
 /// # Errors
 /// No checkpoint, a damaged one, or one of another run; it says what differs.
-pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(State, Progress)> {
+pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(TransientState, Progress)> {
     let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, &e))?;
     let begin_anew = "to begin anew, leave out --resume or remove the file";
     if !bytes.starts_with(MAGIC) {
@@ -194,7 +194,7 @@ impl Decoder<'_> {
         entries.collect::<Option<Vec<_>>>().map(Identity)
     }
 
-    fn content(&mut self) -> Option<(State, Progress)> {
+    fn content(&mut self) -> Option<(TransientState, Progress)> {
         let (time, temperatures) = (self.number()?, self.numbers()?);
         let water = (0..self.count(8)?).map(|_| {
             let parcels = self.numbers()?;
@@ -208,7 +208,7 @@ impl Decoder<'_> {
         let steady = if reason.is_empty() { Ok(self.numbers()?) } else { Err(reason) };
         let (within, at) = (self.number()?, self.number()?);
         let settling = Settling { within, time: at, distances: self.numbers()?, since: self.numbers()? };
-        let state = State { time, temperatures, water, step, steps, rejected, energy: Energy { entered, left, stored } };
+        let state = TransientState { time, temperatures, water, step, steps, rejected, energy: Energy { entered, left, stored } };
         Some((state, Progress { readings, steady, settling }))
     }
 }

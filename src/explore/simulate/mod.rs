@@ -11,8 +11,8 @@ use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment, TIME};
 use crate::foundation::table::{Column, Table};
-use crate::solve::meshed::Model;
-use crate::solve::transient::{Energy, Settings, State, Transient};
+use crate::solve::meshed::MeshedMachine;
+use crate::solve::transient::{Energy, Settings, Transient, TransientState};
 use crate::units::{Celsius, Kelvin, express};
 
 use checkpoint::{Identity, Progress};
@@ -38,7 +38,7 @@ pub enum Start {
 
 /// How to run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Options {
+pub struct SimulateOptions {
     /// The state at the beginning.
     pub start: Start,
     /// Outputs this far apart, s, beside those at the rows of the schedule; `None`: about 200 of them, unless the
@@ -56,7 +56,7 @@ pub struct Options {
     pub resume: bool,
 }
 
-impl Default for Options {
+impl Default for SimulateOptions {
     fn default() -> Self {
         Self {
             start: Start::Steady,
@@ -74,7 +74,7 @@ impl Default for Options {
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
     /// Time and temperatures.
-    pub state: &'a State,
+    pub state: &'a TransientState,
     /// The condition there; at a step of the schedule it is seen twice, with the one before and the one behind.
     pub condition: &'a Condition,
     /// What it comes to.
@@ -116,7 +116,7 @@ impl History {
     ///
     /// # Errors
     /// A variable's unit cannot be expressed.
-    pub fn table(&self, model: &Model) -> Result<Table> {
+    pub fn table(&self, model: &MeshedMachine) -> Result<Table> {
         let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
         let mut columns = vec![column(TIME, "s", self.times.clone())];
         for (v, variable) in model.machine.variables.iter().enumerate().filter(|(_, v)| v.name != TIME) {
@@ -152,7 +152,7 @@ struct Stop {
 /// # Errors
 /// The condition or the water leaves its range, the numerics fail, the energy does not add up, or a checkpoint cannot
 /// be written or belongs to another run.
-pub fn run(model: &Model, schedule: &Schedule, options: &Options, seen: &mut dyn FnMut(&Seen<'_>)) -> Result<History> {
+pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions, seen: &mut dyn FnMut(&Seen<'_>)) -> Result<History> {
     let stops = stops(schedule, options.every)?;
     let load_of =
         |condition: &Condition, time: f64| Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")));
@@ -165,8 +165,9 @@ pub fn run(model: &Model, schedule: &Schedule, options: &Options, seen: &mut dyn
         _ => None,
     };
     let resumed_at = known.as_ref().map(|(state, _)| state.time);
-    let read =
-        |state: &State, load: &Load| -> Vec<f64> { model.network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect() };
+    let read = |state: &TransientState, load: &Load| -> Vec<f64> {
+        model.network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect()
+    };
     let (mut state, mut progress) = match known {
         Some(known) => known,
         None => {

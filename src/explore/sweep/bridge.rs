@@ -3,11 +3,11 @@
 
 use std::path::Path;
 
-use super::{Definition, Options, Plan, Subject, Swept, execute};
+use super::{Definition, Plan, Subject, SweepOptions, Swept, execute};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
 use crate::error::Result;
-use crate::solve::meshed::Model;
+use crate::solve::meshed::MeshedMachine;
 
 /// Conditions of a design for each one that others start from.
 const WORTH_ONE_START: usize = 8;
@@ -20,7 +20,7 @@ pub struct Sweep {
     /// The sweep file.
     pub definition: Definition,
     /// The machine on its mesh.
-    pub model: Model,
+    pub model: MeshedMachine,
     /// The conditions.
     pub plan: Plan,
 }
@@ -37,7 +37,7 @@ impl Sweep {
         let machine = Machine::read(&definition.machine, &sets)?;
         // Before the mesh, which takes its time: a mistake in the design should show at once.
         let plan = definition.plan(&machine.variables)?;
-        let model = Model::new(machine, cells.or(definition.cells))?;
+        let model = MeshedMachine::new(machine, cells.or(definition.cells))?;
         Ok(Self { definition, model, plan })
     }
 
@@ -65,7 +65,7 @@ impl Sweep {
     ///
     /// # Errors
     /// As [`execute`], or the shared setup fails.
-    pub fn run(&self, folder: &Path, options: Options) -> Result<Swept> {
+    pub fn run(&self, folder: &Path, options: SweepOptions) -> Result<Swept> {
         let mut solver = self.model.solver(&self.reference())?;
         // Every condition starts from the same few, spread evenly over the design, so that none depends on which others
         // have been solved before it or in this run.

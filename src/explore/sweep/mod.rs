@@ -20,7 +20,7 @@ mod sobol;
 
 pub use definition::Definition;
 pub use plan::{Group, Plan, Purpose};
-pub use runner::{Options, run};
+pub use runner::{SweepOptions, run};
 
 use std::path::{Path, PathBuf};
 
@@ -84,7 +84,7 @@ pub fn execute(
     plan: &Plan,
     subject: &Subject,
     folder: &Path,
-    options: Options,
+    options: SweepOptions,
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
 ) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, &e).at_key("--out"))?;

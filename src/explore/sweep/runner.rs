@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 
 /// How to run.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Options {
+pub struct SweepOptions {
     /// Worker threads; `None` takes rayon's pool as it is. The results do not depend on it.
     pub threads: Option<usize>,
     /// Show a progress bar with the time left on standard error, if that is a terminal.
@@ -34,7 +34,7 @@ pub fn run(
     conditions: &[Vec<f64>],
     outputs: usize,
     journal: &mut Journal,
-    options: Options,
+    options: SweepOptions,
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
 ) -> Result<Vec<Outcome>> {
     if journal.outcomes().len() != conditions.len() {

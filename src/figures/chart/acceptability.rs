@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 
 /// Verdict on a condition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum State {
+pub enum CellState {
     /// Every limit is kept, the band included.
     Acceptable,
     /// Too close to call, or outside the fitted range.
@@ -27,7 +27,7 @@ pub enum State {
     NotAcceptable,
 }
 
-impl State {
+impl CellState {
     /// Colour and pattern of its area.
     pub fn look(self) -> (Rgb, Hatch) {
         match self {
@@ -79,7 +79,7 @@ pub struct AcceptabilityMap {
     /// between nodes; may be empty, the borders then run half-way between nodes.
     pub half_width: Vec<f64>,
     /// Verdict per node.
-    pub state: Vec<State>,
+    pub state: Vec<CellState>,
     /// Binding limit per node, an index into `limits`; larger indices mean none.
     pub binding: Vec<usize>,
     /// The limits as they are to be read, `motor shell at most 40 °C`.
@@ -137,7 +137,7 @@ impl AcceptabilityMap {
     /// Two functions: positive where acceptable, positive where not acceptable. Their sign at the nodes is
     /// the verdict there; margin and band place the border between nodes.
     fn borders(&self, margins: &Grid) -> (Grid, Grid) {
-        let signed = |wanted: State, direction: f64| {
+        let signed = |wanted: CellState, direction: f64| {
             let z = margins.z.iter().enumerate().map(|(k, margin)| {
                 let is = self.state.get(k) == Some(&wanted);
                 let size = match self.half_width.get(k) {
@@ -148,7 +148,7 @@ impl AcceptabilityMap {
             });
             Grid { x: margins.x.clone(), y: margins.y.clone(), z: z.collect() }
         };
-        (signed(State::Acceptable, 1.0), signed(State::NotAcceptable, -1.0))
+        (signed(CellState::Acceptable, 1.0), signed(CellState::NotAcceptable, -1.0))
     }
 
     /// The axes of the map, from end to end of its values.
@@ -338,7 +338,7 @@ impl AcceptabilityMap {
     fn legend(&self) -> Legend {
         let mut legend = Legend::default();
         legend.add(Swatch::Heading, "Verdict");
-        for state in [State::Acceptable, State::Uncertain, State::NotAcceptable] {
+        for state in [CellState::Acceptable, CellState::Uncertain, CellState::NotAcceptable] {
             let (colour, hatch) = state.look();
             legend.add(Swatch::Area(colour, 1.0, hatch), state.name());
         }

@@ -2,7 +2,7 @@
 //! limits, and how to read them. What decides is set large enough to be read from two metres.
 
 use super::Figure;
-use super::acceptability::{AcceptabilityMap, Look, State, letter};
+use super::acceptability::{AcceptabilityMap, CellState, Look, letter};
 use super::axis::Frame;
 use super::canvas::{Canvas, Place, Stroke, Text};
 use super::fonts::{self, Weight};
@@ -19,7 +19,7 @@ pub struct FlowCell {
     /// What stands in it: the flow, `any`, `none`.
     pub text: String,
     /// Its colour and pattern.
-    pub state: State,
+    pub state: CellState,
 }
 
 /// The smallest coolant flow for every pair of speed and coolant temperature.
@@ -196,7 +196,7 @@ impl OperatorSheet {
             canvas.text((EDGE + 26.0, top + 46.0), &Text::new(&label).size(MEDIUM))?;
         }
         let mut x = EDGE;
-        for state in [State::Acceptable, State::Uncertain, State::NotAcceptable] {
+        for state in [CellState::Acceptable, CellState::Uncertain, CellState::NotAcceptable] {
             let (colour, pattern) = state.look();
             paint_swatch(canvas, &Swatch::Area(colour, 1.0, pattern), (x, top + 12.0), 44.0, KEY)?;
             let text = Text::new(state.name()).size(KEY).bold();
@@ -237,7 +237,7 @@ impl OperatorSheet {
                 let size = shrunk(&content.text, width - 12.0);
                 let words = fonts::fit(&content.text, size, Weight::Bold, width - 10.0);
                 let text = Text::new(&words).size(size).bold();
-                if content.state != State::Acceptable && !words.is_empty() {
+                if content.state != CellState::Acceptable && !words.is_empty() {
                     let plate = text.width() + 10.0;
                     canvas.rectangle(x + 0.5 * (width - plate), y + 0.14 * cell, plate, 0.72 * cell, colour, 1.0)?;
                 }

@@ -1,6 +1,6 @@
 //! Where the heat of a state comes from and where it goes, by name.
 
-use super::{Model, State};
+use super::{MeshedMachine, SteadyState};
 use crate::describe::machine::Reading;
 
 /// Heat by source and by sink, W.
@@ -24,9 +24,9 @@ pub struct OutletSensor {
     pub stream: usize,
 }
 
-impl Model {
+impl MeshedMachine {
     /// The heat flows of a state.
-    pub fn flows(&self, state: &State) -> Flows {
+    pub fn flows(&self, state: &SteadyState) -> Flows {
         let balance = &state.solution.balance;
         let sources = self.machine.sources.iter().zip(&balance.sources).map(|(s, q)| (s.name.clone(), *q));
         let circuits = self.network.circuits.iter().zip(&balance.circuits).map(|(c, q)| (format!("coolant {}", c.circuit.name), -q));

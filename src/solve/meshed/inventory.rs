@@ -1,6 +1,6 @@
 //! What a machine consists of, counted on its mesh.
 
-use super::Model;
+use super::MeshedMachine;
 use crate::describe::machine::Condition;
 use crate::discretise::network::{Load, NONE};
 use crate::error::Result;
@@ -102,7 +102,7 @@ pub struct ChannelEntry {
 ///
 /// # Errors
 /// A formula fails at the condition, or water leaves its property range.
-pub fn inventory(model: &Model, condition: Option<&Condition>) -> Result<Inventory> {
+pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result<Inventory> {
     let (machine, network) = (&model.machine, &model.network);
     let mut found = Inventory::default();
     let mut radiating = vec![0.0; network.groups.len()];
@@ -184,7 +184,7 @@ pub fn inventory(model: &Model, condition: Option<&Condition>) -> Result<Invento
 }
 
 /// Imported meshes, and what is odd about them.
-fn list_imports(model: &Model, found: &mut Inventory) {
+fn list_imports(model: &MeshedMachine, found: &mut Inventory) {
     for part in &model.machine.parts {
         let Some(import) = &part.import else { continue };
         let Some(tetra) = model.mesh.tetra.iter().find(|t| model.machine.parts[t.part].name == part.name) else { continue };
@@ -221,7 +221,7 @@ fn list_imports(model: &Model, found: &mut Inventory) {
 }
 
 /// A flux over one area and a contact over another: the classic way to misread a conductance.
-fn warn_about_areas(model: &Model, found: &mut Inventory) {
+fn warn_about_areas(model: &MeshedMachine, found: &mut Inventory) {
     for part in &model.machine.parts {
         let Some(stated) = part.stated_flux_area else { continue };
         let touching: f64 = found.contacts.iter().filter(|c| c.named && c.between.contains(&part.name)).map(|c| c.area).sum();
@@ -236,7 +236,7 @@ fn warn_about_areas(model: &Model, found: &mut Inventory) {
     }
 }
 
-fn warn_about_contacts(model: &Model, found: &mut Inventory) {
+fn warn_about_contacts(model: &MeshedMachine, found: &mut Inventory) {
     let unnamed: Vec<String> = found.contacts.iter().filter(|c| !c.named).map(|c| format!("{} ({:.4} m2)", c.name, c.area)).collect();
     if !unnamed.is_empty() && model.machine.default_contact.is_none() {
         found.warnings.push(format!(
@@ -254,7 +254,7 @@ fn warn_about_contacts(model: &Model, found: &mut Inventory) {
 }
 
 /// Parts with no path to coolant, chamber or any given temperature.
-fn warn_about_islands(model: &Model, found: &mut Inventory) {
+fn warn_about_islands(model: &MeshedMachine, found: &mut Inventory) {
     let network = &model.network;
     let mut root: Vec<usize> = (0..network.solids).collect();
     fn find(root: &mut [usize], mut i: usize) -> usize {
@@ -296,7 +296,7 @@ fn warn_about_islands(model: &Model, found: &mut Inventory) {
     }
 }
 
-fn warn_about_coolant(load: Option<&Load>, model: &Model, found: &mut Inventory) {
+fn warn_about_coolant(load: Option<&Load>, model: &MeshedMachine, found: &mut Inventory) {
     let Some(load) = load else { return };
     for (c, tree) in model.network.circuits.iter().enumerate() {
         if load.flows[c] == 0.0 {

@@ -17,7 +17,7 @@ use crate::units::{Celsius, Kelvin};
 
 /// Machine, mesh and network.
 #[derive(Debug, Clone)]
-pub struct Model {
+pub struct MeshedMachine {
     /// The machine.
     pub machine: Machine,
     /// Its cells.
@@ -26,7 +26,7 @@ pub struct Model {
     pub network: Network,
 }
 
-impl Model {
+impl MeshedMachine {
     /// Meshes `machine` with about `cells` cells (the machine's own default where `None`) and builds its network.
     ///
     /// # Errors
@@ -49,27 +49,27 @@ impl Model {
     ///
     /// # Errors
     /// As [`Load::at`] and [`Solver::steady`].
-    pub fn solve(&self, solver: &Solver<'_>, condition: &Condition) -> Result<State> {
+    pub fn solve(&self, solver: &Solver<'_>, condition: &Condition) -> Result<SteadyState> {
         let load = Load::at(&self.machine, condition)?;
         let solution = solver.steady(&load)?;
-        Ok(State { load, solution })
+        Ok(SteadyState { load, solution })
     }
 
     /// The machine's limits in a state.
-    pub fn limits(&self, state: &State) -> Vec<LimitState> {
+    pub fn limits(&self, state: &SteadyState) -> Vec<LimitState> {
         let readings: Vec<f64> = self.readings(state).into_iter().map(|t| Kelvin::from(t).0).collect();
         limit_states(&self.machine, &readings, state.load.chamber)
     }
 
     /// Readings of all sensors in a state, in the machine's order.
-    pub fn readings(&self, state: &State) -> Vec<Celsius> {
+    pub fn readings(&self, state: &SteadyState) -> Vec<Celsius> {
         self.network.sensors.iter().map(|s| Kelvin(s.read(&state.solution.temperatures, &state.load)).into()).collect()
     }
 }
 
 /// A solved condition.
 #[derive(Debug, Clone)]
-pub struct State {
+pub struct SteadyState {
     /// The condition's numbers.
     pub load: Load,
     /// Temperatures, streams and balance.

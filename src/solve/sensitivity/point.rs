@@ -11,7 +11,7 @@ use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::foundation::document::suggestion;
 use crate::solve::balance::balance;
-use crate::solve::meshed::State;
+use crate::solve::meshed::SteadyState;
 use crate::solve::{Solution, Tangent};
 use crate::units::Kelvin;
 
@@ -61,7 +61,7 @@ pub struct Derivatives<'a> {
     /// The condition.
     pub condition: Condition,
     /// The state.
-    pub state: State,
+    pub state: SteadyState,
     /// The exact derivative of the residual.
     pub tangent: Tangent<'a>,
 }
@@ -71,7 +71,7 @@ impl<'a> Derivatives<'a> {
     ///
     /// # Errors
     /// As [`Tangent::new`] and [`Tangent::solve`].
-    pub fn new(study: &'a Study, condition: &Condition, state: &State) -> Result<Self> {
+    pub fn new(study: &'a Study, condition: &Condition, state: &SteadyState) -> Result<Self> {
         let network = &study.model.network;
         let mut state = state.clone();
         let tangent = Tangent::new(network, &state.load, &state.solution.temperatures)?;
@@ -98,7 +98,7 @@ impl<'a> Derivatives<'a> {
             assemble_seconds: 0.0,
             solve_seconds: 0.0,
         };
-        Ok(Self { study, condition: condition.clone(), state: State { load, solution }, tangent })
+        Ok(Self { study, condition: condition.clone(), state: SteadyState { load, solution }, tangent })
     }
 
     /// The value a parameter has here, SI.

@@ -9,21 +9,21 @@ use crate::discretise::mesh::Mesh;
 use crate::discretise::network::Network;
 use crate::error::{Error, Result};
 use crate::foundation::document::Document;
-use crate::solve::meshed::Model;
+use crate::solve::meshed::MeshedMachine;
 
 /// A machine file and its model.
 #[derive(Debug, Clone)]
 pub struct Study {
     document: Document,
     /// Machine, mesh and network.
-    pub model: Model,
+    pub model: MeshedMachine,
 }
 
 impl Study {
     /// Reads a machine file, applies `sets` and meshes it with about `cells` cells.
     ///
     /// # Errors
-    /// As [`Machine::read`] and [`Model::new`].
+    /// As [`Machine::read`] and [`MeshedMachine::new`].
     pub fn read(path: impl AsRef<Path>, sets: &[(String, String)], cells: Option<usize>) -> Result<Self> {
         let mut document = Document::read(path)?;
         for (key, value) in sets {
@@ -38,7 +38,7 @@ impl Study {
     /// As [`Study::read`].
     pub fn new(document: Document, cells: Option<usize>) -> Result<Self> {
         let machine = Machine::from_document(&document)?;
-        Ok(Self { model: Model::new(machine, cells)?, document })
+        Ok(Self { model: MeshedMachine::new(machine, cells)?, document })
     }
 
     /// The machine file.
@@ -132,7 +132,7 @@ impl Study {
                 (mesh, network)
             }
         };
-        Ok(Self { document, model: Model { machine, mesh, network } })
+        Ok(Self { document, model: MeshedMachine { machine, mesh, network } })
     }
 
     /// The machine with one value changed, and its network where that is another one.
@@ -201,7 +201,7 @@ impl Study {
     /// Solves one condition and takes the derivatives there.
     ///
     /// # Errors
-    /// As [`Model::solve`] and [`Derivatives::new`].
+    /// As [`MeshedMachine::solve`] and [`Derivatives::new`].
     pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
         let state = self.model.solve(&self.model.solver(condition)?, condition)?;
         Derivatives::new(self, condition, &state)

@@ -47,7 +47,7 @@ impl Default for Settings {
 
 /// A machine at one instant.
 #[derive(Debug, Clone, PartialEq)]
-pub struct State {
+pub struct TransientState {
     /// Time, s.
     pub time: f64,
     /// Temperature of every node, K; water nodes are the ends of their stations.
@@ -118,7 +118,7 @@ impl<'a> Transient<'a> {
     ///
     /// # Errors
     /// As [`Solver::new`].
-    pub fn from_steady(&self, load: &Load) -> Result<State> {
+    pub fn from_steady(&self, load: &Load) -> Result<TransientState> {
         let solver = Solver::new(self.network, load)?;
         let solution = solver.steady(load)?;
         let mut water = Vec::with_capacity(self.network.streams.len());
@@ -138,11 +138,19 @@ impl<'a> Transient<'a> {
             }
             water.push(parcels);
         }
-        Ok(State { time: 0.0, temperatures: solution.temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() })
+        Ok(TransientState {
+            time: 0.0,
+            temperatures: solution.temperatures,
+            water,
+            step: 0.0,
+            steps: 0,
+            rejected: 0,
+            energy: Energy::default(),
+        })
     }
 
     /// One temperature (K) everywhere at time zero, held nodes excepted.
-    pub fn uniform(&self, load: &Load, temperature: f64) -> State {
+    pub fn uniform(&self, load: &Load, temperature: f64) -> TransientState {
         let mut temperatures = vec![temperature; self.network.nodes];
         for (node, index) in &self.network.fixed {
             temperatures[*node as usize] = load.fixed[*index as usize];
@@ -150,7 +158,7 @@ impl<'a> Transient<'a> {
         let area = |diameter: f64| std::f64::consts::PI / 4.0 * diameter * diameter;
         let fill = |s: &crate::discretise::network::Stream| s.stations.iter().map(|k| (area(s.diameter) * k.length, temperature)).collect();
         let water = self.network.streams.iter().map(fill).collect();
-        State { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
+        TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
     }
 
     /// Advances to time `until` (s). `load` gives the condition at a time and must be smooth until then; `seen` is
@@ -160,10 +168,10 @@ impl<'a> Transient<'a> {
     /// A condition cannot be evaluated, a step does not converge, or `seen` fails.
     pub fn advance(
         &mut self,
-        state: &mut State,
+        state: &mut TransientState,
         until: f64,
         load: &dyn Fn(f64) -> Result<Load>,
-        seen: &mut dyn FnMut(&State, &Load) -> Result<()>,
+        seen: &mut dyn FnMut(&TransientState, &Load) -> Result<()>,
     ) -> Result<()> {
         // Whatever changed at a corner of the schedule, slopes of before tell nothing of those after.
         self.before = None;
@@ -230,7 +238,7 @@ impl<'a> Transient<'a> {
     }
 
     /// A step in which nothing moves by more than a few tolerances.
-    fn first_step(&self, state: &State, load: &Load) -> f64 {
+    fn first_step(&self, state: &TransientState, load: &Load) -> f64 {
         let flow = self.solid_flow(load, &state.temperatures);
         let fastest = flow.iter().zip(&self.network.capacity).filter(|(_, c)| **c > 0.0).map(|(f, c)| (f / c).abs()).fold(0.0, f64::max);
         let apart = load
@@ -244,7 +252,7 @@ impl<'a> Transient<'a> {
     }
 
     /// One step of length `h` from `state`: the new state and the estimated error, K.
-    fn step(&mut self, state: &State, h: f64, now: &Load, load: &dyn Fn(f64) -> Result<Load>) -> Result<(Taken, f64)> {
+    fn step(&mut self, state: &TransientState, h: f64, now: &Load, load: &dyn Fn(f64) -> Result<Load>) -> Result<(Taken, f64)> {
         let network = self.network;
         if state.steps.is_multiple_of(RENEWAL) || self.preconditioner.is_none() {
             self.preconditioner = Some(stage::Preconditioner::new(network, &self.system, now, &state.temperatures)?);
@@ -296,7 +304,7 @@ impl<'a> Transient<'a> {
     }
 
     /// Temperatures a time `h` ahead, continuing the last step.
-    fn extrapolated(&self, state: &State, h: f64) -> Vec<f64> {
+    fn extrapolated(&self, state: &TransientState, h: f64) -> Vec<f64> {
         match &self.before {
             Some((before, last)) => state.temperatures.iter().zip(before).map(|(t, b)| t + (t - b) * (h / last).min(1.0)).collect(),
             None => state.temperatures.clone(),
@@ -305,7 +313,7 @@ impl<'a> Transient<'a> {
 
     /// Largest local error of the step at any node that stores heat, K, from the third divided difference of its
     /// temperatures, or on the first step, where only three are known, from a tenth of the second.
-    fn local_error(&self, state: &State, h: f64, between: &[f64], after: &[f64]) -> f64 {
+    fn local_error(&self, state: &TransientState, h: f64, between: &[f64], after: &[f64]) -> f64 {
         let (a, b) = (GAMMA * h, h);
         let second = |i: usize| {
             let (d1, d2) = ((between[i] - state.temperatures[i]) / a, (after[i] - between[i]) / (b - a));

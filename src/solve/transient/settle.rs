@@ -2,7 +2,7 @@
 
 use super::super::csr::norm;
 use super::stage::Preconditioner;
-use super::{State, Transient};
+use super::{Transient, TransientState};
 use crate::discretise::network::{Load, StreamState};
 use crate::error::{Error, Result};
 
@@ -15,7 +15,7 @@ const MOST_NEWTON: usize = 25;
 
 impl Transient<'_> {
     /// Brings held and arithmetic nodes to what the load at the beginning asks of them.
-    pub(super) fn settle(&mut self, state: &mut State, load: &Load) -> Result<()> {
+    pub(super) fn settle(&mut self, state: &mut TransientState, load: &Load) -> Result<()> {
         let network = self.network;
         for (node, index) in &network.fixed {
             state.temperatures[*node as usize] = load.fixed[*index as usize];

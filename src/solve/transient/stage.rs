@@ -7,7 +7,7 @@ use super::super::krylov::{Operator, Outcome, Scratch, gmres};
 use super::super::multigrid::{Multigrid, Workspace};
 use super::super::system::System;
 use super::water::{Carried, Flow, Parcels, Passage, mixed};
-use super::{State, Transient};
+use super::{Transient, TransientState};
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result};
 
@@ -170,7 +170,7 @@ impl Transient<'_> {
     }
 
     /// Solves a stage of a step from `state`, from a first guess (K).
-    pub(super) fn solve(&mut self, stage: &Stage<'_>, state: &State, guess: &[f64]) -> Result<(Vec<f64>, Water)> {
+    pub(super) fn solve(&mut self, stage: &Stage<'_>, state: &TransientState, guess: &[f64]) -> Result<(Vec<f64>, Water)> {
         let network = self.network;
         let (solids, rate) = (network.solids, 1.0 / stage.own);
         let mut temperatures = guess.to_vec();

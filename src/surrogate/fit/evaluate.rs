@@ -1,7 +1,7 @@
 //! Values of a surrogate at a condition, straight from its owned data: the plain statement of what the surrogate file
 //! means, against which the runtime crate is tested.
 
-use super::model::{Kernel, Model, Polynomial, Surrogate, Transform, Variable};
+use super::model::{Kernel, PointModel, Polynomial, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};
 
 impl Transform {
@@ -75,8 +75,8 @@ pub fn evaluate(surrogate: &Surrogate, point: usize, x: &[f64]) -> Result<f64> {
         return Err(Error::input(format!("a condition of this surrogate has {} values", surrogate.variables.len())).read(x.len()));
     }
     match &point.model {
-        Model::Polynomial(polynomial) => Ok(polynomial_value(polynomial, &surrogate.variables, x)),
-        Model::Rbf { basis, weights, tail } => {
+        PointModel::Polynomial(polynomial) => Ok(polynomial_value(polynomial, &surrogate.variables, x)),
+        PointModel::Rbf { basis, weights, tail } => {
             let Some(basis) = surrogate.bases.get(*basis) else {
                 return Err(Error::input("a point names a radial basis the surrogate does not hold").at_key(point.name.clone()));
             };

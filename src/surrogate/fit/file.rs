@@ -7,7 +7,7 @@ use std::path::Path;
 use coldplate_runtime as runtime;
 use runtime::format;
 
-use super::model::{Kernel, Limit, LimitKind, Model, Point, Polynomial, RbfBasis, Surrogate, Transform, Variable};
+use super::model::{Kernel, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
 
@@ -79,8 +79,8 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
         name: point.name.to_owned(),
         unit: point.unit.to_owned(),
         model: match radial {
-            Some((basis, weights)) => Model::Rbf { basis, weights, tail },
-            None => Model::Polynomial(tail),
+            Some((basis, weights)) => PointModel::Rbf { basis, weights, tail },
+            None => PointModel::Polynomial(tail),
         },
         half_width: point.half_width,
     });
@@ -132,9 +132,9 @@ fn kernel_of(kernel: runtime::Kernel) -> Kernel {
 }
 
 /// The polynomial part of a model.
-fn polynomial(model: &Model) -> &Polynomial {
+fn polynomial(model: &PointModel) -> &Polynomial {
     match model {
-        Model::Polynomial(polynomial) | Model::Rbf { tail: polynomial, .. } => polynomial,
+        PointModel::Polynomial(polynomial) | PointModel::Rbf { tail: polynomial, .. } => polynomial,
     }
 }
 
@@ -192,7 +192,7 @@ fn check(surrogate: &Surrogate) -> Result<()> {
         if polynomial.terms.iter().any(|t| t.iter().map(|e| usize::from(*e)).sum::<usize>() > format::MAX_DEGREE) {
             return wrong(format!("a term of a surrogate file has at most the total degree {}", format::MAX_DEGREE));
         }
-        if let Model::Rbf { basis, weights, .. } = &point.model
+        if let PointModel::Rbf { basis, weights, .. } = &point.model
             && surrogate.bases.get(*basis).is_none_or(|b| b.centres.len() != weights.len())
         {
             return wrong("a radial model has not one weight per centre of its basis".into());
@@ -264,7 +264,7 @@ impl Layout {
                     terms.len() - 1
                 });
             }
-            let Model::Rbf { basis, .. } = &point.model else { continue };
+            let PointModel::Rbf { basis, .. } = &point.model else { continue };
             if let Some((.., points)) = bases.iter_mut().find(|(model, ..)| model == basis) {
                 points.push(index);
                 continue;
@@ -342,8 +342,8 @@ impl Layout {
             pools.numbers.extend(&basis.scales);
             for centre in 0..basis.centres.len() {
                 pools.numbers.extend(points.iter().filter_map(|p| match &surrogate.points[*p].model {
-                    Model::Rbf { weights, .. } => weights.get(centre),
-                    Model::Polynomial(_) => None,
+                    PointModel::Rbf { weights, .. } => weights.get(centre),
+                    PointModel::Polynomial(_) => None,
                 }));
             }
         }

@@ -109,7 +109,7 @@ impl Samples {
 
 /// What the fit may try.
 #[derive(Debug, Clone)]
-pub struct Options {
+pub struct FitOptions {
     /// Largest total degree of a polynomial's terms (default 6, at most 12).
     pub max_degree: usize,
     /// Whether polynomials may be chosen (default true).
@@ -129,7 +129,7 @@ pub struct Options {
     pub max_bases: usize,
 }
 
-impl Default for Options {
+impl Default for FitOptions {
     fn default() -> Self {
         Self {
             max_degree: 6,

@@ -64,7 +64,7 @@ pub struct RbfBasis {
 
 /// The function fitted to one measurement point.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Model {
+pub enum PointModel {
     /// A polynomial.
     Polynomial(Polynomial),
     /// Radial basis functions with a polynomial tail.
@@ -86,7 +86,7 @@ pub struct Point {
     /// Unit of its value, for example `degC`.
     pub unit: String,
     /// Its function.
-    pub model: Model,
+    pub model: PointModel,
     /// Half width of the band that covers 95 % of new conditions inside the range.
     pub half_width: f64,
 }

@@ -6,12 +6,12 @@ use rayon::prelude::*;
 
 use super::evaluate::{evaluate, scale_row};
 use super::least_squares::{max_abs, rms};
-use super::model::{Kernel, Model, Point, Polynomial, RbfBasis, Surrogate, Transform};
+use super::model::{Kernel, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform};
 use super::polynomial::{Fitted, Search};
 use super::rbf::{Solved, System, spread};
 use super::tune::{Tuned, retune, tune};
 use super::validation::{folds, half_width};
-use super::{Candidate, Family, Fit, Options, PointReport, Residuals, Samples};
+use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples};
 use crate::error::{Error, Result};
 
 /// Radial functions cost a query more than a polynomial: they must beat it by this share of the held-out error.
@@ -40,7 +40,7 @@ const SHORTLIST: [(usize, usize); 3] = [(60, usize::MAX), (120, 4), (usize::MAX,
 /// # Errors
 /// Bad input: rows and values that do not match, a missing condition, too few rows for an output (three more than varying
 /// variables are needed), nothing to choose from in `options`. Numerics: no candidate could be fitted to an output.
-pub fn fit(samples: &Samples, options: &Options) -> Result<Fit> {
+pub fn fit(samples: &Samples, options: &FitOptions) -> Result<Fit> {
     let samples = samples.checked()?;
     if options.folds < 2 || !(options.coverage > 0.0 && options.coverage < 1.0) || options.max_degree > 12 {
         return Err(Error::input("options of the fit: at least 2 folds, coverage between 0 and 1, degree at most 12"));
@@ -70,7 +70,7 @@ pub fn fit(samples: &Samples, options: &Options) -> Result<Fit> {
         groups.entry(rows).or_default().push(o);
     }
     let mut surrogate = Surrogate { variables: samples.variables.clone(), ..Surrogate::default() };
-    let mut found: Vec<Option<(Model, PointReport)>> = vec![None; samples.outputs.len()];
+    let mut found: Vec<Option<(PointModel, PointReport)>> = vec![None; samples.outputs.len()];
     let many = groups.len();
     for (rows, outputs) in groups {
         let group = Group::new(&samples, options, &active, rows, outputs);
@@ -97,7 +97,7 @@ pub fn fit(samples: &Samples, options: &Options) -> Result<Fit> {
 /// Outputs that are present on the same rows.
 struct Group<'a> {
     samples: &'a Samples,
-    options: &'a Options,
+    options: &'a FitOptions,
     search: Search<'a>,
     rows: Vec<&'a [f64]>,
     outputs: Vec<usize>,
@@ -126,7 +126,7 @@ struct Radial {
 type Rows = Vec<Vec<f64>>;
 
 impl<'a> Group<'a> {
-    fn new(samples: &'a Samples, options: &'a Options, active: &'a [bool], rows: Vec<usize>, outputs: Vec<usize>) -> Self {
+    fn new(samples: &'a Samples, options: &'a FitOptions, active: &'a [bool], rows: Vec<usize>, outputs: Vec<usize>) -> Self {
         let y = outputs.iter().map(|o| rows.iter().map(|i| samples.outputs[*o].values[*i]).collect()).collect();
         let rows: Vec<&[f64]> = rows.iter().map(|i| samples.rows[*i].as_slice()).collect();
         let search = Search { variables: &samples.variables, active, max_degree: options.max_degree };
@@ -135,7 +135,7 @@ impl<'a> Group<'a> {
         Self { samples, options, search, rows, outputs, y, folds, fold_count }
     }
 
-    fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>) -> Result<Vec<(usize, Model, PointReport)>> {
+    fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>) -> Result<Vec<(usize, PointModel, PointReport)>> {
         let scores = self.search.transform_scores(&self.rows, &self.y);
         let (polynomials, polynomial_held_out) = if self.options.polynomials {
             (Some(self.polynomials(&self.rows, &self.y, &scores)), Some(self.polynomial_folds()))
@@ -174,7 +174,7 @@ impl<'a> Group<'a> {
                 return Err(Error::numerics("no model could be fitted").at_key(output.name.clone()));
             };
             let model = match (&candidates[index].family, &polynomials, &radial) {
-                (Family::Polynomial { .. }, Some(fitted), _) => Model::Polynomial(fitted[k].expanded()),
+                (Family::Polynomial { .. }, Some(fitted), _) => PointModel::Polynomial(fitted[k].expanded()),
                 (Family::Rbf { own: false, .. }, _, Some(radial)) => {
                     shared_used = true;
                     self.model(&radial.considered[0], &radial.solved, k, shared_basis)
@@ -203,7 +203,7 @@ impl<'a> Group<'a> {
                 bases.push(self.basis(&radial.considered[0]));
             }
             for (k, own) in radial.own.iter().filter(|(k, _)| own_bases.contains_key(k)) {
-                if let Model::Rbf { basis, .. } = &mut result[*k].1 {
+                if let PointModel::Rbf { basis, .. } = &mut result[*k].1 {
                     *basis = bases.len();
                 }
                 bases.push(self.basis(&own.radial));
@@ -435,13 +435,13 @@ impl<'a> Group<'a> {
         self.search.active.iter().map(|active| if *active { tuned.next().unwrap_or(0.0) } else { 0.0 }).collect()
     }
 
-    fn model(&self, one: &Radial, solved: &Solved, k: usize, basis: usize) -> Model {
+    fn model(&self, one: &Radial, solved: &Solved, k: usize, basis: usize) -> PointModel {
         let tail = Polynomial {
             transforms: one.shape.transforms.clone(),
             terms: self.search.terms(one.shape.tail),
             coefficients: solved.tails[k].clone(),
         };
-        Model::Rbf { basis, weights: solved.weights[k].clone(), tail }
+        PointModel::Rbf { basis, weights: solved.weights[k].clone(), tail }
     }
 
     fn radial_candidate(&self, one: &Radial, own: bool, left_out: &[f64], held_out: Option<&[f64]>) -> Candidate {

@@ -11,7 +11,7 @@ pub mod batch;
 pub mod condition;
 pub mod inverse;
 
-pub use coldplate_runtime::{State, Surrogate};
+pub use coldplate_runtime::{Acceptability, Surrogate};
 pub use condition::condition;
 pub use inverse::{Inverse, free};
 
@@ -52,7 +52,7 @@ pub struct LimitAnswer {
     /// `limit - value`: positive where the limit is kept.
     pub margin: f64,
     /// What this limit alone says, inside the fitted range.
-    pub state: State,
+    pub state: Acceptability,
 }
 
 /// A variable outside the range the surrogate was fitted on.
@@ -82,7 +82,7 @@ pub struct Answer {
     /// Index of the limit that decides: among those in the worst state, the one with the smallest margin.
     pub binding: Option<usize>,
     /// The verdict.
-    pub verdict: State,
+    pub verdict: Acceptability,
     /// True if every variable lies within its fitted range.
     pub in_domain: bool,
     /// The variables that do not.

@@ -7,7 +7,7 @@ mod effects;
 pub mod score;
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Law, Openness, Problem, Scales};
+use coldplate::evidence::diagnose::{Discrepancy, Law, Problem, Scales};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, Whitener};
 use coldplate::explore::simulate::Start;
@@ -346,7 +346,7 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
         data,
         uncertainty,
         uncertain: Vec::new(),
-        openness: Openness::default(),
+        openness: Discrepancy::default(),
         user: Vec::new(),
         start: Start::Steady,
         seed,
