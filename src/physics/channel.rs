@@ -8,14 +8,10 @@ pub use super::bend::{
     serpentine_bend_factor,
 };
 pub use super::hydraulics::{friction, konakov, pressure_drop, split_flow};
+pub use super::regime::{LAMINAR_LIMIT, Regime, TURBULENT_LIMIT};
 
 use super::Checked;
 use super::water::LiquidProperties;
-
-/// Below this Reynolds number the flow is laminar.
-pub const LAMINAR_LIMIT: f64 = 2300.0;
-/// Above this Reynolds number the flow is turbulent.
-pub const TURBULENT_LIMIT: f64 = 4000.0;
 
 /// Thermal condition at the wall, which matters to the laminar branch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,39 +20,6 @@ pub enum Wall {
     Flux,
     /// Uniform temperature.
     Temperature,
-}
-
-/// Kind of flow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Regime {
-    /// Reynolds number up to 2300.
-    Laminar,
-    /// Between.
-    Transition,
-    /// Reynolds number of 4000 and above.
-    Turbulent,
-}
-
-impl Regime {
-    /// The regime at a Reynolds number.
-    pub fn at(reynolds: f64) -> Self {
-        if reynolds <= LAMINAR_LIMIT {
-            Self::Laminar
-        } else if reynolds < TURBULENT_LIMIT {
-            Self::Transition
-        } else {
-            Self::Turbulent
-        }
-    }
-
-    /// `laminar`, `transition` or `turbulent`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Laminar => "laminar",
-            Self::Transition => "transition",
-            Self::Turbulent => "turbulent",
-        }
-    }
 }
 
 /// The film in a channel.

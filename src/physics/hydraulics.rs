@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use super::channel::{LAMINAR_LIMIT, Regime, TURBULENT_LIMIT};
+use super::regime::{LAMINAR_LIMIT, Regime, TURBULENT_LIMIT};
 use super::water::LiquidProperties;
 use crate::error::{Error, Result};
 

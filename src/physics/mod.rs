@@ -17,6 +17,7 @@ pub mod water;
 
 mod bend;
 mod hydraulics;
+mod regime;
 
 /// A value together with what is doubtful about it.
 #[derive(Debug, Clone, Copy, PartialEq)]

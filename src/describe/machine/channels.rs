@@ -2,7 +2,7 @@
 
 use super::condition::Symbols;
 use super::names::{Index, lookup};
-use super::shape::{origin, part_contains};
+use super::shape::{distance, origin, part_contains};
 use super::variables::formula_or;
 use super::{Part, Shape};
 use crate::error::Result;
@@ -157,10 +157,6 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
         found.push(Channel { name, path, part, diameter, length, film, film_factor, minor_loss, roughness, is_bore });
     }
     Ok((found, automatic))
-}
-
-pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Diameter and path of the bore of a hollow cylinder, where the section asks for it.

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::channels::{branches, channels, circuits, distance};
+use super::channels::{branches, channels, circuits};
 use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
 use super::enclosures::enclosures;
@@ -10,7 +10,7 @@ use super::geometry::parts;
 use super::library::Shelf;
 use super::names::Index;
 use super::sensors::{limits, measurements, nodes, sensors, sources};
-use super::shape::overlap;
+use super::shape::{distance, overlap};
 use super::variables::{definitions, drives, formula_or, variables};
 use super::{Assumption, Chamber, Film, Machine, Part};
 use crate::error::Result;

@@ -7,6 +7,11 @@ use super::{Part, Shape};
 /// Depth below which two shapes only touch, and distance up to which a point counts as inside, m.
 pub(super) const TOUCH: f64 = 1e-9;
 
+/// Distance between two points, m.
+pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    (0..3).map(|d| (a[d] - b[d]).powi(2)).sum::<f64>().sqrt()
+}
+
 /// Smallest and largest coordinates.
 pub(super) fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
     match shape {
@@ -70,7 +75,7 @@ pub(super) fn contains(shape: &Shape, point: [f64; 3], margin: f64) -> bool {
             if from_start <= span { from_start.min(span - from_start) * r >= -margin } else { beyond * r <= margin }
         }
         Shape::Sphere { centre, inner, outer } => {
-            let r = super::channels::distance(point, *centre);
+            let r = distance(point, *centre);
             r <= outer + margin && (*inner == 0.0 || r >= inner - margin)
         }
     }
@@ -116,8 +121,8 @@ pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
                 return sampled(a, b);
             }
             let (_, u, v) = frame(axis.index());
-            let distance = (base[u] - base_b[u]).hypot(base[v] - base_b[v]);
-            let clear = distance >= outer + outer_b - TOUCH || distance + outer_b <= inner + TOUCH || distance + outer <= inner_b + TOUCH;
+            let apart = (base[u] - base_b[u]).hypot(base[v] - base_b[v]);
+            let clear = apart >= outer + outer_b - TOUCH || apart + outer_b <= inner + TOUCH || apart + outer <= inner_b + TOUCH;
             if clear {
                 return false;
             }
@@ -125,7 +130,7 @@ pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
             if full(turn) && full(turn_b) {
                 return true;
             }
-            if distance > TOUCH {
+            if apart > TOUCH {
                 return sampled(a, b);
             }
             // The same axis: annuli overlap where their angles do.
@@ -159,7 +164,7 @@ fn distances(shape: &Shape, from: [f64; 3]) -> (f64, f64) {
             (outside(r, *inner, *outer).hypot(along(&outside)), (r + outer).hypot(along(&away)))
         }
         Shape::Sphere { centre, inner, outer } => {
-            let r = super::channels::distance(from, *centre);
+            let r = distance(from, *centre);
             (outside(r, *inner, *outer), r + outer)
         }
     }

@@ -1,6 +1,6 @@
 //! Contacts and radiative links: where parts touch, and where the machine file joins them all the same.
 
-use super::tetra::Crossing;
+use super::joints::{Crossing, joint_between, reversed};
 use super::{Builder, Foot};
 use crate::describe::machine::{Contact, ContactLaw, Face, Place, Side};
 use crate::discretise::mesh::Interface;
@@ -321,26 +321,6 @@ impl Builder<'_> {
         self.network.group[surface as usize] = self.network.group[node as usize];
         self.network.joints.push(joint_between((node, area, length, property), (surface, area, 0.0, NONE), NONE));
         surface
-    }
-}
-
-/// A joint from one foot to another, over the area of the first.
-fn joint_between(a: Foot, b: Foot, contact: u32) -> Joint {
-    Joint { a: a.0, b: b.0, area: a.1, length_a: a.2, length_b: b.2, property_a: a.3, property_b: b.3, contact, reach: [NONE; 2] }
-}
-
-/// The same joint, counted the other way.
-pub(super) fn reversed(j: Joint) -> Joint {
-    Joint {
-        a: j.b,
-        b: j.a,
-        area: j.area,
-        length_a: j.length_b,
-        length_b: j.length_a,
-        property_a: j.property_b,
-        property_b: j.property_a,
-        contact: j.contact,
-        reach: [j.reach[1], j.reach[0]],
     }
 }
 

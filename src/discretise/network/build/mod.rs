@@ -2,6 +2,7 @@
 
 mod contacts;
 mod enclosure;
+mod joints;
 mod tetra;
 mod views;
 

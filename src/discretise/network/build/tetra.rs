@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::joints::{Crossing, reversed};
 use super::{Builder, Foot};
 use crate::describe::machine::{ContactLaw, Face, Place, Side};
 use crate::discretise::mesh::tetra::Tetra;
@@ -10,18 +11,6 @@ use crate::discretise::network::{Joint, NONE, Surface};
 
 /// Vertices on one cell's face among which pairs are formed.
 const MOST_VERTICES: usize = 200;
-
-/// Joints of one crossing between two bodies.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Crossing {
-    /// From the first side to the second.
-    pub(super) joints: Vec<Joint>,
-    /// Between vertices of one side, of negative area: what consistent shape functions have beyond pairs of nodes, so
-    /// that heat does not flow along the interface.
-    pub(super) along: Vec<Joint>,
-    /// True area, m².
-    pub(super) area: f64,
-}
 
 impl Builder<'_> {
     /// Capacities and groups of the vertices; a vertex holds a quarter of each of its tetrahedra.
@@ -196,7 +185,7 @@ impl Builder<'_> {
         merge(&mut crossing.joints);
         merge(&mut crossing.along);
         if crossed {
-            crossing.joints.iter_mut().for_each(|j| *j = super::contacts::reversed(*j));
+            crossing.joints.iter_mut().for_each(|j| *j = reversed(*j));
         }
         crossing
     }
