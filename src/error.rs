@@ -2,14 +2,35 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What kind of failure this is; it decides the exit status of the program.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Kind {
     /// The user's input cannot be used as it stands (exit status 2).
     Input,
     /// The numerics failed: no convergence, an open heat balance (exit status 4).
     Numerics,
+}
+
+/// How a solve stopped short of a solution. A solve that returns a result has converged and is balanced; every other
+/// ends in an [`Error`] of kind [`Kind::Numerics`] that carries one of these.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Stop {
+    /// A temperature or a heat flow is infinite or not a number.
+    NotFinite,
+    /// Newton's method took as many steps as it may, and heat is still unaccounted for.
+    MostNewtonSteps,
+    /// The Krylov method gained too little on a linear system within as many iterations as it may take.
+    LinearSolver,
+    /// The matrix is not positive definite: some node has no path for its heat.
+    Singular,
+    /// The temperatures settled, but the heat that enters differs from the heat that leaves.
+    HeatBalanceOpen,
+    /// No time step is short enough for the tolerance.
+    TimeStepTooShort,
 }
 
 /// Where in the user's files the trouble lies. Every part is optional.
@@ -24,19 +45,38 @@ pub struct Location {
 }
 
 /// An error that names its place, the value that was read, and a remedy.
+///
+/// `source()` gives the error of the operating system where there is one. Two errors are equal if they say the same.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Error {
     inner: Box<Inner>,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 struct Inner {
     kind: Kind,
     what: String,
     location: Location,
     value: Option<String>,
     help: Option<String>,
+    stop: Option<Stop>,
+    source: Option<Arc<std::io::Error>>,
 }
+
+impl Inner {
+    /// Everything but the source, which cannot be compared; its text is part of `what`.
+    fn told(&self) -> (Kind, Option<Stop>, &str, &Location, Option<&String>, Option<&String>) {
+        (self.kind, self.stop, &self.what, &self.location, self.value.as_ref(), self.help.as_ref())
+    }
+}
+
+impl PartialEq for Inner {
+    fn eq(&self, other: &Self) -> bool {
+        self.told() == other.told()
+    }
+}
+
+impl Eq for Inner {}
 
 /// `Result` with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
@@ -52,13 +92,23 @@ impl Error {
         Self::new(Kind::Numerics, what)
     }
 
-    fn new(kind: Kind, what: impl Into<String>) -> Self {
-        Self { inner: Box::new(Inner { kind, what: what.into(), location: Location::default(), value: None, help: None }) }
+    /// A solve stopped: `what` says which quantity missed which criterion, `stop` which criterion that was.
+    pub fn stopped(stop: Stop, what: impl Into<String>) -> Self {
+        let mut error = Self::numerics(what);
+        error.inner.stop = Some(stop);
+        error
     }
 
-    /// A file could not be read or written.
-    pub fn file(action: &str, path: &Path, source: &std::io::Error) -> Self {
-        Self::input(format!("cannot {action} this file: {source}")).in_file(path)
+    fn new(kind: Kind, what: impl Into<String>) -> Self {
+        let inner = Inner { kind, what: what.into(), location: Location::default(), value: None, help: None, stop: None, source: None };
+        Self { inner: Box::new(inner) }
+    }
+
+    /// The operating system refused to `action` (read, write, make, remove) a file.
+    pub fn file(action: &str, path: &Path, source: std::io::Error) -> Self {
+        let mut error = Self::input(format!("cannot {action} this file: {source}")).in_file(path);
+        error.inner.source = Some(Arc::new(source));
+        error
     }
 
     /// Names the file, unless one is named already.
@@ -99,6 +149,11 @@ impl Error {
     /// The kind of failure.
     pub fn kind(&self) -> Kind {
         self.inner.kind
+    }
+
+    /// How a solve stopped, where one did.
+    pub fn stop(&self) -> Option<Stop> {
+        self.inner.stop
     }
 
     /// What is wrong, without place or remedy.
@@ -154,7 +209,11 @@ impl fmt::Display for Error {
     }
 }
 
-impl std::error::Error for Error {}
+impl std::error::Error for Error {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        self.inner.source.as_deref().map(|source| source as _)
+    }
+}
 
 /// The name among `known` that `name` was most likely meant to be, if any is close enough.
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -164,4 +223,18 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
         .filter(|(similarity, _)| *similarity > 0.8)
         .max_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cause_of_a_refused_file_is_kept() {
+        let refused = || Error::file("read", Path::new("a.toml"), std::io::Error::from(std::io::ErrorKind::NotFound));
+        let source = std::error::Error::source(&refused()).and_then(|s| s.downcast_ref::<std::io::Error>()).map(std::io::Error::kind);
+        assert_eq!(source, Some(std::io::ErrorKind::NotFound));
+        assert_eq!(refused(), refused());
+        assert_eq!(Error::stopped(Stop::NotFinite, "x").stop(), Some(Stop::NotFinite));
+    }
 }

@@ -8,7 +8,8 @@
 //! The thermal network is the narrow waist: every model compiles to nodes, conductors, streams,
 //! surfaces, sources and sensors, and the solver knows nothing else.
 
-#![warn(missing_docs)]
+#![forbid(unsafe_code)]
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
 pub mod cli;
 pub mod describe;

@@ -39,7 +39,7 @@ pub fn table(folder: &Path, tests: &[&str]) -> Result<String> {
             None => (*test, f64::INFINITY),
         };
         let path = folder.join(format!("test_{test}.csv"));
-        let file = std::fs::read_to_string(&path).map_err(|e| Error::file("read", &path, &e))?;
+        let file = std::fs::read_to_string(&path).map_err(|e| Error::file("read", &path, e))?;
         let mut lines = file.lines();
         let header: Vec<&str> = lines.next().unwrap_or("").split(',').map(str::trim).collect();
         let column =

@@ -66,7 +66,7 @@ fn compare(folder: &Path, test: &str, figure: &Path, machines: &[&str]) -> Resul
         }
         courses.push(Course { name: label.into(), values: predicted });
     }
-    std::fs::remove_file(&path).map_err(|e| Error::file("remove", &path, &e))?;
+    std::fs::remove_file(&path).map_err(|e| Error::file("remove", &path, e))?;
     for course in &mut courses {
         course.values.iter_mut().for_each(|v| *v -= 273.15);
     }

@@ -66,7 +66,7 @@ impl Records {
     /// Reads `data/paper/NAME`.
     pub fn read(name: &str) -> Result<Self> {
         let path = project("data/paper").join(name);
-        let text = std::fs::read_to_string(&path).map_err(|e| Error::file("read", &path, &e))?;
+        let text = std::fs::read_to_string(&path).map_err(|e| Error::file("read", &path, e))?;
         let cells = |line: &str| line.split(',').map(|c| c.trim().to_string()).collect::<Vec<_>>();
         let mut lines = text.lines().filter(|l| !l.starts_with('#') && !l.trim().is_empty()).map(cells);
         let header = lines.next().unwrap_or_default();

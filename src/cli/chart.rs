@@ -36,7 +36,7 @@ pub struct Args {
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let is_folder = args.source.is_dir();
     let path = if is_folder { args.source.join(pipeline::SURROGATE) } else { args.source.clone() };
-    let bytes = std::fs::read(&path).map_err(|e| Error::file("read", &path, &e))?;
+    let bytes = std::fs::read(&path).map_err(|e| Error::file("read", &path, e))?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&path))?;
     let folder = args.out.clone().unwrap_or_else(|| path.parent().unwrap_or(Path::new(".")).to_path_buf());
     let files = if args.map.is_empty() {
@@ -71,7 +71,7 @@ fn map(args: &Args, surrogate: &Surrogate<'_>, folder: &Path) -> Result<Vec<Path
     let held: Vec<f64> = given.iter().zip(figures::centre(surrogate)).map(|(g, middle)| g.unwrap_or(middle)).collect();
     let figure = figures::map(surrogate, across, up, &held, here)?;
     let charts = folder.join("charts");
-    std::fs::create_dir_all(&charts).map_err(|e| Error::file("make", &charts, &e))?;
+    std::fs::create_dir_all(&charts).map_err(|e| Error::file("make", &charts, e))?;
     let written = crate::figures::chart::draw(charts.join("map"), &figure)?;
     Ok(vec![written.svg, written.png])
 }

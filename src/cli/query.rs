@@ -37,7 +37,7 @@ pub struct Args {
 /// A file that cannot be read or is damaged; a wrong, doubled or missing variable; a value without
 /// its unit.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let bytes = std::fs::read(&args.surrogate).map_err(|e| Error::file("read", &args.surrogate, &e))?;
+    let bytes = std::fs::read(&args.surrogate).map_err(|e| Error::file("read", &args.surrogate, e))?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
     let given = args.condition.values()?;
     match (&args.csv, &args.free) {
@@ -68,7 +68,7 @@ fn verdict_name(verdict: Acceptability) -> &'static str {
 }
 
 fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], out: Output) -> Result<u8> {
-    let content = std::fs::read_to_string(csv).map_err(|e| Error::file("read", csv, &e))?;
+    let content = std::fs::read_to_string(csv).map_err(|e| Error::file("read", csv, e))?;
     let rows = batch::read(surrogate, &content, csv, given)?;
     let labelled = rows.iter().any(|r| r.label.is_some());
     let mut lines = vec![csv_header(surrogate, labelled)];

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 /// # Errors
 /// As [`replace`].
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
-    replace(path, |temporary| fs::write(temporary, bytes).map_err(|e| Error::file("write", path, &e)))
+    replace(path, |temporary| fs::write(temporary, bytes).map_err(|e| Error::file("write", path, e)))
 }
 
 /// Gives `write` a temporary name in the folder of `path`, with the same extension, and renames what it wrote
@@ -23,18 +23,18 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 /// else is left behind.
 pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let failed =
-        |action: &str, e: &std::io::Error| Error::file(action, path, e).help("check that the folder may be written to and has space left");
+        |action: &str, e: std::io::Error| Error::file(action, path, e).help("check that the folder may be written to and has space left");
     let Some(name) = path.file_name() else {
         return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
     };
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(|e| failed("make the folder of", &e))?;
+    fs::create_dir_all(folder).map_err(|e| failed("make the folder of", e))?;
     // Hidden, and of this process alone: two runs that write the same file do not meet.
     let mut hidden = OsString::from(format!(".{}.", std::process::id()));
     hidden.push(name);
     let temporary = folder.join(hidden);
     let outcome = write(&temporary).and_then(|()| {
-        File::open(&temporary).and_then(|f| f.sync_all()).and_then(|()| fs::rename(&temporary, path)).map_err(|e| failed("write", &e))
+        File::open(&temporary).and_then(|f| f.sync_all()).and_then(|()| fs::rename(&temporary, path)).map_err(|e| failed("write", e))
     });
     if outcome.is_err() {
         // The reason is in `outcome`; a temporary file that cannot be removed adds nothing to it.
@@ -48,7 +48,7 @@ pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<(
 /// # Errors
 /// The nearest folder that exists is none, or refuses a new file; or `path` is a folder.
 pub fn check(path: &Path) -> Result<()> {
-    let failed = |e: &std::io::Error| Error::file("write", path, e).help("check that the folder may be written to");
+    let failed = |e: std::io::Error| Error::file("write", path, e).help("check that the folder may be written to");
     if path.file_name().is_none() || path.is_dir() {
         return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
     }
@@ -61,8 +61,8 @@ pub fn check(path: &Path) -> Result<()> {
             .help("name another folder"));
     }
     let probe = folder.join(format!(".{}.probe", std::process::id()));
-    File::create(&probe).map_err(|e| failed(&e))?;
-    fs::remove_file(&probe).map_err(|e| failed(&e))
+    File::create(&probe).map_err(failed)?;
+    fs::remove_file(&probe).map_err(failed)
 }
 
 #[cfg(test)]
@@ -76,7 +76,7 @@ mod tests {
         write(&path, b"old").unwrap();
         let error = replace(&path, |temporary| {
             assert_eq!(temporary.extension(), path.extension());
-            fs::write(temporary, b"half").map_err(|e| Error::file("write", temporary, &e))?;
+            fs::write(temporary, b"half").map_err(|e| Error::file("write", temporary, e))?;
             Err(Error::numerics("stopped"))
         });
         assert_eq!(error.unwrap_err().what(), "stopped");

@@ -329,7 +329,7 @@ impl Gallery {
     /// The folder cannot be made.
     pub fn new(folder: &Path) -> Result<Self> {
         let folder = folder.join("charts");
-        std::fs::create_dir_all(&folder).map_err(|e| Error::file("make", &folder, &e))?;
+        std::fs::create_dir_all(&folder).map_err(|e| Error::file("make", &folder, e))?;
         Ok(Self { folder, entries: Vec::new() })
     }
 

@@ -26,15 +26,93 @@ impl Operator for Jacobian<'_> {
     }
 }
 
-/// How an iteration ended.
+/// How an iteration stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Status {
+    /// The relative residual met the tolerance.
+    Converged,
+    /// As many iterations as were allowed were taken before that.
+    MostIterations,
+    /// The iteration can do no more: the search direction or the residual is zero, negative or not finite.
+    BreakDown,
+}
+
+/// What an iteration came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// Whether the relative residual met the tolerance.
-    pub converged: bool,
+    /// How it stopped.
+    pub status: Status,
     /// Matrix-vector products spent.
     pub iterations: usize,
     /// True residual over the norm of the right-hand side.
     pub relative_residual: f64,
+}
+
+impl Outcome {
+    /// Whether Newton's method cannot go on with the result. A step with a tenth of the residual left still helps.
+    pub fn is_useless(&self) -> bool {
+        self.status != Status::Converged && self.relative_residual > 0.1
+    }
+}
+
+/// The small least-squares problem of GMRES, min |beta e_1 - H y|, kept triangular by Givens rotations
+/// (Saad, Iterative Methods for Sparse Linear Systems, section 6.5.3).
+#[derive(Debug)]
+pub struct Hessenberg {
+    columns: Vec<Vec<f64>>,
+    rotations: Vec<Rotation>,
+    right: Vec<f64>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Rotation {
+    cosine: f64,
+    sine: f64,
+}
+
+impl Hessenberg {
+    /// An empty problem whose right-hand side has length `beta`.
+    pub fn new(beta: f64) -> Self {
+        Self { columns: Vec::new(), rotations: Vec::new(), right: vec![beta] }
+    }
+
+    /// Number of columns.
+    pub fn len(&self) -> usize {
+        self.columns.len()
+    }
+
+    /// Whether no column was added yet.
+    pub fn is_empty(&self) -> bool {
+        self.columns.is_empty()
+    }
+
+    /// Adds a column: the projections on the basis, and the `length` of what is left. Returns the norm of the residual.
+    pub fn add(&mut self, mut projections: Vec<f64>, length: f64) -> f64 {
+        let (j, h) = (self.columns.len(), &mut projections);
+        for (i, Rotation { cosine: c, sine: s }) in self.rotations.iter().enumerate() {
+            (h[i], h[i + 1]) = (c * h[i] + s * h[i + 1], -s * h[i] + c * h[i + 1]);
+        }
+        let hypotenuse = h[j].hypot(length);
+        let (c, s) = if hypotenuse > 0.0 { (h[j] / hypotenuse, length / hypotenuse) } else { (1.0, 0.0) };
+        h[j] = hypotenuse;
+        self.rotations.push(Rotation { cosine: c, sine: s });
+        self.right.push(-s * self.right[j]);
+        self.right[j] *= c;
+        self.columns.push(projections);
+        self.right[j + 1].abs()
+    }
+
+    /// The weights of the basis vectors that leave the smallest residual.
+    pub fn weights(&self) -> Vec<f64> {
+        let m = self.columns.len();
+        let mut y = vec![0.0; m];
+        for i in (0..m).rev() {
+            let sum: f64 = (i + 1..m).map(|k| self.columns[k][i] * y[k]).sum();
+            y[i] = if self.columns[i][i] == 0.0 { 0.0 } else { (self.right[i] - sum) / self.columns[i][i] };
+        }
+        y
+    }
 }
 
 /// Conjugate gradients for a symmetric positive definite matrix, from zero (Saad, Iterative Methods, alg. 9.1).
@@ -68,7 +146,7 @@ pub fn conjugate_gradients(
             for_chunks(&mut p, |first, part| part.iter_mut().zip(&z[first..]).for_each(|(p, z)| *p = z + beta * *p));
         }
     }
-    finish(matrix, b, x, target, iterations)
+    finish(matrix, b, x, target, iterations, most)
 }
 
 /// Vectors that [`gmres`] needs, kept from one solve to the next: new memory costs as much as a product.
@@ -110,41 +188,24 @@ pub fn gmres(
         spare.append(&mut basis);
         spare.append(&mut images);
         basis.push(rounded(r, 1.0 / beta, spare.pop()));
-        let mut hessenberg: Vec<Vec<f64>> = Vec::new();
-        let mut rotations: Vec<(f64, f64)> = Vec::new();
-        let mut g = vec![beta];
+        let mut hessenberg = Hessenberg::new(beta);
         while hessenberg.len() < RESTART && iterations < most {
-            let j = hessenberg.len();
             // r holds the last basis vector as it was rounded.
             precondition(r, z);
             images.push(rounded(z, 1.0, spare.pop()));
             matrix.multiply(z, w);
             iterations += 1;
-            let mut h = projections(&basis, w);
+            let h = projections(&basis, w);
             let length = subtract(&basis, &h, w);
-            for (i, (c, s)) in rotations.iter().enumerate() {
-                (h[i], h[i + 1]) = (c * h[i] + s * h[i + 1], -s * h[i] + c * h[i + 1]);
-            }
-            let hypotenuse = h[j].hypot(length);
-            let (c, s) = if hypotenuse > 0.0 { (h[j] / hypotenuse, length / hypotenuse) } else { (1.0, 0.0) };
-            h[j] = hypotenuse;
-            rotations.push((c, s));
-            g.push(-s * g[j]);
-            g[j] *= c;
-            hessenberg.push(h);
+            let left = hessenberg.add(h, length);
             // Single-precision bases carry no more digits than this within one restart.
-            if g[j + 1].abs() <= target.max(1e-5 * beta) || length <= 1e-300 {
+            if left <= target.max(1e-5 * beta) || length <= 1e-300 {
                 break;
             }
             std::mem::swap(r, w);
             basis.push(rounded(r, 1.0 / length, spare.pop()));
         }
-        let m = hessenberg.len();
-        let mut y = vec![0.0; m];
-        for i in (0..m).rev() {
-            let sum: f64 = (i + 1..m).map(|k| hessenberg[k][i] * y[k]).sum();
-            y[i] = if hessenberg[i][i] == 0.0 { 0.0 } else { (g[i] - sum) / hessenberg[i][i] };
-        }
+        let y = hessenberg.weights();
         for_chunks(x, |first, part| {
             for (image, weight) in images.iter().zip(&y) {
                 part.iter_mut().zip(&image[first..]).for_each(|(x, z)| *x += weight * f64::from(*z));
@@ -155,7 +216,7 @@ pub fn gmres(
     spare.append(&mut basis);
     spare.append(&mut images);
     // r is the true residual: each cycle ends with it.
-    outcome(norm(r), norm(b), target, iterations)
+    outcome(norm(r), norm(b), target, iterations, most)
 }
 
 /// `v` times `scale` in single precision, in the place of a vector no longer needed; `v` becomes exactly that.
@@ -194,13 +255,18 @@ fn subtract(basis: &[Vec<f32>], h: &[f64], w: &mut [f64]) -> f64 {
 }
 
 /// Measures the true residual: the recursive one may have drifted.
-fn finish(matrix: &impl Operator, b: &[f64], x: &[f64], target: f64, iterations: usize) -> Outcome {
+fn finish(matrix: &impl Operator, b: &[f64], x: &[f64], target: f64, iterations: usize, most: usize) -> Outcome {
     let mut r = vec![0.0; b.len()];
     matrix.residual(x, b, &mut r);
-    outcome(norm(&r), norm(b), target, iterations)
+    outcome(norm(&r), norm(b), target, iterations, most)
 }
 
-fn outcome(residual: f64, size: f64, target: f64, iterations: usize) -> Outcome {
+fn outcome(residual: f64, size: f64, target: f64, iterations: usize, most: usize) -> Outcome {
     let relative_residual = if size > 0.0 { residual / size } else { 0.0 };
-    Outcome { converged: residual <= 2.0 * target || size == 0.0, iterations, relative_residual }
+    let status = match residual <= 2.0 * target || size == 0.0 {
+        true => Status::Converged,
+        false if iterations >= most => Status::MostIterations,
+        false => Status::BreakDown,
+    };
+    Outcome { status, iterations, relative_residual }
 }

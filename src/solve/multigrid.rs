@@ -17,7 +17,7 @@ use super::system::Symmetric;
 use super::tensor::Transfer;
 use crate::discretise::network::Block;
 use crate::discretise::network::block::Profile;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stop};
 
 /// Rows at which the coarsest level is solved directly.
 const COARSEST: usize = 400;
@@ -407,7 +407,7 @@ fn diagonal(matrix: &Csr) -> Vec<f64> {
 
 fn factorise(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
     Cholesky::new(matrix).ok_or_else(|| {
-        Error::numerics("the network's matrix is not positive definite")
+        Error::stopped(Stop::Singular, "the network's matrix is not positive definite")
             .help("some part has no path for its heat: connect it by a contact, or let it radiate to the chamber")
     })
 }

@@ -9,7 +9,7 @@ use super::multigrid::{Multigrid, Workspace};
 use super::start::Anchors;
 use super::system::System;
 use crate::discretise::network::{Load, Network, StreamState};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stop};
 
 /// Largest relative heat imbalance of a result that may be printed.
 pub const BALANCE_TOLERANCE: f64 = 1e-8;
@@ -91,7 +91,7 @@ impl<'a> Solver<'a> {
     }
 
     /// Solves some conditions so that others start from a combination of them. What others come to does not depend
-    /// on their order, only on these. A condition without a solution teaches nothing.
+    /// on their order, only on these. Conditions that fail to converge are skipped.
     pub fn learn(&mut self, loads: &[Load]) {
         for load in loads {
             if let Ok(solution) = self.steady(load) {
@@ -150,7 +150,7 @@ impl<'a> Solver<'a> {
             let imbalance: f64 = residual.iter().map(|r| r.abs()).sum();
             let through = throughput(network, load, &temperatures, &streams);
             if !imbalance.is_finite() {
-                return Err(Error::numerics(format!("the temperatures are no longer finite after {newton} Newton steps")));
+                return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite after {newton} Newton steps")));
             }
             let rounding = self.system.rounding(network, &streams, &temperatures);
             let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding);
@@ -161,10 +161,10 @@ impl<'a> Solver<'a> {
                     balance.relative = 0.0;
                 }
                 if balance.relative > BALANCE_TOLERANCE {
-                    return Err(Error::numerics(format!(
-                        "the heat balance is open: {:.3e} of {:.3} W do not add up",
-                        balance.relative, balance.in_watts
-                    )));
+                    return Err(Error::stopped(
+                        Stop::HeatBalanceOpen,
+                        format!("the heat balance is open: {:.3e} of {:.3} W do not add up", balance.relative, balance.in_watts),
+                    ));
                 }
                 let assemble_seconds = assembling + clock.elapsed().as_secs_f64();
                 return Ok(Solution {
@@ -178,7 +178,7 @@ impl<'a> Solver<'a> {
                 });
             }
             if newton == MOST_NEWTON {
-                return Err(Error::numerics(format!(
+                return Err(Error::stopped(Stop::MostNewtonSteps, format!(
                     "no steady state after {newton} Newton steps: {imbalance:.3e} W of {through:.3e} W are unaccounted for, the last step moved {last_step:.2e} K"
                 ))
                 .help("look for a part without a path for its heat, or a source that grows with its own temperature"));
@@ -191,11 +191,14 @@ impl<'a> Solver<'a> {
             let outcome = self.linear(&matrix, &streams, &right, &mut step, &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;
-            if !outcome.converged && outcome.relative_residual > 0.1 {
-                return Err(Error::numerics(format!(
-                    "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
-                    outcome.relative_residual, outcome.iterations
-                )));
+            if outcome.is_useless() {
+                return Err(Error::stopped(
+                    Stop::LinearSolver,
+                    format!(
+                        "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
+                        outcome.relative_residual, outcome.iterations
+                    ),
+                ));
             }
             last_step = step.iter().fold(0.0, |m: f64, s| m.max(s.abs()));
             // T^4 makes a step from far below overshoot: no absolute temperature may more than double or turn negative.

@@ -6,12 +6,13 @@
 
 use super::csr::{add_scaled, dot, norm};
 use super::jacobian::Jacobian;
+use super::krylov::Hessenberg;
 use super::multigrid::{Multigrid, Workspace};
 use super::system::{self, System, surface_states};
 use crate::discretise::network::slopes::RankOne;
 use crate::discretise::network::stream::members;
 use crate::discretise::network::{Load, Network, StreamState};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stop};
 
 /// Largest relative residual of a solve that may be used.
 const TOLERANCE: f64 = 1e-11;
@@ -226,50 +227,36 @@ impl<'a> Tangent<'a> {
             }
             before = beta;
             if iterations >= MOST_KRYLOV || !beta.is_finite() {
-                return Err(Error::numerics(format!(
-                    "the linear solver of the derivatives stopped at a relative residual of {:.2e} after {iterations} iterations",
-                    beta / size
-                )));
+                return Err(Error::stopped(
+                    Stop::LinearSolver,
+                    format!(
+                        "the linear solver of the derivatives stopped at a relative residual of {:.2e} after {iterations} iterations",
+                        beta / size
+                    ),
+                ));
             }
             let mut basis: Vec<Vec<f64>> = vec![r.iter().map(|v| v / beta).collect()];
-            let mut columns: Vec<Vec<f64>> = Vec::new();
-            let mut rotations: Vec<(f64, f64)> = Vec::new();
-            let mut g = vec![beta];
-            while columns.len() < RESTART && iterations < MOST_KRYLOV {
-                let j = columns.len();
-                precondition(&basis[j], &mut z);
+            let mut hessenberg = Hessenberg::new(beta);
+            while hessenberg.len() < RESTART && iterations < MOST_KRYLOV {
+                precondition(&basis[hessenberg.len()], &mut z);
                 let mut w = vec![0.0; n];
                 multiply(&z, &mut w);
                 iterations += 1;
-                let mut h = Vec::with_capacity(j + 2);
+                let mut h = Vec::with_capacity(basis.len());
                 for v in &basis {
                     let projection = dot(v, &w);
                     add_scaled(&mut w, -projection, v);
                     h.push(projection);
                 }
                 let length = norm(&w);
-                for (i, (c, s)) in rotations.iter().enumerate() {
-                    (h[i], h[i + 1]) = (c * h[i] + s * h[i + 1], -s * h[i] + c * h[i + 1]);
-                }
-                let hypotenuse = h[j].hypot(length);
-                let (c, s) = if hypotenuse > 0.0 { (h[j] / hypotenuse, length / hypotenuse) } else { (1.0, 0.0) };
-                h[j] = hypotenuse;
-                rotations.push((c, s));
-                g.push(-s * g[j]);
-                g[j] *= c;
-                columns.push(h);
-                if g[j + 1].abs() <= (0.3 * target).max(CYCLE * beta) || length <= 1e-300 {
+                let left = hessenberg.add(h, length);
+                if left <= (0.3 * target).max(CYCLE * beta) || length <= 1e-300 {
                     break;
                 }
                 w.iter_mut().for_each(|v| *v /= length);
                 basis.push(w);
             }
-            let m = columns.len();
-            let mut y = vec![0.0; m];
-            for i in (0..m).rev() {
-                let sum: f64 = (i + 1..m).map(|k| columns[k][i] * y[k]).sum();
-                y[i] = if columns[i][i] == 0.0 { 0.0 } else { (g[i] - sum) / columns[i][i] };
-            }
+            let y = hessenberg.weights();
             let mut combination = vec![0.0; n];
             basis.iter().zip(&y).for_each(|(v, weight)| add_scaled(&mut combination, *weight, v));
             precondition(&combination, &mut z);

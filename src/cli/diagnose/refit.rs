@@ -136,7 +136,7 @@ impl Scratch {
     fn beside(path: &Path) -> Result<Self> {
         let name = path.file_name().map_or_else(|| "surrogate".into(), |n| n.to_string_lossy().into_owned());
         let folder = path.with_file_name(format!(".{}.{name}.design", std::process::id()));
-        std::fs::create_dir_all(&folder).map_err(|e| Error::file("make", &folder, &e).at_key("--surrogate"))?;
+        std::fs::create_dir_all(&folder).map_err(|e| Error::file("make", &folder, e).at_key("--surrogate"))?;
         Ok(Self(folder))
     }
 }

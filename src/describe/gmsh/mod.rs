@@ -66,7 +66,7 @@ impl Mesh {
     /// The file cannot be read, is not MSH 4.1, is cut off or contradicts itself, or holds no tetrahedra.
     pub fn read(path: &Path) -> Result<Self> {
         let bytes = std::fs::read(path)
-            .map_err(|e| Error::file("read", path, &e).help("check the path; it counts from the folder of the machine file"))?;
+            .map_err(|e| Error::file("read", path, e).help("check the path; it counts from the folder of the machine file"))?;
         Self::from_bytes(&bytes, path)
     }
 

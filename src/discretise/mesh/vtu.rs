@@ -28,7 +28,7 @@ pub fn write(path: &Path, machine: &Machine, mesh: &Mesh, temperatures: &[f64]) 
             body(&mut file, machine, mesh, temperatures)?;
             file.flush()
         };
-        attempt().map_err(|e| Error::file("write", path, &e))
+        attempt().map_err(|e| Error::file("write", path, e))
     })
 }
 

@@ -96,7 +96,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
 /// # Errors
 /// No checkpoint, a damaged one, or one of another run; it says what differs.
 pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(TransientState, Progress)> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, &e))?;
+    let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, e))?;
     let begin_anew = "to begin anew, leave out --resume or remove the file";
     if !bytes.starts_with(MAGIC) {
         let what = if bytes.starts_with(b"coldplate checkpoint ") {

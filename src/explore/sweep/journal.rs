@@ -62,7 +62,7 @@ impl Journal {
     /// # Errors
     /// It cannot be read or written, another process has it open, it is no journal, or it is that of another sweep.
     pub fn open(path: &Path, header: &Header) -> Result<Self> {
-        let failed = |action: &str, e: std::io::Error| Error::file(action, path, &e);
+        let failed = |action: &str, e: std::io::Error| Error::file(action, path, e);
         let file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -126,7 +126,7 @@ impl Journal {
     }
 
     fn begin(&mut self, header: &Header) -> Result<()> {
-        let failed = |e: std::io::Error| Error::file("write", &self.path, &e);
+        let failed = |e: std::io::Error| Error::file("write", &self.path, e);
         self.file.set_len(0).and_then(|()| self.file.rewind()).map_err(failed)?;
         let json = serde_json::to_string(header).map_err(|e| Error::input(format!("the journal's first line cannot be written: {e}")))?;
         self.write_line(&format!("{MAGIC}{VERSION} {json}"))?;
@@ -134,7 +134,7 @@ impl Journal {
         #[cfg(unix)]
         if let Some(folder) = self.path.parent() {
             let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-            File::open(folder).and_then(|f| f.sync_all()).map_err(|e| Error::file("write", folder, &e))?;
+            File::open(folder).and_then(|f| f.sync_all()).map_err(|e| Error::file("write", folder, e))?;
         }
         Ok(())
     }
@@ -152,7 +152,7 @@ impl Journal {
             Err(e) => {
                 // Half a line would be cut off on resuming anyway; do it now if the disk lets us.
                 let _ = self.file.set_len(end);
-                Err(Error::file("write", &self.path, &e)
+                Err(Error::file("write", &self.path, e)
                     .help("make room or check the disk, then start again: what the journal holds already is kept"))
             }
         }
@@ -220,7 +220,7 @@ impl Journal {
             }
             at += length + 1;
         }
-        let failed = |e: std::io::Error| Error::file("write", &self.path, &e);
+        let failed = |e: std::io::Error| Error::file("write", &self.path, e);
         if end < bytes.len() {
             self.file.set_len(end as u64).and_then(|()| self.file.sync_all()).map_err(failed)?;
         }

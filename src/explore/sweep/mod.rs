@@ -87,7 +87,7 @@ pub fn execute(
     options: SweepOptions,
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
 ) -> Result<Swept> {
-    std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, &e).at_key("--out"))?;
+    std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let outputs: Vec<String> = subject.outputs.iter().map(|(name, unit)| format!("{name} [{unit}]")).collect();
     let header = Header { identity: identity(plan, subject), outputs, conditions: plan.conditions.len() };
     let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
@@ -192,7 +192,7 @@ fn write_failures(plan: &Plan, subject: &Subject, failures: &[Failure], folder: 
 /// Removes a file of an earlier run that this run does not write.
 fn remove_stale(path: &Path) -> Result<()> {
     match std::fs::remove_file(path) {
-        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::file("remove", path, &e)),
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::file("remove", path, e)),
         _ => Ok(()),
     }
 }

@@ -16,7 +16,7 @@ impl Document {
     /// The file cannot be read again, or the changed text does not hold the very values meant.
     pub fn rewritten(&self, sets: &[(String, String)], remarks: &[String]) -> Result<String> {
         let path = self.file();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::file("read", path, &e))?;
+        let text = std::fs::read_to_string(path).map_err(|e| Error::file("read", path, e))?;
         let (beforehand, words) = self.changed_beforehand(&text, path)?;
         let sets: Sets =
             beforehand.into_iter().filter(|(key, _)| sets.iter().all(|(other, _)| other != key)).chain(sets.iter().cloned()).collect();

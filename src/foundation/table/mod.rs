@@ -180,7 +180,7 @@ impl Table {
     /// As [`Table::read`].
     pub fn read_with_lines(path: impl AsRef<Path>) -> Result<(Table, Vec<usize>)> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, &e).help("check the path"))?;
+        let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, e).help("check the path"))?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
             return Ok((Table::from_parquet(bytes, path)?, Vec::new()));
         }

@@ -14,7 +14,7 @@ use super::balance::balance;
 use super::steady::Solver;
 use super::system::System;
 use crate::discretise::network::{Load, Network};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stop};
 use stage::Stage;
 use water::Parcels;
 
@@ -206,10 +206,10 @@ impl<'a> Transient<'a> {
                 rejections += 1;
                 state.rejected += 1;
                 if rejections >= MOST_REJECTIONS {
-                    return Err(Error::numerics(format!(
-                        "no step is short enough at {:.6} s: {h:.2e} s still gives an error of {error:.2e} K",
-                        state.time
-                    ))
+                    return Err(Error::stopped(
+                        Stop::TimeStepTooShort,
+                        format!("no step is short enough at {:.6} s: {h:.2e} s still gives an error of {error:.2e} K", state.time),
+                    )
                     .help("allow a larger tolerance, or look for a jump in the schedule that is no corner of it"));
                 }
                 step = h * growth.clamp(0.1, 0.7);

@@ -4,7 +4,7 @@ use super::super::csr::norm;
 use super::stage::Preconditioner;
 use super::{Transient, TransientState};
 use crate::discretise::network::{Load, StreamState};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stop};
 
 /// Capacity over time (1/s times J/K) that keeps what stores heat in its place while the rest is solved for.
 const STIFFNESS: f64 = 1e6;
@@ -40,7 +40,7 @@ impl Transient<'_> {
             free.iter().for_each(|i| right[*i] = -residual[*i]);
             let left = norm(&right);
             if !left.is_finite() {
-                break;
+                return Err(Error::stopped(Stop::NotFinite, format!("surfaces that store no heat find no balance at {:.6} s", state.time)));
             }
             let is_spent = left > SPENT * best.0;
             if left < best.0 {
@@ -56,6 +56,6 @@ impl Transient<'_> {
             preconditioner.solve(&jacobian, &right, &mut step, LINEAR_TOLERANCE);
             free.iter().for_each(|i| state.temperatures[*i] += step[*i].clamp(-0.5 * state.temperatures[*i], state.temperatures[*i]));
         }
-        Err(Error::numerics(format!("surfaces that store no heat find no balance at {:.6} s", state.time)))
+        Err(Error::stopped(Stop::MostNewtonSteps, format!("surfaces that store no heat find no balance at {:.6} s", state.time)))
     }
 }

@@ -9,7 +9,7 @@ use super::super::system::System;
 use super::water::{Carried, Flow, Parcels, Passage, mixed};
 use super::{Transient, TransientState};
 use crate::discretise::network::{Load, Network, StreamState};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, Stop};
 
 /// Nodal residuals that may remain, over the heat that passes through.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
@@ -225,7 +225,7 @@ impl Transient<'_> {
             residual[solids..].fill(0.0);
             let imbalance: f64 = residual.iter().map(|r| r.abs()).sum();
             if !imbalance.is_finite() {
-                return Err(Error::numerics(format!("the temperatures are no longer finite at {:.6} s", state.time)));
+                return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite at {:.6} s", state.time)));
             }
             let passing = balance(network, stage.load, &[], &temperatures);
             let through = passing.in_watts.max(passing.out_watts) + from_water * rate;
@@ -242,10 +242,13 @@ impl Transient<'_> {
                 return Ok((temperatures, gathered(&streams, &water, &inflows, carried)));
             }
             if newton == MOST_NEWTON {
-                return Err(Error::numerics(format!(
-                    "a time step at {:.6} s does not converge: {imbalance:.3e} W of {through:.3e} W are unaccounted for",
-                    state.time
-                )));
+                return Err(Error::stopped(
+                    Stop::MostNewtonSteps,
+                    format!(
+                        "a time step at {:.6} s does not converge: {imbalance:.3e} W of {through:.3e} W are unaccounted for",
+                        state.time
+                    ),
+                ));
             }
             let mut jacobian = self.system.jacobian(network, stage.load, &still, &temperatures);
             let mut capacity: Vec<f64> = (0..solids).map(|i| rate * network.capacity_at(i, temperatures[i])).collect();
@@ -263,18 +266,21 @@ impl Transient<'_> {
             let linear = Linear { jacobian, calm, cold, rate, own: stage.effective.0, solids };
             residual.iter_mut().for_each(|r| *r = -*r);
             let outcome = preconditioner.solve(&linear, &residual, &mut step, LINEAR_TOLERANCE);
-            if !outcome.converged && outcome.relative_residual > 0.1 {
-                return Err(Error::numerics(format!(
-                    "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
-                    outcome.relative_residual, outcome.iterations
-                )));
+            if outcome.is_useless() {
+                return Err(Error::stopped(
+                    Stop::LinearSolver,
+                    format!(
+                        "the linear solver stopped at a relative residual of {:.2e} after {} iterations",
+                        outcome.relative_residual, outcome.iterations
+                    ),
+                ));
             }
             // No absolute temperature may more than double or turn negative.
             let factor =
                 temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
             for_chunks(&mut temperatures, |first, part| part.iter_mut().zip(&step[first..]).for_each(|(t, s)| *t += factor * s));
         }
-        Err(Error::numerics("a time step does not converge"))
+        Err(Error::stopped(Stop::MostNewtonSteps, "a time step does not converge"))
     }
 
     /// Sets the water nodes to the ends of their stations.
