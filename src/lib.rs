@@ -9,6 +9,7 @@
 //! surfaces, sources and sensors, and the solver knows nothing else.
 
 #![forbid(unsafe_code)]
+#![warn(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
 pub mod cli;

@@ -27,6 +27,7 @@
 //! The bounds a file must keep are the `MAX_` constants of [`format`].
 #![no_std]
 #![forbid(unsafe_code)]
+#![warn(missing_docs)]
 
 mod bytes;
 mod evaluate;

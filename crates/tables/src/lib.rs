@@ -15,6 +15,7 @@
 //! assert_eq!(frame.metadata, metadata);
 //! ```
 #![forbid(unsafe_code)]
+#![warn(missing_docs)]
 
 use std::fmt;
 use std::io::{Cursor, Write};
