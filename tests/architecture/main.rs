@@ -106,7 +106,7 @@ fn room(path: &str) -> Option<&'static str> {
 
 fn may_use(allowed: &[&str], used: &str) -> bool {
     let covers = |a: &&str| *a == used || a.strip_suffix('*').is_some_and(|group| used.starts_with(group));
-    allowed.iter().any(|a| covers(a))
+    allowed.iter().any(covers)
 }
 
 fn library() -> Vec<SourceFile> {
