@@ -45,19 +45,20 @@ impl fmt::Display for Celsius {
     }
 }
 
-/// Exponents of metre, kilogram, second and kelvin, and whether an absolute temperature is meant.
+/// Exponents of metre, kilogram, second, kelvin and ampere, and whether an absolute temperature is meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dimension {
     m: i8,
     kg: i8,
     s: i8,
     k: i8,
+    a: i8,
     absolute: bool,
 }
 
 impl Dimension {
     const fn of(m: i8, kg: i8, s: i8, k: i8) -> Self {
-        Self { m, kg, s, k, absolute: false }
+        Self { m, kg, s, k, a: 0, absolute: false }
     }
     /// A pure number.
     pub const NUMBER: Self = Self::of(0, 0, 0, 0);
@@ -72,7 +73,7 @@ impl Dimension {
     /// s
     pub const TIME: Self = Self::of(0, 0, 1, 0);
     /// Absolute temperature, stored in kelvin.
-    pub const TEMPERATURE: Self = Self { m: 0, kg: 0, s: 0, k: 1, absolute: true };
+    pub const TEMPERATURE: Self = Self { m: 0, kg: 0, s: 0, k: 1, a: 0, absolute: true };
     /// Temperature difference, K.
     pub const DIFFERENCE: Self = Self::of(0, 0, 0, 1);
     /// 1/K
@@ -115,6 +116,12 @@ impl Dimension {
     pub const ANGLE: Self = Self::NUMBER;
     /// Pa s
     pub const VISCOSITY: Self = Self::of(-1, 1, -1, 0);
+    /// A
+    pub const CURRENT: Self = Self { m: 0, kg: 0, s: 0, k: 0, a: 1, absolute: false };
+    /// V
+    pub const VOLTAGE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -1, absolute: false };
+    /// Ω
+    pub const RESISTANCE: Self = Self { m: 2, kg: 1, s: -3, k: 0, a: -2, absolute: false };
 
     /// Whether it is an absolute temperature, whose zero depends on the scale.
     pub const fn is_absolute(self) -> bool {
@@ -149,6 +156,9 @@ impl Dimension {
             Self::TORQUE => "\"4 N m\"",
             Self::INERTIA => "\"1e-4 kg m2\"",
             Self::VISCOSITY => "\"0.89 mPa s\"",
+            Self::CURRENT => "\"12 A\"",
+            Self::VOLTAGE => "\"24 V\"",
+            Self::RESISTANCE => "\"0.35 Ohm\"",
             _ => "\"0.5\"",
         }
     }
@@ -197,8 +207,56 @@ const UNITS: &[(&str, f64, Dimension)] = &[
     ("bar", 1e5, Dimension::PRESSURE),
     ("mbar", 1e2, Dimension::PRESSURE),
     ("mPa", 1e-3, Dimension::PRESSURE),
-    ("cSt", 1e-6, Dimension { m: 2, kg: 0, s: -1, k: 0, absolute: false }),
+    ("cSt", 1e-6, Dimension::of(2, 0, -1, 0)),
+    ("A", 1.0, Dimension::CURRENT),
+    ("mA", 1e-3, Dimension::CURRENT),
+    ("V", 1.0, Dimension::VOLTAGE),
+    ("mV", 1e-3, Dimension::VOLTAGE),
+    ("Ohm", 1.0, Dimension::RESISTANCE),
+    ("inch", 0.0254, Dimension::LENGTH),
+    ("ft", 0.3048, Dimension::LENGTH),
+    ("lbm", 0.453_592_37, Dimension::MASS),
+    ("lbf", 4.448_221_615_260_5, Dimension::FORCE),
+    ("psi", 6_894.757_293_168_361, Dimension::PRESSURE),
+    // United States liquid gallons per minute, of 231 cubic inches each.
+    ("gpm", 3.785_411_784e-3 / 60.0, Dimension::VOLUME_FLOW),
+    ("degF", 5.0 / 9.0, Dimension::DIFFERENCE),
+    ("°F", 5.0 / 9.0, Dimension::DIFFERENCE),
+    ("degR", 5.0 / 9.0, Dimension::DIFFERENCE),
 ];
+
+/// What is often written and is no unit here, with what to write instead.
+const MISTAKEN: &[(&str, &str)] = &[
+    ("C", "degC"),
+    ("Celsius", "degC"),
+    ("celsius", "degC"),
+    ("grad", "degC"),
+    ("F", "degF"),
+    ("Fahrenheit", "degF"),
+    ("Kelvin", "K"),
+    ("kelvin", "K"),
+    ("in", "inch"),
+    ("lb", "lbm or lbf"),
+    ("lpm", "L/min"),
+    ("LPM", "L/min"),
+    ("GPM", "gpm"),
+    ("U", "rpm"),
+    ("sec", "s"),
+    ("hr", "h"),
+    ("Watt", "W"),
+    ("pa", "Pa"),
+    ("kw", "kW"),
+    ("w", "W"),
+];
+
+/// Kelvin of a temperature of zero on the scale of a unit whose zero is not absolute.
+fn zero_of_scale(unit_text: &str) -> Option<f64> {
+    match unit_text.trim() {
+        "degC" | "°C" => Some(ZERO_CELSIUS),
+        "degF" | "°F" => Some(ZERO_CELSIUS - 32.0 * 5.0 / 9.0),
+        _ => None,
+    }
+}
 
 /// Factor and dimension of a unit expression such as `W/(m2 K)`, `J/kg/K`, `m^3/s`, `kg m2`.
 fn unit(text: &str) -> Result<(f64, Dimension)> {
@@ -236,7 +294,13 @@ fn unit(text: &str) -> Result<(f64, Dimension)> {
         let symbol = &rest[..end];
         let Some((_, f, d)) = UNITS.iter().find(|(name, ..)| *name == symbol) else {
             let known: Vec<&str> = UNITS.iter().map(|(name, ..)| *name).collect();
-            let error = Error::input(format!("unknown unit '{}'", if symbol.is_empty() { text } else { symbol }));
+            let error = Error::input(match rest.chars().next().filter(|_| symbol.is_empty()) {
+                Some(c) => format!("'{c}' has no place in a unit"),
+                None => format!("unknown unit '{symbol}'"),
+            });
+            if let Some((_, meant)) = MISTAKEN.iter().find(|(wrong, _)| *wrong == symbol) {
+                return Err(error.help(format!("write {meant}")));
+            }
             return Err(match did_you_mean(symbol, known.iter().copied()) {
                 Some(meant) => error.help(format!("did you mean '{meant}'?")),
                 None => error.help(format!("units known here: {}", known.join(" "))),
@@ -264,7 +328,14 @@ fn unit(text: &str) -> Result<(f64, Dimension)> {
         let p = power.saturating_mul(sign);
         factor *= f.powi(i32::from(p));
         let add = |a: i8, b: i8| a.saturating_add(b.saturating_mul(p));
-        dim = Dimension { m: add(dim.m, d.m), kg: add(dim.kg, d.kg), s: add(dim.s, d.s), k: add(dim.k, d.k), absolute: false };
+        dim = Dimension {
+            m: add(dim.m, d.m),
+            kg: add(dim.kg, d.kg),
+            s: add(dim.s, d.s),
+            k: add(dim.k, d.k),
+            a: add(dim.a, d.a),
+            absolute: false,
+        };
         if !in_group {
             sign = 1;
         }
@@ -287,6 +358,10 @@ pub fn parse(text: &str, expected: Dimension) -> Result<f64> {
         return Err(Error::input("the number is not finite").read(text).help(wants()));
     }
     let suffix = suffix.trim();
+    if let Some(c) = suffix.chars().next().filter(|_| !is_quantity(text)) {
+        let place = text.chars().count() - suffix.chars().count() + 1;
+        return Err(Error::input(format!("'{c}' (character {place}) has no place in a number with its unit")).read(text).help(wants()));
+    }
     if suffix.is_empty() && expected != Dimension::NUMBER {
         return Err(Error::input("a bare number, without its unit").read(text).help(wants()));
     }
@@ -322,20 +397,68 @@ fn number_length(text: &str) -> usize {
 /// # Errors
 /// As [`parse`].
 pub fn convert(value: f64, unit_text: &str, expected: Dimension) -> Result<f64> {
-    let (factor, found) = unit(unit_text)?;
-    let same = Dimension { absolute: false, ..expected } == found;
-    if !same {
-        return Err(Error::input(format!("'{unit_text}' is not the unit of this quantity"))
-            .help(format!("expected for example {}", expected.example())));
-    }
+    let factor = factor(unit_text, expected)?;
+    let zero = zero_of_scale(unit_text);
     if !expected.absolute {
+        if zero.is_some() {
+            return Err(Error::input(format!("'{unit_text}' is a temperature, and a difference of temperatures is meant here"))
+                .help("write the difference in K"));
+        }
         return Ok(value * factor);
     }
-    let kelvin = if matches!(unit_text.trim(), "degC" | "°C") { Kelvin::from(Celsius(value)).0 } else { value };
+    let kelvin = match zero {
+        Some(zero) => value * factor + zero,
+        None => value * factor,
+    };
     if kelvin < 0.0 {
         return Err(Error::input("a temperature below absolute zero"));
     }
     Ok(kelvin)
+}
+
+/// Factor to SI of a unit of the dimension `expected`.
+fn factor(unit_text: &str, expected: Dimension) -> Result<f64> {
+    let (factor, found) = unit(unit_text)?;
+    let wanted = Dimension { absolute: false, ..expected };
+    if found == wanted {
+        return Ok(factor);
+    }
+    let error = Error::input(format!("'{unit_text}' is not the unit of this quantity"));
+    // `W/m2 K` multiplies by K; where everything behind the first slash is meant to divide, brackets say so.
+    if let Some((above, below)) = unit_text.split_once('/').filter(|(_, below)| !below.contains(['(', '/'])) {
+        let bracketed = format!("{above}/({})", spaced(below));
+        if unit(&bracketed).is_ok_and(|(_, found)| found == wanted) {
+            return Err(error.help(format!("write {bracketed}: what stands behind a slash alone divides")));
+        }
+    }
+    Err(error.help(format!("expected for example {}", expected.example())))
+}
+
+/// Factors of a unit set apart: `m²K` to `m2 K`.
+fn spaced(text: &str) -> String {
+    let mut out = String::new();
+    let mut after_power = false;
+    for c in text.trim().chars() {
+        if after_power && c.is_alphabetic() {
+            out.push(' ');
+        }
+        after_power = matches!(c, '²' | '³') || c.is_ascii_digit();
+        out.push(match c {
+            '²' => '2',
+            '³' => '3',
+            c => c,
+        });
+    }
+    out
+}
+
+/// Whether `text` is meant as a number with a unit: a number at its start, and behind it nothing or the first
+/// letter or sign of a unit. Everything else is an expression: `2 * pi`, `100 / 4`, `-(1 + x)`.
+pub fn is_quantity(text: &str) -> bool {
+    let text = text.trim();
+    let (number, suffix) = text.split_at(number_length(text));
+    let is_unit = |c: char| c.is_alphabetic() || matches!(c, '°' | '%' | '1');
+    number.parse::<f64>().is_ok() && suffix.trim().chars().next().is_none_or(is_unit)
 }
 
 /// The dimension of a unit as it stands in a header: `degC` means an absolute temperature, `K` a difference.
@@ -344,7 +467,7 @@ pub fn convert(value: f64, unit_text: &str, expected: Dimension) -> Result<f64> 
 /// An unknown unit.
 pub fn dimension_of(unit_text: &str) -> Result<Dimension> {
     let (_, dimension) = unit(unit_text)?;
-    Ok(if matches!(unit_text.trim(), "degC" | "°C") { Dimension::TEMPERATURE } else { dimension })
+    Ok(if zero_of_scale(unit_text).is_some() { Dimension::TEMPERATURE } else { dimension })
 }
 
 /// A text split into its number, its unit and the dimension of that unit; `None` where it is no quantity.
@@ -362,8 +485,7 @@ pub fn quantity(text: &str) -> Option<(f64, &str, Dimension)> {
     if suffix.is_empty() {
         return Some((value, "1", Dimension::NUMBER));
     }
-    // A sign of multiplication after the number belongs to an expression.
-    if suffix.starts_with(['*', '/', '.', '^']) {
+    if !is_quantity(text) {
         return None;
     }
     dimension_of(suffix).ok().map(|dimension| (value, suffix, dimension))
@@ -374,15 +496,9 @@ pub fn quantity(text: &str) -> Option<(f64, &str, Dimension)> {
 /// # Errors
 /// As [`convert`].
 pub fn express(si: f64, unit_text: &str, dimension: Dimension) -> Result<f64> {
-    let (factor, found) = unit(unit_text)?;
-    if (Dimension { absolute: false, ..dimension }) != found {
-        return Err(Error::input(format!("'{unit_text}' is not the unit of this quantity"))
-            .help(format!("expected for example {}", dimension.example())));
-    }
-    if dimension.absolute && matches!(unit_text.trim(), "degC" | "°C") {
-        return Ok(Celsius::from(Kelvin(si)).0);
-    }
-    Ok(si / factor)
+    let factor = factor(unit_text, dimension)?;
+    let zero = zero_of_scale(unit_text).filter(|_| dimension.absolute).unwrap_or(0.0);
+    Ok((si - zero) / factor)
 }
 
 #[cfg(test)]
@@ -408,6 +524,33 @@ mod tests {
     }
 
     #[test]
+    fn reads_the_units_of_other_countries() {
+        let near = |text: &str, dim: Dimension, si: f64| {
+            let read = parse(text, dim).unwrap();
+            assert!((read - si).abs() <= 1e-12 * si.abs(), "{text}: {read}");
+        };
+        near("212 degF", Dimension::TEMPERATURE, 373.15);
+        near("671.67 degR", Dimension::TEMPERATURE, 373.15);
+        near("2 inch", Dimension::LENGTH, 0.0508);
+        near("1 gpm", Dimension::VOLUME_FLOW, 6.309_019_64e-5);
+        near("14.5 psi", Dimension::PRESSURE, 99_973.980_750_941_23);
+        near("10 lbm", Dimension::MASS, 4.535_923_7);
+        near("1 V A", Dimension::POWER, 1.0);
+        near("2 V/A", Dimension::RESISTANCE, 2.0);
+        assert!((express(373.15, "degF", Dimension::TEMPERATURE).unwrap() - 212.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_number_with_a_unit_is_no_expression() {
+        for text in ["2", "-2.5", "20 degC", "95 %", "560 W/(m2 K)", "3 1/K", "1e-3 m"] {
+            assert!(is_quantity(text), "{text}");
+        }
+        for text in ["2 * pi", "100 / 4", "sqrt(4)", "1/0", "2 +", "-(1)", "pi", "2^3", "x"] {
+            assert!(!is_quantity(text), "{text}");
+        }
+    }
+
+    #[test]
     fn refuses_and_says_what_it_expected() {
         for (text, dim, needle) in [
             ("20.5", Dimension::TEMPERATURE, "degC"),
@@ -416,6 +559,12 @@ mod tests {
             ("abc", Dimension::LENGTH, "mm"),
             ("1e400 m", Dimension::LENGTH, "finite"),
             ("3 mmm", Dimension::LENGTH, "mm"),
+            ("20 degC", Dimension::DIFFERENCE, "in K"),
+            ("20 C", Dimension::TEMPERATURE, "write degC"),
+            ("560 W/m2 K", Dimension::FILM, "write W/(m2 K)"),
+            ("560 W/m²K", Dimension::FILM, "write W/(m2 K)"),
+            ("5 m#", Dimension::LENGTH, "'#' has no place"),
+            ("100 / 4 mm", Dimension::LENGTH, "'/' (character 5)"),
         ] {
             let message = parse(text, dim).unwrap_err().to_string();
             assert!(message.contains(needle), "{text}: {message}");

@@ -1,8 +1,12 @@
 //! Writing a file whole or not at all.
+//!
+//! A symbolic link stays a link: the file behind it is replaced. A pipe or device stays what it is: the bytes
+//! are written into it once they are complete.
 
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::path::Path;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 
@@ -14,6 +18,9 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     replace(path, |temporary| fs::write(temporary, bytes).map_err(|e| Error::file("write", path, e)))
 }
 
+/// How many links may lead to one another.
+const MOST_LINKS: usize = 40;
+
 /// Gives `write` a temporary name in the folder of `path`, with the same extension, and renames what it wrote
 /// there once that is on the disk. A reader, and whoever comes after a crash, sees the old file or the new one.
 /// A missing folder is made.
@@ -24,23 +31,48 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 pub fn replace(path: &Path, write: impl FnOnce(&Path) -> Result<()>) -> Result<()> {
     let failed =
         |action: &str, e: std::io::Error| Error::file(action, path, e).help("check that the folder may be written to and has space left");
-    let Some(name) = path.file_name() else {
+    if path.file_name().is_none() {
         return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
-    };
-    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(folder).map_err(|e| failed("make the folder of", e))?;
+    }
+    let target = behind_links(path)?;
+    let existing = fs::metadata(&target).ok();
+    let is_stream = existing.as_ref().is_some_and(|m| !m.is_file() && !m.is_dir());
+    let beside = target.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder = if is_stream { std::env::temp_dir() } else { beside.to_path_buf() };
+    fs::create_dir_all(&folder).map_err(|e| failed("make the folder of", e))?;
     // Hidden, and of this process alone: two runs that write the same file do not meet.
     let mut hidden = OsString::from(format!(".{}.", std::process::id()));
-    hidden.push(name);
+    hidden.push(target.file_name().unwrap_or_default());
     let temporary = folder.join(hidden);
-    let outcome = write(&temporary).and_then(|()| {
-        File::open(&temporary).and_then(|f| f.sync_all()).and_then(|()| fs::rename(&temporary, path)).map_err(|e| failed("write", e))
-    });
+    let put = || -> std::io::Result<()> {
+        if is_stream {
+            let mut stream = File::options().write(true).open(&target)?;
+            stream.write_all(&fs::read(&temporary)?)?;
+            stream.flush()?;
+            return fs::remove_file(&temporary);
+        }
+        if let Some(existing) = &existing {
+            fs::set_permissions(&temporary, existing.permissions())?;
+        }
+        File::open(&temporary)?.sync_all()?;
+        fs::rename(&temporary, &target)
+    };
+    let outcome = write(&temporary).and_then(|()| put().map_err(|e| failed("write", e)));
     if outcome.is_err() {
         // The reason is in `outcome`; a temporary file that cannot be removed adds nothing to it.
         let _ = fs::remove_file(&temporary);
     }
     outcome
+}
+
+/// The path that `path` means once every symbolic link at its end is followed; it need not exist.
+fn behind_links(path: &Path) -> Result<PathBuf> {
+    let mut target = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = fs::read_link(&target) else { return Ok(target) };
+        target = target.parent().unwrap_or(Path::new("")).join(next);
+    }
+    Err(Error::input("this link leads to itself").in_file(path).help("name the file itself"))
 }
 
 /// Whether a file can be written at `path`, found out before the work that would be lost: nothing is left behind.
@@ -52,6 +84,12 @@ pub fn check(path: &Path) -> Result<()> {
     if path.file_name().is_none() || path.is_dir() {
         return Err(Error::input("this is no file name").in_file(path).help("name a file to write"));
     }
+    let target = behind_links(path)?;
+    // Opening a pipe to try it would end it for its reader.
+    if fs::metadata(&target).is_ok_and(|m| !m.is_file()) {
+        return Ok(());
+    }
+    let path = target.as_path();
     let above = path.ancestors().skip(1).map(|a| if a.as_os_str().is_empty() { Path::new(".") } else { a });
     let Some(folder) = above.into_iter().find(|a| a.exists()) else { return Ok(()) };
     if !folder.is_dir() {
@@ -68,6 +106,43 @@ pub fn check(path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(unix)]
+    #[test]
+    fn links_pipes_and_devices_stay_what_they_are() {
+        use std::os::unix::fs::{FileTypeExt, PermissionsExt, symlink};
+        let folder = std::env::temp_dir().join(format!("coldplate-links-{}", std::process::id()));
+        fs::create_dir_all(folder.join("far")).unwrap();
+        let (file, link) = (folder.join("far").join("file.csv"), folder.join("link.csv"));
+        symlink("middle.csv", &link).unwrap();
+        symlink("far/file.csv", folder.join("middle.csv")).unwrap();
+        // A link to nothing yet, then one to a file.
+        for text in [b"one", b"two"] {
+            check(&link).unwrap();
+            write(&link, text).unwrap();
+            assert_eq!(fs::read(&file).unwrap(), text);
+            assert!(link.is_symlink() && folder.join("middle.csv").is_symlink());
+        }
+        fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
+        write(&link, b"three").unwrap();
+        assert_eq!(fs::metadata(&file).unwrap().permissions().mode() & 0o777, 0o640);
+        symlink("round.csv", folder.join("round.csv")).unwrap();
+        assert!(write(&folder.join("round.csv"), b"").unwrap_err().to_string().contains("leads to itself"));
+        // A pipe is written into, and stays a pipe.
+        let pipe = folder.join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let reader = std::thread::spawn({
+            let pipe = pipe.clone();
+            move || fs::read(pipe).unwrap()
+        });
+        write(&pipe, b"through").unwrap();
+        assert_eq!(reader.join().unwrap(), b"through");
+        assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
+        write(Path::new("/dev/null"), b"gone").unwrap();
+        assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
+        assert!(write(Path::new("/dev/full"), b"refused").is_err());
+        let _ = fs::remove_dir_all(&folder);
+    }
 
     #[test]
     fn a_failed_write_leaves_the_old_file_and_nothing_else() {

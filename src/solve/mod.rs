@@ -15,6 +15,10 @@ mod tangent;
 mod tensor;
 pub mod transient;
 
+/// Hash of the sources of everything between a machine file and its temperatures: journals and checkpoints of
+/// another build are refused by it.
+pub const NUMERICS: &str = env!("COLDPLATE_NUMERICS");
+
 pub use jacobian::Jacobian;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
 pub use system::{Symmetric, System, residual};

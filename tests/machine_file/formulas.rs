@@ -54,6 +54,12 @@ fn slots_take_constants_variables_and_expressions_in_their_unit() {
     let litres = Formula::parse("3 * min_flow", Dimension::VOLUME_FLOW, Some("L/min"), &names(), Location::default()).unwrap();
     assert!((at(litres) - 1.5e-4).abs() < 1e-18);
     assert_eq!(parse("motor_speed_rpm", Dimension::POWER).unwrap().as_constant(), None);
+    // Expressions without names are constants in the slot's unit.
+    for (text, watts) in [("2 * pi", 2.0 * std::f64::consts::PI), ("100 / 4", 25.0), ("sqrt(4)", 2.0), ("-(1 - 3)", 2.0), ("2e1 + 1", 21.0)]
+    {
+        assert_eq!(parse(text, Dimension::POWER).unwrap().as_constant(), Some(watts), "{text}");
+    }
+    assert_eq!(parse("40 / 2", Dimension::TEMPERATURE).unwrap().as_constant(), Some(293.15));
 }
 
 #[test]
@@ -93,6 +99,11 @@ fn mistakes_are_explained() {
         ("motor_speed_rpm 2", Dimension::POWER, "is not expected"),
         ("1.2.3 * motor_speed_rpm", Dimension::POWER, "not a number"),
         ("", Dimension::POWER, "no number"),
+        ("1/0", Dimension::POWER, "no finite value from character 2 on"),
+        ("3 + sqrt(-1)", Dimension::POWER, "no finite value from character 5 on"),
+        ("2 +", Dimension::POWER, "a number or a name is missing at the end"),
+        ("2 % 3", Dimension::POWER, "'3' has no place in a unit"),
+        ("2 * p", Dimension::POWER, "unknown name 'p' (character 5)"),
         ("-1 degC * motor_speed_rpm", Dimension::POWER, "not expected"),
     ] {
         let error = parse(text, dimension).unwrap_err();

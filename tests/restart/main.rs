@@ -210,6 +210,20 @@ fn values_that_are_no_numbers_and_total_failure_are_errors() {
 }
 
 #[test]
+fn results_of_another_build_are_not_resumed() {
+    let (plan, folder) = (plan(4), folder("build"));
+    execute(&plan, &subject(), &folder, SweepOptions::default(), solve).unwrap();
+    let path = folder.join(JOURNAL);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let (first, rest) = text.split_once('\n').unwrap();
+    let payload = first.rsplit_once('\t').unwrap().0.replace(coldplate::solve::NUMERICS, "0123456789abcdef");
+    std::fs::write(&path, format!("{payload}\t{:08x}\n{rest}", crc32fast::hash(payload.as_bytes()))).unwrap();
+    let message = execute(&plan, &subject(), &folder, SweepOptions::default(), solve).unwrap_err().to_string();
+    assert!(message.contains("numerics of the program: 0123456789abcdef then") && message.contains("--out"), "{message}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
 fn two_processes_cannot_write_one_journal() {
     let folder = folder("lock");
     let header = Header { identity: vec![("program".into(), "x".into())], outputs: vec!["a [K]".into()], conditions: 3 };

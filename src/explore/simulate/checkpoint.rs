@@ -11,6 +11,7 @@ use crate::discretise::network::Network;
 use crate::error::{Error, Result};
 use crate::explore::schedule::Schedule;
 use crate::foundation::atomic_file;
+use crate::solve::NUMERICS;
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::{Energy, TransientState};
 
@@ -40,6 +41,7 @@ impl Identity {
         };
         let entries = [
             ("version of the program", env!("CARGO_PKG_VERSION").to_string()),
+            ("numerics of the program", NUMERICS.to_string()),
             ("machine file or its --set", model.machine.hash.clone()),
             ("number of cells", format!("{} in {} nodes", model.mesh.cells, model.network.nodes)),
             ("schedule or its conditions", schedule.hash()),

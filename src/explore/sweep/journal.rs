@@ -15,6 +15,7 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
@@ -70,7 +71,7 @@ impl Journal {
             .truncate(false)
             .open(path)
             .map_err(|e| failed("open", e).help("check that the folder exists and may be written to"))?;
-        match file.try_lock() {
+        match lock(&file) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
                 return Err(Error::input("another process is writing this journal")
@@ -238,6 +239,18 @@ impl Journal {
         let values: Vec<f64> = rest.strip_prefix("ok\t")?.split('\t').map(|v| v.parse().ok()).collect::<Option<_>>()?;
         Some((index, Outcome::Values(values)))
     }
+}
+
+/// Locks the file, waiting a moment for a process that is just ending, or one that was just started by this
+/// one and holds every open file until its own program begins.
+fn lock(file: &File) -> std::result::Result<(), TryLockError> {
+    for _ in 0..20 {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => std::thread::sleep(Duration::from_millis(25)),
+            settled => return settled,
+        }
+    }
+    file.try_lock()
 }
 
 /// The payload of a line whose checksum is right.

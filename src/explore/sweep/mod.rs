@@ -26,6 +26,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
 use crate::foundation::table::{Column, Table, TextColumn};
+use crate::solve::NUMERICS;
 use journal::{Header, Journal, Outcome};
 
 /// Name of the journal in the output folder.
@@ -89,7 +90,9 @@ pub fn execute(
 ) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let outputs: Vec<String> = subject.outputs.iter().map(|(name, unit)| format!("{name} [{unit}]")).collect();
-    let header = Header { identity: identity(plan, subject), outputs, conditions: plan.conditions.len() };
+    let mut deciding = identity(plan, subject);
+    deciding.push(("numerics of the program".into(), NUMERICS.into()));
+    let header = Header { identity: deciding, outputs, conditions: plan.conditions.len() };
     let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
     let resumed = journal.outcomes().iter().flatten().count();
     let outcomes = run(&plan.conditions, subject.outputs.len(), &mut journal, options, solve)?;

@@ -170,17 +170,14 @@ impl Formula {
                 }
                 return Ok(formula(vec![Op::Slot(slot)], 1.0, 0.0));
             }
-            match units::parse(text, dimension) {
-                Ok(si) if si.is_finite() => return Ok(formula(vec![Op::Number(si)], 1.0, 0.0)),
-                Ok(_) => return Err(Error::input("the number is too large")),
-                // Without a name that could be meant for a variable it was meant as a constant.
-                Err(error) if !program::names_in(text).iter().any(|name| name.contains('_') || names.slot(name).is_some()) => {
-                    let number_first = text.starts_with(|c: char| c.is_ascii_digit() || "+-.".contains(c));
-                    if number_first || program::names_in(text).is_empty() {
-                        return Err(error);
-                    }
+            // What names a variable is an expression, whatever it begins with.
+            let has_variable = || program::names_in(text).iter().any(|name| names.slot(name).is_some());
+            if text.is_empty() || units::is_quantity(text) && !has_variable() {
+                let si = units::parse(text, dimension)?;
+                if !si.is_finite() {
+                    return Err(Error::input("the number is too large"));
                 }
-                Err(_) => {}
+                return Ok(formula(vec![Op::Number(si)], 1.0, 0.0));
             }
         }
         let one = units::convert(1.0, result_unit, dimension)?;

@@ -197,19 +197,33 @@ pub(super) fn names_in(text: &str) -> Vec<&str> {
 /// # Errors
 /// Unreadable, an unknown name (with the nearest of `known`), nested too deeply.
 pub(super) fn compile(text: &str, known: &[&str], slot: &dyn Fn(&str) -> Option<usize>) -> Result<Vec<Op>> {
-    let mut parser = Parser { tokens: tokens(text)?, at: 0, depth: 0, program: Vec::new(), known, slot };
+    let mut parser = Parser { tokens: tokens(text)?, at: 0, depth: 0, program: Vec::new(), places: Vec::new(), known, slot };
     parser.sum()?;
     match parser.tokens.get(parser.at) {
-        None => Ok(fold(&parser.program)),
+        None => fold(&parser.program, &parser.places),
         Some((place, token)) => {
             Err(Error::input(format!("{} (character {place}) is not expected in this formula", show(token))).help(HELP))
         }
     }
 }
 
-/// Replaces a program without names by its value.
-fn fold(program: &[Op]) -> Vec<Op> {
-    if program.iter().any(|op| matches!(op, Op::Slot(_))) { program.to_vec() } else { vec![Op::Number(run(program, &[], None).0)] }
+/// Replaces a program without names by its value. `places` are the characters of the operations, from 1.
+///
+/// # Errors
+/// The value is not finite; the first operation without a finite result is named.
+fn fold(program: &[Op], places: &[usize]) -> Result<Vec<Op>> {
+    if program.iter().any(|op| matches!(op, Op::Slot(_))) {
+        return Ok(program.to_vec());
+    }
+    let value = run(program, &[], None).0;
+    if value.is_finite() {
+        return Ok(vec![Op::Number(value)]);
+    }
+    let is_wrong = |length: &usize| !run(&program[..*length], &[], None).0.is_finite();
+    let first = (1..=program.len()).find(is_wrong).and_then(|length| places.get(length - 1));
+    let place = first.map_or(String::new(), |place| format!(" from character {place} on"));
+    Err(Error::input(format!("this formula has no finite value{place}"))
+        .help("look for a division by zero, or a root, logarithm or power of a negative number"))
 }
 
 fn show(token: &Token) -> String {
@@ -225,11 +239,23 @@ struct Parser<'a> {
     at: usize,
     depth: usize,
     program: Vec<Op>,
+    /// The character of each operation in `program`, from 1.
+    places: Vec<usize>,
     known: &'a [&'a str],
     slot: &'a dyn Fn(&str) -> Option<usize>,
 }
 
 impl Parser<'_> {
+    fn push(&mut self, op: Op, place: usize) {
+        self.program.push(op);
+        self.places.push(place);
+    }
+
+    /// The character of the next token, from 1.
+    fn place(&self) -> usize {
+        self.tokens.get(self.at).or(self.tokens.last()).map_or(1, |(place, _)| *place)
+    }
+
     fn take(&mut self, wanted: &[char]) -> Option<char> {
         match self.tokens.get(self.at) {
             Some((_, Token::Sign(c))) if wanted.contains(c) => {
@@ -254,20 +280,22 @@ impl Parser<'_> {
 
     fn sum(&mut self) -> Result<()> {
         self.product()?;
-        while let Some(c) = self.take(&['+', '-']) {
+        loop {
+            let place = self.place();
+            let Some(c) = self.take(&['+', '-']) else { return Ok(()) };
             self.product()?;
-            self.program.push(if c == '+' { Op::Add } else { Op::Subtract });
+            self.push(if c == '+' { Op::Add } else { Op::Subtract }, place);
         }
-        Ok(())
     }
 
     fn product(&mut self) -> Result<()> {
         self.signed()?;
-        while let Some(c) = self.take(&['*', '/']) {
+        loop {
+            let place = self.place();
+            let Some(c) = self.take(&['*', '/']) else { return Ok(()) };
             self.signed()?;
-            self.program.push(if c == '*' { Op::Multiply } else { Op::Divide });
+            self.push(if c == '*' { Op::Multiply } else { Op::Divide }, place);
         }
-        Ok(())
     }
 
     fn signed(&mut self) -> Result<()> {
@@ -275,18 +303,20 @@ impl Parser<'_> {
         if self.depth > DEEPEST {
             return Err(Error::input(format!("this formula nests deeper than {DEEPEST} levels")).help("split it with [define]"));
         }
+        let place = self.place();
         match self.take(&['+', '-']) {
             Some(c) => {
                 self.signed()?;
                 if c == '-' {
-                    self.program.push(Op::Negate);
+                    self.push(Op::Negate, place);
                 }
             }
             None => {
                 self.atom()?;
+                let place = self.place();
                 if self.take(&['^']).is_some() {
                     self.signed()?;
-                    self.program.push(Op::Power);
+                    self.push(Op::Power, place);
                 }
             }
         }
@@ -300,40 +330,40 @@ impl Parser<'_> {
             return self.expect(')');
         }
         match self.tokens.get(self.at).cloned() {
-            Some((_, Token::Number(number))) => {
+            Some((place, Token::Number(number))) => {
                 self.at += 1;
-                self.program.push(Op::Number(number));
+                self.push(Op::Number(number), place);
                 Ok(())
             }
-            Some((_, Token::Name(name))) => {
+            Some((place, Token::Name(name))) => {
                 self.at += 1;
-                self.name(&name)
+                self.name(&name, place)
             }
             _ => Err(self.unexpected("a number or a name is missing")),
         }
     }
 
-    fn name(&mut self, name: &str) -> Result<()> {
+    fn name(&mut self, name: &str, place: usize) -> Result<()> {
         if name == "pi" {
-            self.program.push(Op::Number(std::f64::consts::PI));
+            self.push(Op::Number(std::f64::consts::PI), place);
             return Ok(());
         }
         if let Some(function) = FUNCTIONS.iter().position(|f| *f == name) {
-            return self.call(name, function);
+            return self.call(name, function, place);
         }
         if let Some(slot) = (self.slot)(name) {
-            self.program.push(Op::Slot(slot));
+            self.push(Op::Slot(slot), place);
             return Ok(());
         }
         let list = format!("names known here: {}; functions: {}", self.known.join(", "), FUNCTIONS.join(", "));
-        let error = Error::input(format!("unknown name '{name}' in this formula"));
+        let error = Error::input(format!("unknown name '{name}' (character {place}) in this formula"));
         Err(match did_you_mean(name, self.known.iter().copied().chain(FUNCTIONS)) {
             Some(meant) => error.help(format!("did you mean '{meant}'? {list}")),
             None => error.help(list),
         })
     }
 
-    fn call(&mut self, name: &str, function: usize) -> Result<()> {
+    fn call(&mut self, name: &str, function: usize, place: usize) -> Result<()> {
         self.expect('(')?;
         self.sum()?;
         let mut count = 1;
@@ -341,14 +371,14 @@ impl Parser<'_> {
             self.sum()?;
             count += 1;
             match name {
-                "min" => self.program.push(Op::Minimum),
-                "max" => self.program.push(Op::Maximum),
+                "min" => self.push(Op::Minimum, place),
+                "max" => self.push(Op::Maximum, place),
                 _ => return Err(Error::input(format!("'{name}' takes one argument")).help(HELP)),
             }
         }
         self.expect(')')?;
         match ONE_ARGUMENT.get(function) {
-            Some(function) => self.program.push(Op::Call(*function)),
+            Some(function) => self.push(Op::Call(*function), place),
             None if count < 2 => return Err(Error::input(format!("'{name}' takes two arguments or more")).help(HELP)),
             None => {}
         }
