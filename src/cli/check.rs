@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
-use super::text::{significant, table};
+use super::text::table;
+use crate::foundation::numbers::significant;
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::{EnclosureViews, Load};
 use crate::error::{Error, Result};

@@ -1,11 +1,7 @@
 //! The condition variables as command-line options.
 
-use serde_json::{Map, Value};
-
-use super::text::significant;
-use crate::describe::machine::{Condition, Machine, Variable};
+use crate::describe::machine::{Condition, Machine};
 use crate::error::{Error, Result};
-use crate::units::express;
 
 /// A condition; every value carries its unit, for example `--motor-speed "2500 rpm"`.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -57,23 +53,6 @@ impl ConditionArgs {
         let pairs: Vec<(&str, &str)> = values.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
         machine.condition(&pairs)
     }
-}
-
-/// A condition in words: `coolant flow 4.000 L/min, motor speed 2500 rpm`.
-pub fn words(machine: &Machine, condition: &Condition) -> String {
-    let of = |(v, si): (&Variable, &f64)| format!("{} {}", v.name.replace('_', " "), value(v, *si, 4));
-    machine.variables.iter().zip(condition.si()).map(of).collect::<Vec<_>>().join(", ")
-}
-
-/// The same as JSON: every variable with its value and unit as text.
-pub fn to_json(machine: &Machine, condition: &Condition) -> Map<String, Value> {
-    machine.variables.iter().zip(condition.si()).map(|(v, si)| (v.name.clone(), Value::String(value(v, *si, 6)))).collect()
-}
-
-/// A variable's value in its own unit.
-pub fn value(variable: &Variable, si: f64, digits: usize) -> String {
-    let shown = express(si, &variable.unit, variable.dimension).unwrap_or(si);
-    format!("{} {}", significant(shown, digits), variable.unit)
 }
 
 /// Splits `NAME=VALUE`.

@@ -6,7 +6,8 @@ use std::time::Instant;
 use serde_json::json;
 
 use super::output::Output;
-use super::text::{significant, table};
+use super::text::table;
+use crate::foundation::numbers::significant;
 use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::foundation::table::Table;

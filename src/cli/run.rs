@@ -7,7 +7,8 @@ use serde_json::json;
 use super::condition::pair_of;
 use super::output::Output;
 use super::sweep::default_folder;
-use super::text::{significant, table};
+use super::text::table;
+use crate::foundation::numbers::significant;
 use crate::error::Result;
 use crate::explore::sweep::SweepOptions;
 use crate::explore::sweep::bridge::Sweep;
@@ -41,7 +42,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
     out.note(&format!("{}: {} conditions on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.model.mesh.cells));
-    let options = SweepOptions { threads: None, progress: !out.quiet, retry_failed: args.retry_failed };
+    let progress = out.progress();
+    let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     let summary = pipeline::run(&sweep, &folder, options, &|what| out.note(what))?;
     for note in &summary.notes {
         out.note(note);

@@ -8,7 +8,8 @@ use serde_json::{Map, Value, json};
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
-use super::text::{duration, significant, table};
+use super::text::{duration, table};
+use crate::foundation::numbers::significant;
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::explore::schedule::{self, Schedule};

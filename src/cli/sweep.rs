@@ -44,7 +44,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
-    let options = SweepOptions { threads: None, progress: !out.quiet, retry_failed: args.retry_failed };
+    let progress = out.progress();
+    let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     let swept = sweep.run(&folder, options)?;
     notes(&swept, out);
     let total = sweep.plan.conditions.len();

@@ -1,8 +1,10 @@
 //! What every room stands on: documents that know where each value stands, formulas, tables, files that are
-//! whole or absent, and random numbers with a lasting seed.
+//! whole or absent, random numbers with a lasting seed, numbers as text, and the progress of long work.
 
 pub mod atomic_file;
 pub mod document;
 pub mod formula;
+pub mod numbers;
+pub mod progress;
 pub mod random;
 pub mod table;

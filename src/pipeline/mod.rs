@@ -1,5 +1,6 @@
 //! The main job: from a sweep file to one folder with tables, surrogate, figures and a report.
 
+pub mod diagnosis;
 pub mod figures;
 pub mod fitting;
 mod measured;
@@ -93,7 +94,7 @@ struct Fitted {
 ///
 /// # Errors
 /// Bad input; numerics that failed at every condition; a folder that cannot be written.
-pub fn run(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions, say: &dyn Fn(&str)) -> Result<Summary> {
+pub fn run(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'_>, say: &dyn Fn(&str)) -> Result<Summary> {
     let clock = Instant::now();
     let swept = sweep.run(folder, options)?;
     let mut checked = measured::check(&sweep.model)?;

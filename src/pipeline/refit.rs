@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{self, Definition};
 use crate::foundation::document::Document;
+use crate::foundation::progress::Progress;
 use crate::solve::meshed::MeshedMachine;
 use crate::surrogate::fit::{FitOptions, file};
 use crate::units::express;
@@ -25,8 +26,10 @@ const CORNERS: u32 = 5;
 pub struct Refit {
     /// The surrogate file.
     pub bytes: Vec<u8>,
-    /// Conditions it was fitted to, and those that could not be solved.
-    pub conditions: (usize, usize),
+    /// Conditions it was fitted to.
+    pub conditions: usize,
+    /// Conditions that could not be solved.
+    pub failed: usize,
     /// Largest error of any point on held-out conditions, K.
     pub largest: Option<f64>,
     /// Remarks of the fit.
@@ -59,7 +62,7 @@ fn is_varied(variable: &Variable) -> bool {
 ///
 /// # Errors
 /// As [`check`], [`Sweep::run`] and [`fit_table`].
-pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progress: bool) -> Result<Refit> {
+pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progress: &dyn Progress) -> Result<Refit> {
     let machine = Machine::from_document(document)?;
     check(&machine)?;
     let varied: Vec<&Variable> = machine.variables.iter().filter(|v| is_varied(v)).collect();
@@ -79,7 +82,7 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
     let definition = Definition::new(Document::parse(&text, "the design of the surrogate")?)?;
     let plan = definition.plan(&machine.variables)?;
     let sweep = Sweep { definition, model: MeshedMachine::new(machine, Some(cells))?, plan };
-    let swept = sweep.run(folder, sweep::SweepOptions { threads: None, progress, retry_failed: false })?;
+    let swept = sweep.run(folder, sweep::SweepOptions { progress: Some(progress), ..Default::default() })?;
     let fit = fit_table(&swept.table, Some(&sweep.model.machine), &FitOptions::default())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut largest = None;
@@ -89,5 +92,5 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
         comparison.add(&opened, validation, true)?;
         largest = (0..opened.point_count()).filter_map(|p| comparison.held_out_errors(p, 0.0)).map(|e| e.0).reduce(f64::max);
     }
-    Ok(Refit { bytes, conditions: (swept.table.rows(), swept.failures.len()), largest, notes: fit.notes })
+    Ok(Refit { bytes, conditions: swept.table.rows(), failed: swept.failures.len(), largest, notes: fit.notes })
 }

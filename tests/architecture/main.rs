@@ -15,6 +15,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("units", &["error"]),
     ("foundation::atomic_file", &["error"]),
     ("foundation::random", &[]),
+    ("foundation::numbers", &[]),
+    ("foundation::progress", &[]),
     ("foundation::document", &["error", "units"]),
     ("foundation::formula", &["error", "units", "foundation::document"]),
     ("foundation::table", &["error", "units", "foundation::atomic_file"]),
@@ -76,6 +78,21 @@ const ALLOWED: &[(&str, &[&str])] = &[
         &["error", "units", "foundation::*", "describe::machine", "solve", "solve::*", "explore::*", "surrogate::*", "figures::*"],
     ),
     (
+        "pipeline::diagnosis",
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "describe::machine",
+            "solve::meshed",
+            "solve::sensitivity",
+            "surrogate::*",
+            "figures::*",
+            "evidence::*",
+            "pipeline",
+        ],
+    ),
+    (
         "cli",
         &[
             "error",
@@ -91,6 +108,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "figures::*",
             "evidence::*",
             "pipeline",
+            "pipeline::*",
         ],
     ),
 ];

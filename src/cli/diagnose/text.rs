@@ -1,13 +1,13 @@
 //! A diagnosis as text.
 
-use super::super::text::{short, table};
-use super::next::test_words;
-use super::{Found, words};
+use super::super::text::table;
+use crate::foundation::numbers::short;
 use crate::evidence::diagnose::Verdict;
+use crate::pipeline::diagnosis::{Findings, next_test_in_words, words};
 
 /// The answer for a terminal.
-pub(super) fn text(found: &Found<'_>) -> String {
-    let (problem, diagnosis) = (found.problem, found.diagnosis);
+pub(super) fn text(found: &Findings<'_>) -> String {
+    let (problem, diagnosis) = (found.problem, &found.diagnosis);
     let data = &problem.data;
     let misfit = &diagnosis.misfit;
     let mut text = format!(
@@ -49,7 +49,7 @@ pub(super) fn text(found: &Found<'_>) -> String {
         None => text += "too few conditions to keep some out: the gain on unseen ones is not known\n",
     }
     for (i, next) in diagnosis.next.iter().enumerate() {
-        let test = test_words(&problem.study.model.machine, next);
+        let test = next_test_in_words(&problem.study.model.machine, next);
         let before = if i == 0 { "\nwhat to measure next:\n  " } else { "  or " };
         text += &format!("{before}{test}: sets them {:.1} standard deviations apart", next.mean);
         if let Some((sensor, d)) = &next.sensor {
@@ -60,7 +60,7 @@ pub(super) fn text(found: &Found<'_>) -> String {
     if diagnosis.verdict == Verdict::CannotTell && diagnosis.next.is_empty() {
         text += "\nno test within the machine's ranges would set these explanations one standard deviation apart\n";
     }
-    match found.extended {
+    match &found.extended {
         Some(extended) => {
             text += "\nthe extended machine\n";
             for change in &extended.changes {
@@ -71,7 +71,7 @@ pub(super) fn text(found: &Found<'_>) -> String {
         }
         None => text += &format!("\nno extended machine: {}\n", found.why_not_extended()),
     }
-    if let Some(refitted) = found.refitted {
+    if let Some(refitted) = &found.refitted {
         text += &match &refitted.fit {
             Some(fit) => format!("{}\nwrote {}\n", fit.words(), fit.path.display()),
             None => format!("no surrogate: {}\n", found.why_not_extended()),

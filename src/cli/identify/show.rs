@@ -4,8 +4,8 @@ use std::path::Path;
 
 use serde_json::{Map, Value, json};
 
-use super::super::condition::{to_json, words};
-use super::super::text::{significant, table};
+use super::super::text::table;
+use crate::foundation::numbers::significant;
 use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
 use crate::evidence::measurement::{Data, whiten};
 use crate::units::celsius;
@@ -88,7 +88,7 @@ impl Found<'_> {
         if let Some(best) = self.advice.first() {
             text += &format!(
                 "\nwhat would tell more: a steady test at {}, all {} sensors\n",
-                words(&self.problem.study.model.machine, &best.condition),
+                best.condition.words(&self.problem.study.model.machine),
                 best.sensors.len()
             );
             for (k, free) in problem.free.iter().enumerate() {
@@ -130,7 +130,7 @@ impl Found<'_> {
                 "rmse_before_K": rms(data, before), "rmse_after_K": rms(data, after), "readings": reading_json(data, before, after),
             })),
             "next_tests": self.advice.iter().take(5).map(|a| {
-                let condition = to_json(&problem.study.model.machine, &a.condition);
+                let condition = a.condition.by_name(&problem.study.model.machine);
                 json!({"condition": condition, "gain_nats": a.gain, "shrink": a.shrink})
             }).collect::<Vec<_>>(),
             "starts": estimate.ends,

@@ -1,10 +1,12 @@
 //! A condition of a machine, and the value of every name its formulas use there.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
-use super::Machine;
+use super::{Machine, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::formula::{Names, Values};
+use crate::foundation::numbers::significant;
 use crate::physics::drive;
 use crate::units::{self, Dimension};
 
@@ -23,6 +25,25 @@ impl Condition {
     /// The SI values in the order of [`Machine::variables`].
     pub fn si(&self) -> &[f64] {
         &self.si
+    }
+
+    /// In words: `coolant flow 4.000 L/min, motor speed 2500 rpm`.
+    pub fn words(&self, machine: &Machine) -> String {
+        let of = |(v, si): (&Variable, &f64)| format!("{} {}", v.name.replace('_', " "), v.with_unit(*si, 4));
+        machine.variables.iter().zip(&self.si).map(of).collect::<Vec<_>>().join(", ")
+    }
+
+    /// Every variable by name, as a value with its unit: `"2500.00 rpm"`.
+    pub fn by_name(&self, machine: &Machine) -> BTreeMap<String, String> {
+        machine.variables.iter().zip(&self.si).map(|(v, si)| (v.name.clone(), v.with_unit(*si, 6))).collect()
+    }
+}
+
+impl Variable {
+    /// A value (SI) in the variable's own unit, with `digits` significant digits.
+    pub fn with_unit(&self, si: f64, digits: usize) -> String {
+        let shown = units::express(si, &self.unit, self.dimension).unwrap_or(si);
+        format!("{} {}", significant(shown, digits), self.unit)
     }
 }
 

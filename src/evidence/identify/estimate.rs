@@ -6,14 +6,13 @@ use super::search::{Point, Search, prior, square};
 use super::{Free, Problem};
 use crate::error::{Error, Result};
 use crate::evidence::measurement::Whitener;
+use crate::foundation::numbers::TWO_SIDED_95;
 use crate::foundation::random::Random;
 use crate::solve::sensitivity::Kind;
 
 /// The covariance is renewed until the estimate rests within this share of its standard deviation.
 const RENEWED: f64 = 1e-2;
 const MOST_RENEWALS: usize = 5;
-/// Half width of a 95 % interval in standard deviations.
-pub(super) const TWO_SIDED_95: f64 = 1.959_964;
 /// A direction whose standard deviation is larger than this share of the value counts as open.
 const OPEN: f64 = 0.5;
 /// What a temperature's standard deviation is compared with, K: 5 K count as open.

@@ -65,7 +65,7 @@ impl Sweep {
     ///
     /// # Errors
     /// As [`execute`], or the shared setup fails.
-    pub fn run(&self, folder: &Path, options: SweepOptions) -> Result<Swept> {
+    pub fn run(&self, folder: &Path, options: SweepOptions<'_>) -> Result<Swept> {
         let mut solver = self.model.solver(&self.reference())?;
         // Every condition starts from the same few, spread evenly over the design, so that none depends on which others
         // have been solved before it or in this run.

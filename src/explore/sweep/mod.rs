@@ -85,7 +85,7 @@ pub fn execute(
     plan: &Plan,
     subject: &Subject,
     folder: &Path,
-    options: SweepOptions,
+    options: SweepOptions<'_>,
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
 ) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;

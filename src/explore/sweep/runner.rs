@@ -4,18 +4,17 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-
 use super::journal::{Journal, Outcome};
 use crate::error::{Error, Result};
+use crate::foundation::progress::Progress;
 
 /// How to run.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct SweepOptions {
+#[derive(Clone, Copy, Default)]
+pub struct SweepOptions<'a> {
     /// Worker threads; `None` takes rayon's pool as it is. The results do not depend on it.
     pub threads: Option<usize>,
-    /// Show a progress bar with the time left on standard error, if that is a terminal.
-    pub progress: bool,
+    /// Hears how many conditions are done.
+    pub progress: Option<&'a dyn Progress>,
     /// Run conditions again that the journal says have failed.
     pub retry_failed: bool,
 }
@@ -34,7 +33,7 @@ pub fn run(
     conditions: &[Vec<f64>],
     outputs: usize,
     journal: &mut Journal,
-    options: SweepOptions,
+    options: SweepOptions<'_>,
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
 ) -> Result<Vec<Outcome>> {
     if journal.outcomes().len() != conditions.len() {
@@ -50,9 +49,11 @@ pub fn run(
         Some(Outcome::Values(values)) => values.len() != outputs,
     };
     let pending: Vec<usize> = journal.outcomes().iter().enumerate().filter(|(_, o)| wanted(o)).map(|(i, _)| i).collect();
-    let bar = progress_bar(conditions.len(), conditions.len() - pending.len(), options.progress);
+    let known = conditions.len() - pending.len();
+    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, conditions.len(), "conditions"));
+    count(0);
     let shared = Mutex::new((&mut *journal, None::<Error>));
-    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
+    let (next, done, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
     // One loop per thread rather than one task per condition: a thread that waits for another inside `solve` could
     // otherwise begin a second condition on top of the first and hold both in memory.
     let worker = || {
@@ -67,7 +68,7 @@ pub fn run(
                 *error = Some(e);
                 stop.store(true, Ordering::Relaxed);
             }
-            bar.inc(1);
+            count(done.fetch_add(1, Ordering::Relaxed) + 1);
         }
     };
     match options.threads {
@@ -78,7 +79,6 @@ pub fn run(
                 .broadcast(|_| worker());
         }
     }
-    bar.finish_and_clear();
     let (_, error) = shared.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
     if let Some(error) = error {
         return Err(error);
@@ -104,15 +104,4 @@ fn outcome_of(condition: &[f64], outputs: usize, solve: &(impl Fn(&[f64]) -> Res
             Outcome::Failed(format!("the solver broke down: {}", text.unwrap_or_else(|| "no message".into())))
         }
     }
-}
-
-fn progress_bar(total: usize, done: usize, visible: bool) -> ProgressBar {
-    let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
-    let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} conditions, {elapsed} passed, {eta} left") {
-        bar.set_style(style);
-    }
-    bar.set_position(done as u64);
-    bar.reset_eta();
-    bar
 }

@@ -12,6 +12,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 use super::double_double::DoubleDouble;
 use super::least_squares::{accurate_least_squares, max_abs, rms};
 use crate::error::{Error, Result};
+use crate::foundation::numbers::compact;
 
 /// y = c₀ + c₁ x + c₂ x² + ... in the raw variable.
 #[derive(Debug, Clone)]
@@ -108,7 +109,7 @@ impl OneFactor {
                 (false, true) => text.push_str(" - "),
                 (false, false) => text.push_str(" + "),
             }
-            text.push_str(&significant(c.abs(), digits));
+            text.push_str(&compact(c.abs(), digits));
             match k {
                 0 => {}
                 1 => text.push_str(&format!(" {x}")),
@@ -127,22 +128,6 @@ impl fmt::Display for OneFactor {
     /// The formula in `y` and `x` with seven significant digits.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.formula("y", "x", 7))
-    }
-}
-
-/// A number with `digits` significant digits, without trailing zeros: plain from 1e-4 to 1e7, else with an exponent.
-fn significant(value: f64, digits: usize) -> String {
-    let digits = digits.clamp(1, 17);
-    let text = format!("{value:.*e}", digits - 1);
-    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
-    let trim = |text: &str| if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text.to_owned() };
-    if value == 0.0 || (-4..7).contains(&exponent) {
-        // The mantissa is already rounded; parsing the rounded number keeps plain and exponent forms the same.
-        let rounded: f64 = text.parse().unwrap_or(value);
-        trim(&format!("{rounded:.*}", (digits as i32 - 1 - exponent).max(0) as usize))
-    } else {
-        format!("{}e{exponent}", trim(mantissa))
     }
 }
 
@@ -253,12 +238,12 @@ mod tests {
 
     #[test]
     fn numbers_print_with_their_significant_digits() {
-        assert_eq!(significant(3.178e-5, 4), "3.178e-5");
-        assert_eq!(significant(0.00117, 7), "0.00117");
-        assert_eq!(significant(25.76486, 7), "25.76486");
-        assert_eq!(significant(1234567.8, 3), "1230000");
-        assert_eq!(significant(9.9999e-5, 2), "0.0001");
-        assert_eq!(significant(0.0, 5), "0");
+        assert_eq!(compact(3.178e-5, 4), "3.178e-5");
+        assert_eq!(compact(0.00117, 7), "0.00117");
+        assert_eq!(compact(25.76486, 7), "25.76486");
+        assert_eq!(compact(1234567.8, 3), "1230000");
+        assert_eq!(compact(9.9999e-5, 2), "0.0001");
+        assert_eq!(compact(0.0, 5), "0");
     }
 
     #[test]

@@ -12,7 +12,7 @@ const MOST: usize = 12;
 
 /// Heat balances.
 #[derive(Debug)]
-pub(super) struct Energy {
+pub struct EnergyBalances {
     /// One per condition, in the order of the data.
     pub balances: Vec<Balance>,
     /// How many conditions the data have.
@@ -21,7 +21,7 @@ pub(super) struct Energy {
 
 /// The balance of one condition, steady.
 #[derive(Debug)]
-pub(super) struct Balance {
+pub struct Balance {
     /// Name of the test.
     pub test: String,
     /// The condition.
@@ -36,7 +36,7 @@ pub(super) struct Balance {
 
 /// What the water of a circuit takes, W.
 #[derive(Debug)]
-pub(super) struct Water {
+pub struct Water {
     /// Name of the circuit.
     pub circuit: String,
     /// By its outlet sensor.
@@ -49,7 +49,7 @@ pub(super) struct Water {
     pub after: Option<f64>,
 }
 
-impl Energy {
+impl EnergyBalances {
     /// Balances at the conditions of the data, evenly chosen where there are many; of logs where each test ends.
     ///
     /// # Errors

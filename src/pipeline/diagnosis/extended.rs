@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::text::significant;
 use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::evidence::diagnose::{Diagnosis, Problem, Scales, Verdict, sentence};
 use crate::foundation::document::{Document, Leaf, name_of};
+use crate::foundation::numbers::significant;
 
 /// The file as it is to be written.
 #[derive(Debug)]
-pub(super) struct Extended {
+pub struct ExtendedMachine {
     /// Where.
     pub path: PathBuf,
     /// Its text.
@@ -20,8 +20,8 @@ pub(super) struct Extended {
 }
 
 /// A key that changes.
-#[derive(Debug)]
-pub(super) struct Change {
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Change {
     /// The key.
     pub key: String,
     /// What stood there, as TOML; `None` where the key is new.
@@ -32,7 +32,7 @@ pub(super) struct Change {
     pub interval: Option<[String; 2]>,
 }
 
-impl Extended {
+impl ExtendedMachine {
     /// `None` where nothing is to be extended: no cause, or one that the machine file has no words for.
     ///
     /// # Errors

@@ -1,14 +1,14 @@
 //! A diagnosis as one HTML file, for readers who were not there.
 
-use super::super::text::short;
 use super::energy::Balance;
-use super::next::test_words;
-use super::{Found, capital, figures, name, words};
+use super::next;
+use super::{Findings, capital, figures, name, words};
 use crate::error::Result;
 use crate::evidence::diagnose::Verdict;
 use crate::evidence::measurement::whiten;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::foundation::document::name_of;
+use crate::foundation::numbers::short;
 
 /// Rows of a table of residuals; longer ones say little to a reader.
 const ROWS: usize = 60;
@@ -17,7 +17,7 @@ const ROWS: usize = 60;
 ///
 /// # Errors
 /// A figure has nothing to show.
-pub(super) fn report(found: &Found<'_>) -> Result<Report> {
+pub(super) fn report(found: &Findings<'_>) -> Result<Report> {
     let machine = &found.problem.study.model.machine;
     let mut report = Report::new(format!("{}: measured and simulated", machine.name));
     report.subtitle(found.headline());
@@ -50,8 +50,8 @@ fn text(value: impl Into<String>) -> Cell {
     Cell::from(value.into())
 }
 
-fn in_short(section: &mut Section, found: &Found<'_>) {
-    let diagnosis = found.diagnosis;
+fn in_short(section: &mut Section, found: &Findings<'_>) {
+    let diagnosis = &found.diagnosis;
     let tone = match diagnosis.verdict {
         Verdict::Consistent => Tone::Good,
         Verdict::Explained => Tone::Plain,
@@ -93,7 +93,7 @@ fn in_short(section: &mut Section, found: &Found<'_>) {
     ));
 }
 
-fn residuals(section: &mut Section, found: &Found<'_>) -> Result<()> {
+fn residuals(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     section.paragraph(
         "Each row is a sensor, each column a condition. Vermillion: the sensor reads more than the simulation says; blue: less. A row of one \
          colour points to the sensor or to the part it sits on, a column of one colour to the condition.",
@@ -109,8 +109,8 @@ fn residuals(section: &mut Section, found: &Found<'_>) -> Result<()> {
 }
 
 /// Residuals in kelvin, folded.
-fn kelvin(found: &Found<'_>) -> Table {
-    let (data, diagnosis) = (&found.problem.data, found.diagnosis);
+fn kelvin(found: &Findings<'_>) -> Table {
+    let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let mut head = vec![("test".to_string(), Align::Left)];
     head.extend(data.names.iter().map(|n| (n.clone(), Align::Right)));
     let mut table = Table::new(head);
@@ -139,7 +139,7 @@ fn kelvin(found: &Found<'_>) -> Table {
     table
 }
 
-fn significance(section: &mut Section, found: &Found<'_>) -> Result<()> {
+fn significance(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     let misfit = &found.diagnosis.misfit;
     let chance = |p: f64| if p < 1e-6 { "less than one in a million".to_string() } else { format!("{p:.2e}") };
     section.paragraph(format!(
@@ -163,7 +163,7 @@ fn significance(section: &mut Section, found: &Found<'_>) -> Result<()> {
     Ok(())
 }
 
-fn energy(section: &mut Section, found: &Found<'_>) -> Result<()> {
+fn energy(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     if let Some(figure) = figures::balance(found) {
         section.figure(&figure, "")?;
     }
@@ -180,7 +180,7 @@ fn energy(section: &mut Section, found: &Found<'_>) -> Result<()> {
     Ok(())
 }
 
-fn flows(found: &Found<'_>, balances: &[Balance]) -> Table {
+fn flows(found: &Findings<'_>, balances: &[Balance]) -> Table {
     let mut names: Vec<(bool, &String)> = Vec::new();
     for balance in balances {
         for flows in [Some(&balance.before), balance.after.as_ref()].into_iter().flatten() {
@@ -271,8 +271,8 @@ fn water(balances: &[Balance]) -> Table {
     table
 }
 
-fn explanations(section: &mut Section, found: &Found<'_>) -> Result<()> {
-    let diagnosis = found.diagnosis;
+fn explanations(section: &mut Section, found: &Findings<'_>) -> Result<()> {
+    let diagnosis = &found.diagnosis;
     section.figure(&figures::ranking(found), "")?;
     let open = found.open();
     section.heading("What the data cannot refute");
@@ -316,7 +316,7 @@ fn explanations(section: &mut Section, found: &Found<'_>) -> Result<()> {
     Ok(())
 }
 
-fn next(section: &mut Section, found: &Found<'_>) {
+fn next(section: &mut Section, found: &Findings<'_>) {
     let next = &found.diagnosis.next;
     if next.is_empty() {
         section.paragraph(match found.diagnosis.verdict {
@@ -332,12 +332,12 @@ fn next(section: &mut Section, found: &Found<'_>) {
     );
     section.list(next.iter().map(|n| {
         let sensor = n.sensor.as_ref().map_or(String::new(), |(s, d)| format!("; a sensor at {s} alone would give {d:.1}"));
-        format!("{}: {:.1}{sensor}", capital(&test_words(&found.problem.study.model.machine, n)), n.mean)
+        format!("{}: {:.1}{sensor}", capital(&next::in_words(&found.problem.study.model.machine, n)), n.mean)
     }));
 }
 
-fn extended(section: &mut Section, found: &Found<'_>) {
-    let Some(extended) = found.extended else {
+fn extended(section: &mut Section, found: &Findings<'_>) {
+    let Some(extended) = &found.extended else {
         section.paragraph(format!("{}.", capital(&format!("none was written: {}", found.why_not_extended()))));
         return;
     };
@@ -365,7 +365,7 @@ fn extended(section: &mut Section, found: &Found<'_>) {
     section.code(format!("coldplate check {}", name_of(&extended.path)));
 }
 
-fn gain(section: &mut Section, found: &Found<'_>) -> Result<()> {
+fn gain(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     match &found.diagnosis.gain {
         Some(gain) => {
             let gained = gain.before - gain.after;
@@ -390,7 +390,7 @@ fn gain(section: &mut Section, found: &Found<'_>) -> Result<()> {
             section.paragraph("Fewer than three conditions: none can be kept out, so what is gained on unseen ones is not known.");
         }
     }
-    if let Some(refitted) = found.refitted {
+    if let Some(refitted) = &found.refitted {
         section.heading("The surrogate");
         section.paragraph(match &refitted.fit {
             Some(fit) => format!("{}: {}.", name_of(&fit.path), fit.words()),
@@ -400,7 +400,7 @@ fn gain(section: &mut Section, found: &Found<'_>) -> Result<()> {
     Ok(())
 }
 
-fn method(section: &mut Section, found: &Found<'_>) {
+fn method(section: &mut Section, found: &Findings<'_>) {
     let openness = found.problem.openness;
     section.paragraph(format!(
         "Residuals are judged against a covariance of reading noise, each sensor's own error, the errors of every condition, and what every such \
@@ -417,7 +417,7 @@ fn method(section: &mut Section, found: &Found<'_>) {
     ));
 }
 
-fn provenance(section: &mut Section, found: &Found<'_>) {
+fn provenance(section: &mut Section, found: &Findings<'_>) {
     let problem = found.problem;
     let document = problem.study.document();
     let uncertainty = match &problem.uncertainty.file {

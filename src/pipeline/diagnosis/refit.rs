@@ -2,13 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use super::super::output::Output;
-use super::Extended;
+use super::extended::ExtendedMachine;
 use crate::error::{Error, Result};
 use crate::evidence::diagnose::Problem;
 use crate::evidence::measurement::Data;
 use crate::foundation::document::Document;
-pub(super) use crate::pipeline::refit::check;
+use crate::foundation::progress::Progress;
 use crate::pipeline::refit::{Refit, refit};
 use crate::solve::sensitivity::Study;
 use crate::surrogate::fit::file;
@@ -17,14 +16,14 @@ use crate::units::{celsius, express};
 
 /// What came of `--surrogate`.
 #[derive(Debug)]
-pub(super) struct Refitted {
+pub struct Refitted {
     /// The surrogate of the extended machine, where there is one.
     pub fit: Option<Fitted>,
 }
 
 /// A surrogate of the extended machine beside one of the machine as it was.
 #[derive(Debug)]
-pub(super) struct Fitted {
+pub struct Fitted {
     /// Where it goes.
     pub path: PathBuf,
     /// The file.
@@ -35,16 +34,28 @@ pub(super) struct Fitted {
     pub failed: usize,
     /// Largest error on conditions it was not fitted to, against the solver, K.
     pub largest: Option<f64>,
-    /// Against the readings, K: root mean square of the surrogate of the machine as it was and of this one, and the readings
-    /// counted and left out; `None` for logs.
-    pub readings: Option<(f64, f64, usize, usize)>,
+    /// Both surrogates against the readings; `None` for logs, and where no reading lies in the fitted ranges.
+    pub readings: Option<AgainstReadings>,
+}
+
+/// Two surrogates against the readings.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AgainstReadings {
+    /// Root mean square error of the surrogate of the machine as it was, K.
+    pub before: f64,
+    /// Root mean square error of the surrogate of the extended machine, K.
+    pub after: f64,
+    /// Readings that were compared.
+    pub counted: usize,
+    /// Readings left out, since their condition lies outside what the surrogate was fitted to.
+    pub outside: usize,
 }
 
 impl Fitted {
     /// How good it is, in a sentence or two.
     pub fn words(&self) -> String {
         let against = match self.readings {
-            Some((before, after, counted, left)) => {
+            Some(AgainstReadings { before, after, counted, outside: left }) => {
                 let outside = if left > 0 { format!("; {left} lie outside the fitted ranges") } else { String::new() };
                 format!(
                     "surrogate against {counted} readings: error {before:.3} K of the machine as it is, {after:.3} K of the extended one{outside}"
@@ -63,29 +74,29 @@ impl Refitted {
     ///
     /// # Errors
     /// As [`refit`].
-    pub fn of(problem: &Problem, extended: Option<&Extended>, path: &Path, out: Output) -> Result<Self> {
+    pub fn of(problem: &Problem, extended: Option<&ExtendedMachine>, path: &Path, progress: &dyn Progress) -> Result<Self> {
         let Some(extended) = extended else { return Ok(Self { fit: None }) };
         let folder = Scratch::beside(path)?;
         let cells = problem.study.model.mesh.cells;
         let fit = |document: &Document, what: &str| -> Result<Refit> {
-            out.note(&format!("surrogate of {what}"));
-            refit(document, cells, what, &folder.0.join(what.replace(' ', "_")), !out.quiet)
+            progress.say(&format!("surrogate of {what}"));
+            refit(document, cells, what, &folder.0.join(what.replace(' ', "_")), progress)
         };
         let document = Document::parse(&extended.text, &extended.path)?;
         let before = fit(problem.study.document(), "the machine as it is")?;
         let after = fit(&document, "the extended machine")?;
-        after.notes.iter().for_each(|note| out.note(note));
+        after.notes.iter().for_each(|note| progress.say(note));
         let errors = |bytes: &[u8]| errors(bytes, &problem.study, &problem.data);
         let readings = match (errors(&before.bytes)?, errors(&after.bytes)?) {
-            (Some((before, ..)), Some((after, counted, left))) => Some((before, after, counted, left)),
+            (Some((before, ..)), Some((after, counted, outside))) => Some(AgainstReadings { before, after, counted, outside }),
             _ => None,
         };
         Ok(Self {
             fit: Some(Fitted {
                 path: path.to_path_buf(),
                 bytes: after.bytes,
-                conditions: after.conditions.0,
-                failed: after.conditions.1,
+                conditions: after.conditions,
+                failed: after.failed,
                 largest: after.largest,
                 readings,
             }),

@@ -1,6 +1,6 @@
 //! Figures of a diagnosis, from its numbers.
 
-use super::{Found, words};
+use super::{Findings, words};
 use crate::describe::machine::{Condition, Machine};
 use crate::evidence::diagnose::{Law, Verdict};
 use crate::evidence::measurement::{Data, whiten};
@@ -11,6 +11,7 @@ use crate::figures::chart::ranking::{Ranked, RankingFigure, Standing};
 use crate::figures::chart::residual_panels::ResidualPanels;
 use crate::figures::chart::residual_sheet::ResidualSheet;
 use crate::figures::chart::style::Quantity;
+use crate::foundation::numbers::{TWO_SIDED_90, TWO_SIDED_95};
 use crate::solve::meshed::Flows;
 use crate::units::{celsius, express};
 
@@ -20,10 +21,6 @@ const COLUMNS: usize = 60;
 const MARKERS: usize = 240;
 /// Most rows of bars.
 const BARS: usize = 12;
-/// Half width of a 95 % band in standard deviations.
-const TWO_SIDED_95: f64 = 1.959_964;
-/// Half width of a 90 % interval.
-const TWO_SIDED_90: f64 = 1.644_854;
 /// Least share of the largest heat flow that is drawn.
 const LEAST_HEAT: f64 = 5e-4;
 /// Misfit that one number takes away by chance in one case of a hundred.
@@ -33,8 +30,8 @@ const NOT_BY_CHANCE: f64 = 6.635;
 const FULL: (f64, f64, f64) = (0.3, 3.0, 10.0);
 
 /// The residual sheet in kelvin, before and, where something was explained, after.
-pub(super) fn sheet(found: &Found<'_>) -> ResidualSheet {
-    let (data, diagnosis) = (&found.problem.data, found.diagnosis);
+pub(super) fn sheet(found: &Findings<'_>) -> ResidualSheet {
+    let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let left = diagnosis.explained.as_ref().map(|explained| difference(&whiten::readings(data), explained));
     ResidualSheet {
         title: "What the model gets wrong, reading by reading".into(),
@@ -47,7 +44,7 @@ pub(super) fn sheet(found: &Found<'_>) -> ResidualSheet {
 }
 
 /// The same over the standard deviation of each reading.
-pub(super) fn relative_sheet(found: &Found<'_>) -> ResidualSheet {
+pub(super) fn relative_sheet(found: &Findings<'_>) -> ResidualSheet {
     let (data, sheet) = (&found.problem.data, &found.diagnosis.sheet);
     let over = |values: &[f64]| values.iter().zip(&sheet.deviation).map(|(v, d)| v / d).collect::<Vec<_>>();
     let left = found.diagnosis.explained.as_ref().map(|explained| over(&difference(&whiten::readings(data), explained)));
@@ -65,8 +62,8 @@ pub(super) fn relative_sheet(found: &Found<'_>) -> ResidualSheet {
 }
 
 /// What adds up to the misfit.
-pub(super) fn whitened_sheet(found: &Found<'_>) -> ResidualSheet {
-    let (data, diagnosis) = (&found.problem.data, found.diagnosis);
+pub(super) fn whitened_sheet(found: &Findings<'_>) -> ResidualSheet {
+    let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let left = diagnosis.explained.as_ref().map(|explained| diagnosis.whitener.apply(&difference(&whiten::readings(data), explained)));
     // Of several readings together: their sum over the root of their number keeps unit variance.
     let together = |within: &[f64]| within.iter().sum::<f64>() / (within.len() as f64).sqrt();
@@ -130,8 +127,8 @@ fn columns(data: &Data) -> Vec<(String, Vec<usize>)> {
 }
 
 /// Residuals over every condition that varies; `None` where none does.
-pub(super) fn panels(found: &Found<'_>) -> Option<ResidualPanels> {
-    let (data, diagnosis) = (&found.problem.data, found.diagnosis);
+pub(super) fn panels(found: &Findings<'_>) -> Option<ResidualPanels> {
+    let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let machine = &found.problem.study.model.machine;
     let rows: Vec<usize> = (0..data.rows.len()).step_by(data.rows.len().div_ceil(MARKERS).max(1)).collect();
     let mut variables: Vec<(Quantity, Vec<f64>)> = Vec::new();
@@ -174,8 +171,8 @@ pub(super) fn panels(found: &Found<'_>) -> Option<ResidualPanels> {
 }
 
 /// Explanations by probability.
-pub(super) fn ranking(found: &Found<'_>) -> RankingFigure {
-    let diagnosis = found.diagnosis;
+pub(super) fn ranking(found: &Findings<'_>) -> RankingFigure {
+    let diagnosis = &found.diagnosis;
     let mut ranked: Vec<Ranked> = found
         .ranked(BARS)
         .filter(|(i, e)| *i < 3 || e.probability > 5e-3)
@@ -196,8 +193,8 @@ pub(super) fn ranking(found: &Found<'_>) -> RankingFigure {
 }
 
 /// Heat that every part alone would have to give; `None` where no part could show.
-pub(super) fn missing(found: &Found<'_>) -> Option<IntervalFigure> {
-    let diagnosis = found.diagnosis;
+pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
+    let diagnosis = &found.diagnosis;
     let row = |m: &crate::evidence::diagnose::MissingHeat| Interval {
         name: m.part.clone(),
         value: m.watts,
@@ -230,7 +227,7 @@ pub(super) fn missing(found: &Found<'_>) -> Option<IntervalFigure> {
 }
 
 /// The heat balance of the condition with most heat.
-pub(super) fn balance(found: &Found<'_>) -> Option<BalanceFigure> {
+pub(super) fn balance(found: &Findings<'_>) -> Option<BalanceFigure> {
     let balance = found.energy.largest()?;
     let pairs = |of: fn(&Flows) -> &Vec<(String, f64)>| -> Vec<HeatPair> {
         let mut pairs: Vec<HeatPair> =
@@ -272,8 +269,8 @@ fn fixed(machine: &Machine, condition: &Condition) -> Vec<(Quantity, f64)> {
 }
 
 /// Predictions of kept-out conditions before and after; `None` with too few conditions.
-pub(super) fn gain(found: &Found<'_>) -> Option<BeforeAfter> {
-    let diagnosis = found.diagnosis;
+pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
+    let diagnosis = &found.diagnosis;
     let gain = diagnosis.gain.as_ref()?;
     let readings = whiten::readings(&found.problem.data);
     let mut squares = vec![(0.0, 0.0, 0.0f64); gain.conditions.len()];

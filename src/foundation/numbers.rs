@@ -1,0 +1,88 @@
+//! Numbers as text, and the few numbers of statistics that several rooms share.
+
+/// Half width of a two-sided 95 % interval of a normal distribution, in standard deviations.
+pub const TWO_SIDED_95: f64 = 1.959_964;
+/// Half width of a two-sided 90 % interval of a normal distribution, in standard deviations.
+pub const TWO_SIDED_90: f64 = 1.644_854;
+
+/// A number with `digits` significant digits, in plain notation where that is short. Zeros at the end stay: they are digits
+/// that are known.
+pub fn significant(value: f64, digits: usize) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let magnitude = value.abs().log10().floor() as i32;
+    if (-4..6).contains(&magnitude) {
+        let decimals = (digits as i32 - 1 - magnitude).max(0) as usize;
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.*e}", digits.saturating_sub(1))
+    }
+}
+
+/// A number with at most `digits` significant digits, without zeros at the end: plain from 1e-4 to 1e7, else with an exponent.
+pub fn compact(value: f64, digits: usize) -> String {
+    let digits = digits.clamp(1, 17);
+    let text = format!("{value:.*e}", digits - 1);
+    let (mantissa, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    if value == 0.0 || (-4..7).contains(&exponent) {
+        // The mantissa is already rounded; parsing the rounded number keeps plain and exponent forms the same.
+        let rounded: f64 = text.parse().unwrap_or(value);
+        without_zeros(&format!("{rounded:.*}", (digits as i32 - 1 - exponent).max(0) as usize)).to_owned()
+    } else {
+        format!("{}e{exponent}", without_zeros(mantissa))
+    }
+}
+
+/// A decimal fraction without the zeros that end it.
+pub fn without_zeros(text: &str) -> &str {
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { text }
+}
+
+/// A value of a file as a reader takes it in: quotes around the whole left out, long numbers cut to six digits.
+pub fn short(value: &str) -> String {
+    let bare = value.strip_prefix('"').and_then(|v| v.strip_suffix('"')).filter(|v| !v.contains('"')).unwrap_or(value);
+    let mut out = String::new();
+    let mut rest = bare;
+    while let Some(start) = rest.find(|c: char| c.is_ascii_digit()) {
+        let number = &rest[start..];
+        let end = number.find(|c: char| !(c.is_ascii_digit() || c == '.')).unwrap_or(number.len());
+        let (digits, behind) = number.split_at(end);
+        // Digits after a letter belong to a name.
+        let is_name = rest[..start].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+        out += &rest[..start];
+        match digits.parse::<f64>() {
+            Ok(v) if !is_name && digits.len() > 8 && digits.contains('.') && !behind.starts_with('e') => out += &significant(v, 6),
+            _ => out += digits,
+        }
+        rest = behind;
+    }
+    out + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{compact, short, significant};
+
+    #[test]
+    fn digits_are_kept_or_cut() {
+        assert_eq!([significant(1.5, 4), significant(1.5e9, 2), significant(0.0, 3)], ["1.500", "1.5e9", "0"]);
+        assert_eq!([compact(1.5, 4), compact(1.5e9, 2), compact(123_456.0, 3), compact(0.0, 3)], ["1.5", "1.5e9", "123000", "0"]);
+    }
+
+    #[test]
+    fn long_numbers_are_cut() {
+        for (value, shown) in [
+            ("\"246.53102427256633 W/(m2 K)\"", "246.531 W/(m2 K)"),
+            (
+                "{ in = \"bracket\", power = \"(-5.987654321) * n1.123456789\" }",
+                "{ in = \"bracket\", power = \"(-5.98765) * n1.123456789\" }",
+            ),
+            ("\"0.5\"", "0.5"),
+            ("[1, 2]", "[1, 2]"),
+        ] {
+            assert_eq!(short(value), shown);
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! From measured data to a better machine: causes, heat balances, the machine file with the best explanation in it, a
+//! surrogate of that machine, and a report for readers who were not there.
+//!
+//! [`examine`] does all of it and writes nothing; [`Findings`] holds what came out, and writes files where asked to.
+
+pub mod energy;
+pub mod extended;
+mod figures;
+pub mod input;
+mod next;
+pub mod record;
+pub mod refit;
+mod report;
+
+use std::path::Path;
+
+use crate::error::Result;
+use crate::evidence::diagnose::{self, Diagnosis, Explanation, Problem, Verdict, sentence};
+use crate::figures::report::Report;
+use crate::foundation::atomic_file;
+use crate::foundation::progress::Progress;
+use energy::EnergyBalances;
+use extended::ExtendedMachine;
+pub use next::in_words as next_test_in_words;
+use refit::Refitted;
+
+/// What was found, and what was made of it.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Findings<'a> {
+    /// What was asked.
+    pub problem: &'a Problem,
+    /// Causes with their probabilities, and what is gained.
+    pub diagnosis: Diagnosis,
+    /// The machine file with the best explanation in it, where one can be written.
+    pub extended: Option<ExtendedMachine>,
+    /// Where the heat goes, before and after.
+    pub energy: EnergyBalances,
+    /// The surrogate of the extended machine, if one was asked for.
+    pub refitted: Option<Refitted>,
+}
+
+/// Diagnoses, extends the machine file (to be written to `extended`), balances the heat, and fits a surrogate of the
+/// extended machine (to be written to `surrogate`) where one is asked for. Nothing is written yet.
+///
+/// # Errors
+/// As [`diagnose::diagnose`] and [`refit::Refitted::of`]; the machine as it is cannot be solved.
+pub fn examine<'a>(problem: &'a Problem, extended: &Path, surrogate: Option<&Path>, progress: &dyn Progress) -> Result<Findings<'a>> {
+    let diagnosis = diagnose::diagnose(problem, &mut |what| progress.say(what))?;
+    let extended = ExtendedMachine::of(problem, &diagnosis, extended)?;
+    progress.say("heat balances");
+    let energy = EnergyBalances::of(problem, &diagnosis, extended.is_some())?;
+    let refitted = surrogate.map(|path| Refitted::of(problem, extended.as_ref(), path, progress)).transpose()?;
+    Ok(Findings { problem, diagnosis, extended, energy, refitted })
+}
+
+impl Findings<'_> {
+    /// Writes the extended machine and the surrogate, where there are any.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self) -> Result<()> {
+        if let Some(extended) = &self.extended {
+            atomic_file::write(&extended.path, extended.text.as_bytes())?;
+        }
+        if let Some(fit) = self.refitted.as_ref().and_then(|r| r.fit.as_ref()) {
+            atomic_file::write(&fit.path, &fit.bytes)?;
+        }
+        Ok(())
+    }
+
+    /// The report for readers who were not there.
+    ///
+    /// # Errors
+    /// A figure has nothing to show.
+    pub fn report(&self) -> Result<Report> {
+        report::report(self)
+    }
+
+    /// Explanations that the data cannot refute.
+    pub fn open(&self) -> Vec<&Explanation> {
+        self.diagnosis.set.iter().filter_map(|i| self.diagnosis.explanations.get(*i)).collect()
+    }
+
+    /// Explanations worth showing: the first three, and those with some probability; at most `most`.
+    pub fn ranked(&self, most: usize) -> impl Iterator<Item = (usize, &Explanation)> {
+        self.diagnosis.explanations.iter().enumerate().filter(|(i, e)| *i < 3 || e.probability > 2e-3).take(most)
+    }
+
+    /// The answer in one sentence.
+    pub fn headline(&self) -> String {
+        let found = &self.diagnosis;
+        match found.verdict {
+            Verdict::Consistent => format!(
+                "The readings do not contradict the machine: a misfit this large or larger has probability {:.2}, a cause this convincing {:.2}.",
+                found.misfit.probability, found.misfit.look_elsewhere
+            ),
+            Verdict::Explained => {
+                let what = found.explanations.first().map(words).unwrap_or_default();
+                let p = found.level.probability;
+                let p = if p > 0.994 { "above 0.99".to_string() } else { format!("{p:.2}") };
+                format!("{}; probability {p}.", capital(&what))
+            }
+            Verdict::SomethingElse => format!(
+                "Something is wrong that no cause of the catalogue explains{}.",
+                if found.level.what.is_empty() { String::new() } else { format!("; what comes nearest points to {}", found.level.what) }
+            ),
+            Verdict::CannotTell => {
+                let certain = match found.level.name {
+                    "one" => format!("certain is {}, and something acts beside it", found.level.what),
+                    "place" => format!("it is at {}", found.level.what),
+                    "region" => format!("it touches {}", found.level.what),
+                    _ => "not even its place is certain".into(),
+                };
+                let n = found.set.len();
+                let fit = if n == 1 { "1 explanation fits".to_string() } else { format!("{n} explanations fit alike") };
+                format!("Something is wrong; {certain}, and {fit}: the data cannot tell which it is.")
+            }
+        }
+    }
+
+    /// Why no extended machine was written.
+    pub fn why_not_extended(&self) -> &'static str {
+        match self.diagnosis.verdict {
+            Verdict::Consistent => "nothing is wrong, so there is nothing to extend",
+            Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
+            _ if self.diagnosis.sets.as_ref().is_some_and(Vec::is_empty) => {
+                "the cause lies in the readings: nothing changes in the machine file"
+            }
+            _ => "the machine file has no number that is the cause",
+        }
+    }
+}
+
+/// An explanation in words.
+pub fn words(explanation: &Explanation) -> String {
+    explanation.parts.iter().map(sentence).collect::<Vec<_>>().join("; and ")
+}
+
+/// An explanation by kind and place.
+fn name(explanation: &Explanation) -> String {
+    explanation.parts.iter().map(|p| format!("{} at {}", p.hypothesis.kind, p.hypothesis.place)).collect::<Vec<_>>().join("; ")
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}

@@ -1,0 +1,392 @@
+//! A diagnosis as outside programs read it: each field is a key of `coldplate diagnose --json`. Numbers that are not finite
+//! become `null`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::energy::Balance;
+use super::extended::Change;
+use super::refit::{AgainstReadings, Fitted};
+use super::{Findings, name, next};
+use crate::describe::machine::Machine;
+use crate::evidence::diagnose::{Explanation, Next, Trial, Verdict, sentence};
+use crate::evidence::measurement::whiten;
+use crate::solve::meshed::Flows;
+use crate::units::celsius;
+
+/// The whole answer.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs, non_snake_case)]
+pub struct DiagnosisRecord {
+    pub misfit: MisfitRecord,
+    pub verdict: &'static str,
+    pub headline: String,
+    pub level: LevelRecord,
+    pub probabilities: OtherwiseRecord,
+    /// The parts of the best explanation; empty where no cause is named.
+    pub causes: Vec<CauseRecord>,
+    /// Every explanation that the data cannot refute.
+    pub set: Vec<Vec<CauseRecord>>,
+    pub next_measurement: Option<NextRecord>,
+    pub gain: Option<GainRecord>,
+    /// Where the extended machine is written.
+    pub extended_machine: Option<String>,
+    pub changes: Option<Vec<Change>>,
+    pub surrogate: Option<SurrogateRecord>,
+    /// Causes that were composed.
+    pub tried: usize,
+    /// Causes that could show in these data.
+    pub visible: usize,
+    pub missing_heat: Vec<MissingHeatRecord>,
+    pub heat_balance: Vec<HeatBalanceRecord>,
+    pub readings: Vec<ReadingRecord>,
+    pub seconds: f64,
+}
+
+/// How well the machine as it is agrees with the readings.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct MisfitRecord {
+    pub chi2: f64,
+    /// Degrees of freedom.
+    pub dof: usize,
+    /// Probability of a misfit as large by noise alone.
+    pub p: f64,
+    /// Probability that noise alone makes the best of all causes as convincing.
+    pub p_look_elsewhere: f64,
+}
+
+/// What is certain.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct LevelRecord {
+    pub name: String,
+    pub what: String,
+    pub probability: f64,
+}
+
+/// Probabilities beside those of causes.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct OtherwiseRecord {
+    pub nothing: f64,
+    pub something_else: f64,
+}
+
+/// A number with its 90 % interval.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct EstimateRecord {
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+    pub unit: String,
+}
+
+/// One part of an explanation.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct CauseRecord {
+    pub kind: String,
+    pub place: String,
+    pub law: String,
+    pub parameters: BTreeMap<String, EstimateRecord>,
+    pub amplitude: EstimateRecord,
+    pub probability: f64,
+    pub misfit_left: f64,
+    pub text: String,
+    /// Other explanations that the data cannot refute.
+    pub ambiguous_with: Vec<String>,
+}
+
+/// A test worth making.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct NextRecord {
+    pub condition: BTreeMap<String, String>,
+    pub intervention: InterventionRecord,
+    pub text: String,
+    /// Mean distance of open explanations in standard deviations of what would be read.
+    pub separation_sigma: f64,
+    pub least_sigma: f64,
+    /// The sensor that would tell most by itself.
+    pub sensor: Option<String>,
+    pub sensor_sigma: Option<f64>,
+    /// The next best tests; only the best test has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub others: Option<Vec<NextRecord>>,
+}
+
+/// What is done in a test.
+#[derive(Debug, Clone, Default, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct InterventionRecord {
+    pub kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_Pa: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_W: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub variable: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to: Option<String>,
+}
+
+/// What is gained on conditions that the search did not see.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct GainRecord {
+    pub rmse_before_K: f64,
+    pub rmse_after_K: f64,
+    /// Lower end of the 90 % interval of the gain, K.
+    pub low: f64,
+    /// Upper end, K.
+    pub high: f64,
+    pub noise_floor_K: f64,
+    pub held_out: Vec<String>,
+}
+
+/// The surrogate of the extended machine.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct SurrogateRecord {
+    pub file: String,
+    pub conditions: usize,
+    pub failed: usize,
+    pub held_out_max_K: Option<f64>,
+    pub error_before_K: Option<f64>,
+    pub error_after_K: Option<f64>,
+    pub readings: Option<usize>,
+    pub readings_outside: Option<usize>,
+}
+
+/// Heat that is missing in a part.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct MissingHeatRecord {
+    pub part: String,
+    pub law: String,
+    pub W: f64,
+    pub standard_deviation_W: f64,
+    pub misfit_explained: f64,
+}
+
+/// The heat balance of one condition.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct HeatBalanceRecord {
+    pub test: String,
+    pub condition: BTreeMap<String, String>,
+    pub before: FlowsRecord,
+    pub after: Option<FlowsRecord>,
+    pub water: Vec<WaterRecord>,
+}
+
+/// Heat in and out by name.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct FlowsRecord {
+    pub in_W: BTreeMap<String, f64>,
+    pub out_W: BTreeMap<String, f64>,
+}
+
+/// What the water of a circuit takes.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct WaterRecord {
+    pub circuit: String,
+    pub measured_W: f64,
+    pub standard_deviation_W: f64,
+    pub before_W: f64,
+    pub after_W: Option<f64>,
+}
+
+/// One reading, what was predicted, and what is left.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct ReadingRecord {
+    pub test: String,
+    pub time_s: Option<f64>,
+    pub sensor: String,
+    pub measured_degC: f64,
+    pub predicted_degC: f64,
+    pub residual_K: f64,
+    /// The whitened residual, in standard deviations.
+    pub whitened: f64,
+    /// What the best explanation predicts.
+    pub explained_degC: Option<f64>,
+}
+
+impl Findings<'_> {
+    /// The whole answer for other programs.
+    pub fn record(&self) -> DiagnosisRecord {
+        let diagnosis = &self.diagnosis;
+        let misfit = &diagnosis.misfit;
+        let machine = &self.problem.study.model.machine;
+        let has_cause = matches!(diagnosis.verdict, Verdict::Explained | Verdict::CannotTell);
+        DiagnosisRecord {
+            misfit: MisfitRecord {
+                chi2: misfit.chi2,
+                dof: misfit.freedom,
+                p: misfit.probability,
+                p_look_elsewhere: misfit.look_elsewhere,
+            },
+            verdict: diagnosis.verdict.code(),
+            headline: self.headline(),
+            level: LevelRecord {
+                name: diagnosis.level.name.into(),
+                what: diagnosis.level.what.clone(),
+                probability: diagnosis.level.probability,
+            },
+            probabilities: OtherwiseRecord { nothing: diagnosis.others.0, something_else: diagnosis.others.1 },
+            causes: diagnosis.explanations.first().filter(|_| has_cause).map(|e| causes(self, e)).unwrap_or_default(),
+            set: self.open().into_iter().map(|e| causes(self, e)).collect(),
+            next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
+                others: Some(others.iter().map(|n| NextRecord::of(machine, n)).collect()),
+                ..NextRecord::of(machine, best)
+            }),
+            gain: diagnosis.gain.as_ref().map(|g| GainRecord {
+                rmse_before_K: g.before,
+                rmse_after_K: g.after,
+                low: g.interval.0,
+                high: g.interval.1,
+                noise_floor_K: g.noise_floor,
+                held_out: g.conditions.clone(),
+            }),
+            extended_machine: self.extended.as_ref().map(|e| e.path.display().to_string()),
+            changes: self.extended.as_ref().map(|e| e.changes.clone()),
+            surrogate: self.refitted.as_ref().and_then(|r| r.fit.as_ref()).map(SurrogateRecord::of),
+            tried: diagnosis.tried.0,
+            visible: diagnosis.tried.1,
+            missing_heat: (diagnosis.missing.iter())
+                .map(|m| MissingHeatRecord {
+                    part: m.part.clone(),
+                    law: m.law.words().into(),
+                    W: m.watts,
+                    standard_deviation_W: m.deviation,
+                    misfit_explained: m.explained,
+                })
+                .collect(),
+            heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(machine, b)).collect(),
+            readings: readings(self),
+            seconds: diagnosis.seconds,
+        }
+    }
+}
+
+fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
+    let others: Vec<String> = found.open().into_iter().filter(|o| *o != explanation).map(name).collect();
+    let mut records = Vec::new();
+    for p in &explanation.parts {
+        let shown = p.shown();
+        let (low, high) = p.interval();
+        let own = EstimateRecord { value: shown.value, low: shown.low, high: shown.high, unit: shown.unit.into() };
+        records.push(CauseRecord {
+            kind: p.hypothesis.kind.into(),
+            place: p.hypothesis.place.clone(),
+            law: p.hypothesis.law.words().into(),
+            parameters: BTreeMap::from([(shown.name.into(), own)]),
+            amplitude: EstimateRecord { value: p.amplitude, low, high, unit: p.hypothesis.unit.into() },
+            probability: explanation.probability,
+            misfit_left: explanation.misfit,
+            text: sentence(p),
+            ambiguous_with: others.clone(),
+        });
+    }
+    records
+}
+
+impl NextRecord {
+    fn of(machine: &Machine, next: &Next) -> Self {
+        Self {
+            condition: next.condition.by_name(machine),
+            intervention: InterventionRecord::of(machine, &next.trial),
+            text: next::in_words(machine, next),
+            separation_sigma: next.mean,
+            least_sigma: next.separation,
+            sensor: next.sensor.as_ref().map(|s| s.0.clone()),
+            sensor_sigma: next.sensor.as_ref().map(|s| s.1),
+            others: None,
+        }
+    }
+}
+
+impl InterventionRecord {
+    fn of(machine: &Machine, trial: &Trial) -> Self {
+        let plain = Self { kind: trial.code(), ..Self::default() };
+        match trial {
+            Trial::Steady => plain,
+            Trial::Pressure(pascal) => Self { pressure_Pa: Some(*pascal), ..plain },
+            Trial::Heater { part, watts, seconds } => {
+                Self { part: Some(part.clone()), power_W: Some(*watts), duration_s: Some(*seconds), ..plain }
+            }
+            Trial::Step { variable, to } => {
+                let v = &machine.variables[*variable];
+                Self { variable: Some(v.name.clone()), to: Some(v.with_unit(*to, 6)), ..plain }
+            }
+        }
+    }
+}
+
+impl SurrogateRecord {
+    fn of(fit: &Fitted) -> Self {
+        let of = |value: fn(&AgainstReadings) -> f64| fit.readings.as_ref().map(value);
+        Self {
+            file: fit.path.display().to_string(),
+            conditions: fit.conditions,
+            failed: fit.failed,
+            held_out_max_K: fit.largest,
+            error_before_K: of(|r| r.before),
+            error_after_K: of(|r| r.after),
+            readings: fit.readings.map(|r| r.counted),
+            readings_outside: fit.readings.map(|r| r.outside),
+        }
+    }
+}
+
+impl HeatBalanceRecord {
+    fn of(machine: &Machine, balance: &Balance) -> Self {
+        let water = |w: &super::energy::Water| WaterRecord {
+            circuit: w.circuit.clone(),
+            measured_W: w.measured,
+            standard_deviation_W: w.deviation,
+            before_W: w.before,
+            after_W: w.after,
+        };
+        Self {
+            test: balance.test.clone(),
+            condition: balance.condition.by_name(machine),
+            before: FlowsRecord::of(&balance.before),
+            after: balance.after.as_ref().map(FlowsRecord::of),
+            water: balance.water.iter().map(water).collect(),
+        }
+    }
+}
+
+impl FlowsRecord {
+    fn of(flows: &Flows) -> Self {
+        Self { in_W: flows.sources.iter().cloned().collect(), out_W: flows.sinks.iter().cloned().collect() }
+    }
+}
+
+fn readings(found: &Findings<'_>) -> Vec<ReadingRecord> {
+    let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
+    let measured = whiten::readings(data);
+    let of = |(i, (r, k)): (usize, &(usize, usize))| ReadingRecord {
+        test: data.rows[*r].test.clone(),
+        time_s: data.rows[*r].time,
+        sensor: data.names[*k].clone(),
+        measured_degC: celsius(measured[i]),
+        predicted_degC: celsius(diagnosis.sheet.predicted[i]),
+        residual_K: diagnosis.sheet.residual[i],
+        whitened: diagnosis.sheet.whitened[i],
+        explained_degC: diagnosis.explained.as_ref().map(|e| celsius(e[i])),
+    };
+    whiten::places(data).iter().enumerate().map(of).collect()
+}
