@@ -1,4 +1,4 @@
-//! What the cells look like: points and the polyhedra between them, for viewers.
+//! Shapes of the cells for viewers: points, and polyhedra between them.
 //!
 //! A cell of a box or a cylinder is one hexahedron with straight edges. A cell of a sphere is a shell,
 //! drawn as the facets of a cube blown up to the sphere; all facets of a shell show the same temperature.

@@ -1,8 +1,8 @@
 //! One block as a structured grid in its own orthogonal coordinates.
 //!
 //! Boxes use (x, y, z); cylinders use (r, theta, s), s being the coordinate along the axis; spheres use
-//! (r, polar angle, azimuth), with one cell for all angles. Every geometric factor the finite-volume network needs is a method here, so that nothing outside this
-//! file asks which kind of block it is looking at.
+//! (r, polar angle, azimuth), with one cell for all angles. Every geometric factor of the finite-volume network is a
+//! method here, so that no other file asks for the kind of a block.
 
 use crate::describe::machine::{Axis, Block, Shape, Side};
 use std::f64::consts::{PI, TAU};

@@ -17,7 +17,7 @@ use overlap::{Overlap, overlaps};
 use tetra::Tetra;
 use tetra::touch::{self, Other, Touch};
 
-/// Share of a face below which what an imported part leaves uncovered is rounding.
+/// Open share of a face beside an imported part that still counts as rounding.
 const LEAST_OPEN: f64 = 1e-3;
 
 /// Two faces that touch.
@@ -144,7 +144,7 @@ impl Mesh {
         Ok(mesh)
     }
 
-    /// Takes what imported parts cover and have covered off the open areas.
+    /// Subtracts the areas between imported parts and blocks from the open areas of both.
     fn cover(&mut self) {
         for touch in &self.touches {
             for piece in &touch.pieces {

@@ -1,4 +1,4 @@
-//! What a ray meets first among all blocks and imported parts of a machine.
+//! The first hit of a ray among all blocks and imported parts of a machine.
 
 use std::f64::consts::TAU;
 
@@ -10,7 +10,7 @@ use crate::describe::machine::{Shape, Side};
 /// Solids in a leaf of the tree.
 const LEAF: usize = 3;
 
-/// What stops a ray.
+/// An obstacle of rays.
 #[derive(Debug, Clone)]
 pub enum Solid {
     /// A block.

@@ -1,9 +1,9 @@
-//! What surfaces see of each other, by rays: how many of those a surface sends out arrive where.
+//! View factors by rays: the share of a surface's rays that arrive at each other surface.
 //!
 //! Rays leave evenly over the surface and with the cosine of the angle to its normal, as diffuse radiation does, and
-//! end at the first block or imported part they meet. Their four coordinates are Sobol' points, shifted digit by digit once per batch;
-//! the scatter of the batches is the error. The shifts are fixed numbers and results are counted, so a result
-//! depends on nothing but the geometry.
+//! end at the first block or imported part they meet. Their four coordinates are Sobol' points, shifted digit by digit
+//! once per batch; the scatter of the batches is the error. The shifts are fixed numbers and results are counted, so a
+//! result depends on nothing but the geometry.
 
 use std::f64::consts::TAU;
 
@@ -35,7 +35,7 @@ pub struct Facet {
     pub high: [f64; 2],
 }
 
-/// What a surface sees.
+/// View of a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
     /// Share of its rays that arrive at each surface.
@@ -44,7 +44,7 @@ pub struct Seen {
     pub error: Vec<f64>,
     /// Share that meets nothing.
     pub escaped: f64,
-    /// Share that meets blocks or imported parts which belong to no surface asked about.
+    /// Share that meets blocks or imported parts outside the list of surfaces.
     pub strayed: f64,
     /// Share of the surface that nothing covers.
     pub open: f64,
@@ -164,7 +164,7 @@ pub fn look(machine: &Machine, mesh: &Mesh, surfaces: &[Vec<Facet>], wanted: &[b
     wanted.iter().map(|wanted| if *wanted { batches.next().map(|own| gather(own, surfaces.len(), each)) } else { None }).collect()
 }
 
-/// What became of the rays of one batch.
+/// Counts of the rays of one batch.
 #[derive(Debug, Clone)]
 struct Count {
     arrived: Vec<u32>,

@@ -39,7 +39,7 @@ pub struct Gap {
 /// belongs to all faces of the cells with first index i.
 pub type Profile<T> = [Vec<T>; 3];
 
-/// What the kernels need of a number.
+/// The arithmetic that the kernels use.
 pub trait Real: Copy + Send + Sync + Default + Mul<Output = Self> + Sub<Output = Self> + AddAssign {}
 impl<T: Copy + Send + Sync + Default + Mul<Output = T> + Sub<Output = T> + AddAssign> Real for T {}
 

@@ -1,4 +1,4 @@
-//! What an enclosure's surfaces see of each other, for reports.
+//! View factors of an enclosure, for reports.
 
 /// The view factors an enclosure was built with.
 #[derive(Debug, Clone, Default, PartialEq)]

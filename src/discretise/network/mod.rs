@@ -66,7 +66,7 @@ pub struct Network {
     pub fixed: Vec<(u32, u32)>,
     /// Node held at the temperature of the chamber wall, which enclosures radiate to; one of the fixed.
     pub chamber: Option<u32>,
-    /// What the surfaces of each enclosure see of each other.
+    /// View factors of each enclosure.
     pub enclosures: Vec<EnclosureViews>,
     /// Sensors: weights over nodes.
     pub sensors: Vec<SensorTerm>,
@@ -108,7 +108,7 @@ pub struct Reach {
     pub shares: [f64; 2],
 }
 
-/// Where a source's power goes, and how it follows the temperature there.
+/// Distribution of a source's power over nodes, and its dependence on their temperature.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct HeatSource {
     /// Nodes and shares, which sum to one.
@@ -141,7 +141,7 @@ impl HeatSource {
         self.shares.iter().map(move |(node, share)| (*node, power * share * slope(*node)))
     }
 
-    /// What is left of the power at a temperature (K); a loss never turns into cold.
+    /// The power at a temperature (K), at least zero: a source never turns into a sink.
     fn factor(&self, temperature: f64) -> f64 {
         match self.temperature_coefficient {
             0.0 => 1.0,

@@ -1,5 +1,5 @@
-//! What the coolant adds to the derivative of the residual: films, water properties, flow splits and wall
-//! conductivities follow the temperatures.
+//! The coolant's part of the Jacobian: films, water properties, flow splits and wall conductivities depend on the
+//! temperatures.
 //!
 //! The states of a circuit's streams depend on the temperatures through few numbers: the mean water and
 //! the mean wall temperature of each stream, and where the wall's conductivity is a table, the mean
@@ -29,7 +29,7 @@ pub struct RankOne {
 }
 
 impl Network {
-    /// Everything the states of the streams add to the derivative of the residual at `temperatures` (K).
+    /// The streams' part of the derivative of the residual at `temperatures` (K).
     ///
     /// # Errors
     /// As [`Network::stream_states`].

@@ -51,7 +51,7 @@ pub struct CircuitTree {
     pub layout: Layout,
 }
 
-/// A stream at one condition and one estimate of the temperatures.
+/// The state of a stream at one condition and one estimate of the temperatures.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StreamState {
     /// Heat capacity rate rho q c, W/K.

@@ -24,7 +24,7 @@ pub struct Surface {
     pub law: u32,
 }
 
-/// What leaves through a surface.
+/// Heat through a surface.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct SurfaceState {
     /// Temperature of the surface itself, K.
@@ -33,7 +33,7 @@ pub struct SurfaceState {
     pub heat: f64,
     /// Its derivative with respect to the node's temperature at the conductivity the node has, W/K; never negative.
     pub slope: f64,
-    /// What the slope grows by because the node's conductivity follows its temperature, W/K.
+    /// Addition to the slope where the node's conductivity depends on its temperature, W/K.
     pub stiffening: f64,
     /// Part of it that radiates to the chamber, W.
     pub radiated: f64,
@@ -41,8 +41,8 @@ pub struct SurfaceState {
     pub gas: f64,
     /// Part of it that leaves through the prescribed law, W.
     pub law: f64,
-    /// What the heat changes by when the outside takes one watt more at the same surface temperature; also what
-    /// the surface moves by when the node moves by one kelvin (for a constant conductivity).
+    /// Change of the heat per watt that the outside takes more at the same surface temperature; also change of the
+    /// surface temperature per kelvin of the node (for a constant conductivity).
     pub share: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What further test would say most about the parameters.
+//! The further test that adds most information about the parameters.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use crate::solve::sensitivity::{Derivatives, Kind, Target, Variation};
 /// Most corners of the ranges that are tried.
 const MOST: usize = 32;
 
-/// A test and what it would do.
+/// A test and its effect on the intervals.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Advice {
     /// The condition.
@@ -71,7 +71,7 @@ pub fn next_tests(problem: &Problem, estimate: &Estimate, sensors: &[usize]) -> 
     Ok(found)
 }
 
-/// A sensor's own error in one reading, K: what is said of it, or the mean of what is said of others.
+/// Error of a sensor in one reading, K: as stated, or the mean of the others.
 fn own_error(problem: &Problem, sensor: usize) -> f64 {
     let known = problem.data.sensors.iter().position(|s| *s == sensor);
     let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len().max(1) as f64;
@@ -83,7 +83,7 @@ fn own_error(problem: &Problem, sensor: usize) -> f64 {
     own.hypot(u.model)
 }
 
-/// What readings with these slopes (parameters, then conditions) would do to every interval, and the information they add.
+/// Effect of readings with these slopes (parameters, then conditions) on every interval, and the information they add.
 fn gain(problem: &Problem, estimate: &Estimate, slopes: &[Vec<f64>], deviation: &[f64], condition: &Condition) -> (Vec<f64>, f64) {
     let (p, n) = (problem.free.len(), slopes.len());
     let errors = problem.uncertainty.at(condition);

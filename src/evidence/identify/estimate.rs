@@ -1,4 +1,4 @@
-//! What the data say: the best values, and what the curvature there says of how well they are known.
+//! The estimate: best values, and their intervals from the curvature there.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -33,11 +33,11 @@ impl Default for IdentifyOptions {
     }
 }
 
-/// A direction in which the data say next to nothing.
+/// A combination of parameters that the data do not determine.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Undetermined {
-    /// Share of each free parameter, of unit length. One counts as much of a logarithm, as much of a linear parameter's
-    /// value, or as much of 10 K of a temperature.
+    /// Unit vector over the free parameters. One unit is a logarithm of one (a factor e), the value of a linear
+    /// parameter, or 10 K of a temperature.
     pub weights: Vec<f64>,
     /// Standard deviation along it in the same measure; infinite where nothing depends on it.
     pub deviation: f64,
@@ -72,7 +72,7 @@ pub struct Estimate {
     pub predictions: (Vec<f64>, Vec<f64>),
     /// Misfit (priors included) each start ended with, under the covariance at the machine file's values.
     pub ends: Vec<f64>,
-    /// The covariance found, as what makes residuals independent.
+    /// The whitening by the covariance found.
     pub whitener: Whitener,
     /// Predictions computed.
     pub evaluations: usize,
@@ -196,7 +196,7 @@ fn summary(search: &Search<'_>, nominal: &Point, best: Point, whitener: Whitener
     }
 }
 
-/// Directions along which the data alone leave a standard deviation that is no knowledge.
+/// Directions along which the data alone leave too large a standard deviation.
 fn open_directions(problem: &Problem, values: &[f64], information: &DMatrix<f64>) -> Vec<Undetermined> {
     let typical = |(free, value): (&Free, &f64)| {
         let p = &free.parameter;

@@ -31,11 +31,11 @@ pub use write::write_machine;
 /// A parameter that is to be found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Free {
-    /// Which; its value is where the search begins.
+    /// The parameter; the search begins at its value.
     pub parameter: Parameter,
     /// Least and largest value, SI.
     pub bounds: (f64, f64),
-    /// What is known beforehand: value and standard deviation, SI.
+    /// Prior: value and standard deviation, SI.
     pub prior: Option<(f64, f64)>,
     /// Whether it varies by its logarithm: it is positive by nature.
     pub is_logarithmic: bool,
@@ -176,9 +176,9 @@ pub struct Problem {
     pub study: Study,
     /// What was measured.
     pub data: Data,
-    /// How well.
+    /// The uncertainty of readings and conditions.
     pub uncertainty: Uncertainty,
-    /// What is to be found.
+    /// The parameters to find.
     pub free: Vec<Free>,
     /// The state logs begin with.
     pub start: Start,

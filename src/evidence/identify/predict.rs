@@ -1,4 +1,4 @@
-//! What a machine says each reading should be, and how that changes with parameters and conditions.
+//! Predictions of the readings, with their derivatives with respect to parameters and conditions.
 
 use rayon::prelude::*;
 
@@ -16,7 +16,7 @@ use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, S
 pub const TIME_TOLERANCE: f64 = 1e-3;
 /// Relative step of parameters where only differences of whole runs give the slope.
 const RUN_STEP: f64 = 0.02;
-/// From a value of zero, in steps of an exact derivative: runs are known to their time steps' error only.
+/// The step from a value of zero, in steps of an exact derivative: runs carry the error of their time steps.
 const RUN_STEP_FROM_ZERO: f64 = 100.0;
 /// The same of temperatures, K.
 const RUN_KELVIN: f64 = 0.2;

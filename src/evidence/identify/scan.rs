@@ -1,4 +1,4 @@
-//! Two parameters over a grid: the way the published method finds them, and the shape of the valley they lie in.
+//! The misfit over a grid of two parameters: the published way to find them, and the shape of the valley.
 
 use rayon::prelude::*;
 

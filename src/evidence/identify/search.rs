@@ -9,7 +9,7 @@ use crate::evidence::measurement::{Whitener, whiten};
 /// The search ends when no coordinate moves by more than this share of its standard deviation.
 const STEP_TOLERANCE: f64 = 1e-3;
 const MOST_STEPS: usize = 40;
-/// Up to this damping a step is nearly Newton's, and its length tells how far the least misfit still is.
+/// Up to this damping a step is nearly Newton's, and its length is the distance to the minimum.
 const FREE: f64 = 1e-2;
 /// Trials of one step, each more damped than the one before.
 const MOST_TRIALS: usize = 8;
@@ -25,7 +25,7 @@ pub(super) struct Point {
     pub cost: f64,
 }
 
-/// The search of one problem, with what it has cost so far.
+/// The search of one problem, with its cost so far.
 pub(super) struct Search<'a> {
     pub problem: &'a Problem,
     pub readings: Vec<f64>,
@@ -120,7 +120,7 @@ impl<'a> Search<'a> {
         to.iter().all(|c| c.is_finite()).then_some(to)
     }
 
-    /// What stands at a bound and wants out stays.
+    /// Coordinates at a bound whose step leads outside stay there.
     fn is_stuck(&self, k: usize, coordinate: f64, downhill: f64) -> bool {
         let (low, high) = self.problem.free[k].coordinate_bounds();
         self.frozen == Some(k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
@@ -155,7 +155,7 @@ impl<'a> Search<'a> {
                 if is_small && damping <= FREE {
                     return here;
                 }
-                // A machine that cannot be solved there is no place to go.
+                // No step to a point at which the machine cannot be solved.
                 let Ok(there) = self.point(to, whitener) else {
                     damping = (damping * 10.0).max(1e-2);
                     continue;
@@ -188,7 +188,7 @@ pub(super) fn prior(free: &Free) -> Option<(f64, f64)> {
     free.prior.map(|(value, deviation)| if free.is_logarithmic { (value.ln(), deviation / value) } else { (value, deviation) })
 }
 
-/// What the priors add to the misfit.
+/// The priors' part of the misfit.
 pub(super) fn priors(free: &[Free], coordinates: &[f64]) -> f64 {
     free.iter().zip(coordinates).filter_map(|(f, c)| prior(f).map(|(at, spread)| ((c - at) / spread).powi(2))).sum()
 }

@@ -10,11 +10,11 @@ use crate::units::{self, Dimension};
 
 /// A limit +-a without more is a rectangular distribution of standard deviation a / sqrt 3 (GUM 4.3.7).
 const RECTANGULAR: f64 = 0.577_350_269_189_625_8;
-/// What instruments of such tests are usually stated with, as limits: scanner and sensor +-0.1 K, chiller +-0.1 K,
+/// Usual limits of the instruments of such tests: scanner and sensor +-0.1 K, chiller +-0.1 K,
 /// flow meter +-0.05 L/min, ambient +-0.1 K.
 const USUAL_KELVIN: f64 = 0.1;
 const USUAL_FLOW: f64 = 0.05 / 60_000.0;
-/// A limit of the clock of a log, s: what a scanner takes to go through its channels.
+/// Usual limit of a log's clock, s: the time of a scanner to go through its channels.
 const USUAL_SECONDS: f64 = 1.0;
 
 /// Standard deviation of a condition variable: the larger part counts where both are given.
@@ -26,19 +26,19 @@ pub struct VariableUncertainty {
     pub relative: f64,
 }
 
-/// Standard deviations of everything that is read.
+/// Standard deviations of readings and conditions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
-    /// Of each sensor's readings from one to the next, K, in the order of [`Data::sensors`].
+    /// Noise of each sensor, new in every reading, K, in the order of [`Data::sensors`].
     pub noise: Vec<f64>,
-    /// Of each sensor's own error, the same in all its readings, K.
+    /// Bias of each sensor, the same in all its readings, K.
     pub bias: Vec<f64>,
     /// Of every condition variable, in the order of [`Machine::variables`]; one error per row (steady) or per test (log).
     pub variables: Vec<VariableUncertainty>,
-    /// Of the model's own numbers (mesh, solver), K, independent from reading to reading.
+    /// Numerical error of the model (mesh, solver), K, independent from reading to reading.
     pub model: f64,
-    /// Of the time readings of a log belong to, s: of its clock, the same all through a test, and of what sensors and
-    /// fronts take to follow, which wanders; see [`super::wander`].
+    /// Timing of a log, s: the error of its clock, constant through a test, and of the lags of sensors and fronts,
+    /// which wanders; see [`super::wander`].
     pub timing: f64,
     /// The file it was read from, or `None` where the usual values stand in.
     pub file: Option<PathBuf>,
@@ -54,7 +54,7 @@ impl Uncertainty {
         if path.exists() { Self::read(&path, data, machine) } else { Ok(Self::usual(data, machine)) }
     }
 
-    /// What instruments of such tests are usually stated with.
+    /// The usual limits of the instruments of such tests.
     pub fn usual(data: &Data, machine: &Machine) -> Self {
         let variable = |v: &crate::describe::machine::Variable| {
             let absolute = if v.dimension == Dimension::TEMPERATURE {
@@ -83,7 +83,7 @@ impl Uncertainty {
     /// noise = "0.1 K"                 # from reading to reading
     /// bias = "0.1 K"                  # of a sensor, the same in all its readings
     /// model = "0.05 K"                # of mesh and solver; a standard deviation always
-    /// timing = "1 s"                  # of a log's clock and of how soon sensors follow
+    /// timing = "1 s"                  # of a log's clock, and of the lags of sensors
     /// [condition]
     /// coolant_temperature = "0.1 K"
     /// coolant_flow = "0.05 L/min"     # or "2 %"

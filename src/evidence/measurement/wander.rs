@@ -1,15 +1,15 @@
-//! What is wrong in a log at one time is wrong for a while: errors along the time.
+//! Errors of logs that are correlated in time.
 //!
-//! Rows of a log are seconds apart, and what a model of a moving temperature misses (a front that sensors follow late, a
-//! mixing that it leaves out, a clock that is off) does not change sign from one row to the next. Taken as new in every row
-//! such errors would average out, and any log of enough rows would refute any model. Each sensor in each test gets
+//! Rows of a log are seconds apart. The discrepancy of a model of moving temperatures (a lag of sensors behind a front, a
+//! mixing that is left out, a clock that is off) does not change sign from one row to the next. Were it taken as independent
+//! between rows it would average out, and any log of enough rows would refute any model. Each sensor in each test gets
 //!
-//! * an error of time, the same all through: timing x rate of change of its reading, and
-//! * one that wanders, of the standard deviation hypot(model, timing x rate) and the correlation exp(-|t - t'| / tau), with
-//!   tau a share of the test's length.
+//! * a constant clock error: timing x rate of change of its reading, and
+//! * a wandering error of standard deviation hypot(model, timing x rate) and correlation exp(-|t - t'| / tau), where tau is
+//!   a share of the test's length.
 //!
-//! The clock's rate is that of the readings; what wanders takes the larger of theirs and the model's, which may have a front
-//! elsewhere.
+//! The clock error uses the rate of the readings; the wandering error the larger of theirs and the model's, whose fronts may
+//! lie elsewhere.
 
 use super::{Data, Uncertainty, whiten};
 
@@ -56,8 +56,8 @@ pub fn errors(data: &Data, uncertainty: &Uncertainty, model: f64, predicted: &[f
     common
 }
 
-/// What an error of time does to a series of (time, value) at each of its times: the standard deviation, and the slope, both
-/// for an error of one standard deviation (s). Where a front is about to pass, that is more than the rate says.
+/// Effect of a clock error of one standard deviation (s) on a series of (time, value): standard deviation and slope at each
+/// time. Shortly before a front both are larger than the rate alone gives.
 fn moved(series: &[(f64, f64)], timing: f64) -> Vec<(f64, f64)> {
     let at = |t: f64| -> f64 {
         let above = series.partition_point(|(own, _)| *own <= t).clamp(1, series.len() - 1);
@@ -129,7 +129,7 @@ mod tests {
         }
     }
 
-    /// On a ramp both are timing x rate; before a step the deviation sees it coming.
+    /// On a ramp both are timing x rate; the deviation rises ahead of a step.
     #[test]
     fn errors_of_time() {
         let ramp: Vec<(f64, f64)> = (0..60).map(|i| (f64::from(i), 2.0 + 0.5 * f64::from(i))).collect();

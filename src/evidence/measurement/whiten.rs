@@ -1,4 +1,4 @@
-//! Residuals made independent and of unit variance: what every later step works with.
+//! Whitening: residuals of unit variance and without correlation.
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -16,7 +16,7 @@ pub struct Whitener {
 }
 
 impl Whitener {
-    /// From the standard deviation of each reading's own error and columns of common errors, each of unit variance.
+    /// From the standard deviation of each reading's independent error and columns of common errors, each of unit variance.
     pub fn new(deviation: &[f64], common: &[Vec<f64>]) -> Self {
         let inverse_deviation: Vec<f64> = deviation.iter().map(|d| 1.0 / d).collect();
         let n = deviation.len();
@@ -57,17 +57,17 @@ impl Whitener {
     }
 }
 
-/// Standard deviation of each reading's own error, K.
+/// Standard deviation of each reading's independent error, K.
 pub fn deviations(data: &Data, uncertainty: &Uncertainty) -> Vec<f64> {
     places(data).iter().map(|(_, k)| uncertainty.noise[*k].hypot(uncertainty.model)).collect()
 }
 
-/// The part of it that is new in every reading: what is left of it in logs, whose other errors wander ([`super::wander`]), K.
+/// Its uncorrelated part, K: reading noise. In logs the rest wanders ([`super::wander`]).
 pub fn noise(data: &Data, uncertainty: &Uncertainty) -> Vec<f64> {
     places(data).iter().map(|(_, k)| uncertainty.noise[*k]).collect()
 }
 
-/// Errors that several readings share, each of unit variance: sensors' own and those of conditions; see [`Whitener::of`].
+/// Errors common to several readings, each of unit variance: sensor biases and errors of conditions; see [`Whitener::of`].
 pub fn common_errors(data: &Data, uncertainty: &Uncertainty, slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let places = places(data);
     let mut common: Vec<Vec<f64>> = Vec::new();

@@ -122,7 +122,7 @@ impl Orthonormal {
     }
 }
 
-/// A least-squares solution and what is known about its errors.
+/// A least-squares solution with its error estimates.
 #[derive(Debug, Clone)]
 pub struct Solution {
     /// One per column.
@@ -131,7 +131,7 @@ pub struct Solution {
     pub standard_errors: Vec<f64>,
     /// y minus the fit, per row.
     pub residuals: Vec<f64>,
-    /// Residual each row would have if the fit were made without it. Infinite where the fit needs that row.
+    /// Leave-one-out residual of each row; infinite where the fit needs that row.
     pub left_out: Vec<f64>,
     /// sqrt(sum of squared residuals / (rows - columns)); zero without degrees of freedom.
     pub residual_deviation: f64,

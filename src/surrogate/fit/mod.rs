@@ -1,4 +1,4 @@
-//! Surrogates from any table of conditions and outputs: polynomials and radial functions, judged by data they did not see.
+//! Surrogates from any table of conditions and outputs: polynomials and radial functions, judged by held-out data.
 //!
 //! [`fit`] makes one function per output. Candidates are polynomials with chosen terms and radial functions of four kernels
 //! with tuned length scales; each is judged by cross-validation of its whole procedure, the better one becomes the model,
@@ -37,7 +37,7 @@ pub struct Output {
     pub values: Vec<f64>,
 }
 
-/// What is fitted: conditions and outputs, row by row.
+/// Conditions and outputs to fit, row by row.
 #[derive(Debug, Clone)]
 pub struct Samples {
     /// Condition variables. Their ranges are where the surrogate counts as inside: those of the design where known. They are
@@ -107,7 +107,7 @@ impl Samples {
     }
 }
 
-/// What the fit may try.
+/// Candidates and settings of a fit.
 #[derive(Debug, Clone)]
 pub struct FitOptions {
     /// Largest total degree of a polynomial's terms (default 6, at most 12).
@@ -181,7 +181,7 @@ pub struct Residuals {
 /// A model that was considered for an output.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
-    /// What it is.
+    /// Kind and settings.
     pub family: Family,
     /// How the variables enter.
     pub transforms: Vec<Transform>,
@@ -208,13 +208,13 @@ pub struct PointReport {
     pub candidates: Vec<Candidate>,
 }
 
-/// A surrogate and how it came about.
+/// A surrogate with the record of its choice.
 #[derive(Debug, Clone)]
 pub struct Fit {
     /// The functions; no limits yet, provenance empty.
     pub surrogate: Surrogate,
     /// One per output.
     pub points: Vec<PointReport>,
-    /// Things the user should know: variables that do not vary, rows left out.
+    /// Remarks for the user: variables that do not vary, rows left out.
     pub notes: Vec<String>,
 }

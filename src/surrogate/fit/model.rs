@@ -1,4 +1,4 @@
-//! What a fit produces and a surrogate file holds: owned, plain data.
+//! A surrogate as owned, plain data: the result of a fit, the content of a surrogate file.
 
 /// A condition variable of a surrogate.
 #[derive(Debug, Clone, PartialEq)]
@@ -96,13 +96,13 @@ pub struct Point {
 pub struct Limit {
     /// Name.
     pub name: String,
-    /// What is limited.
+    /// The bounded value.
     pub kind: LimitKind,
     /// Largest value allowed, in the points' unit.
     pub maximum: f64,
 }
 
-/// What a limit looks at.
+/// The value that a limit bounds.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum LimitKind {
     /// A point's value.

@@ -72,7 +72,7 @@ impl Fitted {
     }
 }
 
-/// What the search may use.
+/// The dictionary of the search.
 #[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
     /// The variables, with their ranges.

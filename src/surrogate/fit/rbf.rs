@@ -57,7 +57,7 @@ impl Kernel {
     }
 }
 
-/// What a choice of length scales and smoothing is judged by.
+/// Criterion of length scales and smoothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Criterion {
     /// Mean over outputs of ln(mean squared left-out residual).

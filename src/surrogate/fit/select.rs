@@ -212,7 +212,7 @@ impl<'a> Group<'a> {
         Ok(result)
     }
 
-    /// Held-out residuals of choosing as well: each fold's come from the model that the other folds' residuals would choose.
+    /// Held-out residuals of the choice too: those of a fold come from the model that the other folds would choose.
     fn held_out_of_choice(&self, choices: &[(usize, &[f64], f64)]) -> Vec<f64> {
         let by_fold: Vec<Option<usize>> = (0..self.fold_count).map(|fold| choose(choices, |row| self.folds[row] != fold)).collect();
         let residual = |row: usize| {

@@ -4,7 +4,7 @@ use super::{cross, dot, minus};
 
 /// How far outside a tetrahedron a point may lie, in shape functions.
 const OUTSIDE: f64 = 0.05;
-/// What counts as inside.
+/// Tolerance of "inside", in shape functions.
 const INSIDE: f64 = 1e-9;
 
 /// Tetrahedra by bin.

@@ -21,7 +21,7 @@ const SLIVER: f64 = 1e-13;
 /// Thickness of the metal that stands for a bond between matching triangles, over their size.
 const BOND: f64 = 1e-4;
 
-/// What an imported boundary touches.
+/// The neighbour of an imported boundary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Other {
     /// A side of a grid.
@@ -35,7 +35,7 @@ pub enum Other {
 pub struct Touch {
     /// The imported volume, by its place in [`crate::discretise::mesh::Mesh::tetra`].
     pub tetra: usize,
-    /// What it touches.
+    /// Its neighbour.
     pub other: Other,
     /// Triangle by triangle.
     pub pieces: Vec<Piece>,
@@ -282,7 +282,7 @@ pub(in crate::discretise::mesh) fn with_tetra(a: &Tetra, b: &Tetra) -> Vec<Piece
     found
 }
 
-/// What two triangles share.
+/// The shared area of two triangles.
 fn between(a: &Tetra, face: usize, b: &Tetra, other: usize, extent: f64) -> Option<Piece> {
     let (ta, tb) = (a.triangle(face), b.triangle(other));
     let (na, nb) = (a.face_normal(face), b.face_normal(other));
