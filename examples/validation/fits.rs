@@ -283,6 +283,7 @@ pub fn section(cells: Option<usize>) -> Result<Section> {
             let drawable = (value(&p.printed, low) - row.fitted[0][0]).abs() < 100.0;
             panels.push(Panel {
                 title: p.part.clone(),
+                samples: Vec::new(),
                 curves: vec![
                     fine(&|x| row.fit.value(x)),
                     coarse(1),

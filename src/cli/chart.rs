@@ -1,4 +1,4 @@
-//! `coldplate chart`: the figures of a surrogate, or of a folder the main job has filled.
+//! `coldplate chart`: figures from chart definitions, from a surrogate, or from a folder the main job has filled.
 
 use std::path::{Path, PathBuf};
 
@@ -7,21 +7,27 @@ use serde_json::json;
 use super::condition::ConditionArgs;
 use super::output::Output;
 use crate::error::{Error, Result};
+use crate::explore::sweep::SweepOptions;
 use crate::figures::chart::acceptability::Here;
 use crate::foundation::table::Table;
+use crate::pipeline::charts::{draw_all, results::Results};
 use crate::pipeline::{self, figures};
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::{self, Surrogate};
 
-/// Figures of a surrogate file or of a folder of results, as SVG and PNG
+/// Figures as SVG and PNG: from chart definitions, a surrogate file, or a folder of results
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Surrogate file, or folder with one and its tables
-    source: PathBuf,
-    /// Folder for the figures (default: charts, beside the surrogate)
+    /// Chart definitions (charts/NAME.toml), or one surrogate file, or one folder with a surrogate and its tables
+    #[arg(required = true)]
+    sources: Vec<PathBuf>,
+    /// Folder for the figures (default: out/charts for definitions; charts, beside the surrogate, otherwise)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Only an acceptability map over these two variables: across,up
+    /// Folder with the results of the sweeps that definitions name, DIR/NAME each; what is missing there is solved
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    results: PathBuf,
+    /// Only an acceptability map over these two variables of the surrogate: across,up
     #[arg(long, value_name = "X,Y", value_delimiter = ',', num_args = 1)]
     map: Vec<String>,
     /// Where the other variables are held in the map (default: middle of the range); the condition is marked if complete
@@ -32,29 +38,52 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// A surrogate or table that cannot be read, or a folder that cannot be written.
+/// A definition, surrogate or table that cannot be read, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let is_folder = args.source.is_dir();
-    let path = if is_folder { args.source.join(pipeline::SURROGATE) } else { args.source.clone() };
-    let bytes = std::fs::read(&path).map_err(|e| Error::file("read", &path, e))?;
-    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&path))?;
-    let folder = args.out.clone().unwrap_or_else(|| path.parent().unwrap_or(Path::new(".")).to_path_buf());
-    let files = if args.map.is_empty() {
-        let mut tables = Vec::new();
-        for (name, held_out) in [("sweep.csv", false), ("validation.csv", true)] {
-            let table = args.source.join(name);
-            if is_folder && table.exists() {
-                tables.push((Table::read(&table)?, held_out));
+    let is_definition = |path: &PathBuf| path.extension().is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+    let files = match args.sources.as_slice() {
+        definitions if definitions.iter().all(is_definition) => {
+            if !args.map.is_empty() {
+                return Err(Error::input("a definition says itself what is drawn").at_key("--map").help("leave --map out"));
             }
+            let options = SweepOptions { threads: None, progress: !out.quiet, retry_failed: false };
+            let say = |what: &str| out.note(what);
+            let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join("charts"));
+            draw_all(definitions, &mut Results::new(&args.results, options, &say), &folder)?
         }
-        pipeline::chart(&surrogate, &tables, &folder)?
-    } else {
-        map(args, &surrogate, &folder)?
+        [source] => of_surrogate(args, source)?,
+        several => {
+            let stray = several.iter().find(|path| !is_definition(path)).unwrap_or(&several[0]);
+            return Err(Error::input("this is no chart definition")
+                .in_file(stray)
+                .help("give several definitions (NAME.toml), or one surrogate, or one folder"));
+        }
     };
     let names: Vec<String> = files.iter().map(|f| f.display().to_string()).collect();
     let text: String = names.iter().map(|n| format!("wrote {n}\n")).collect();
     out.report(&text, &json!({ "files": names }));
     Ok(0)
+}
+
+/// The usual figures of a surrogate or of a folder, or the one map that was asked for.
+fn of_surrogate(args: &Args, source: &Path) -> Result<Vec<PathBuf>> {
+    let is_folder = source.is_dir();
+    let path = if is_folder { source.join(pipeline::SURROGATE) } else { source.to_path_buf() };
+    let bytes = std::fs::read(&path)
+        .map_err(|e| Error::file("read", &path, e).help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
+    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&path))?;
+    let folder = args.out.clone().unwrap_or_else(|| path.parent().unwrap_or(Path::new(".")).to_path_buf());
+    if !args.map.is_empty() {
+        return map(args, &surrogate, &folder);
+    }
+    let mut tables = Vec::new();
+    for (name, held_out) in [("sweep.csv", false), ("validation.csv", true)] {
+        let table = source.join(name);
+        if is_folder && table.exists() {
+            tables.push((Table::read(&table)?, held_out));
+        }
+    }
+    pipeline::chart(&surrogate, &tables, &folder)
 }
 
 /// The one map that was asked for.

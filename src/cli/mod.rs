@@ -62,7 +62,7 @@ enum Command {
     Identify(identify::Args),
     /// What the simulation gets wrong against measured data, why, and how much better it gets
     Diagnose(diagnose::Args),
-    /// Figures of a surrogate file or of a folder of results
+    /// Figures: from chart definitions, a surrogate file, or a folder of results
     Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
     Query(query::Args),

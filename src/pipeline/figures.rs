@@ -26,7 +26,8 @@ fn held(surrogate: &Surrogate<'_>, x: &[f64], shown: &[usize]) -> Vec<(Quantity,
     (0..x.len()).filter(|i| !shown.contains(i)).map(|i| (quantity(surrogate, i), x[i])).collect()
 }
 
-fn steps(low: f64, high: f64, n: usize) -> Vec<f64> {
+/// `n` values from `low` to `high`, evenly spaced.
+pub fn steps(low: f64, high: f64, n: usize) -> Vec<f64> {
     (0..n).map(|i| low + (high - low) * i as f64 / (n - 1) as f64).collect()
 }
 
@@ -100,35 +101,49 @@ fn shown(state: Acceptability) -> crate::figures::chart::acceptability::CellStat
     }
 }
 
-/// The surrogate along one variable, the others held at `x`: one figure per `MOST_CURVES` points.
-pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64]) -> Result<Vec<OneFactorFigure>> {
+/// The surrogate along one variable, the others held at `x`: one figure per `MOST_CURVES` of the given points.
+///
+/// # Errors
+/// A variable that the surrogate does not have.
+pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64], points: &[usize]) -> Result<Vec<OneFactorFigure>> {
     let Some(v) = surrogate.variable(variable) else {
         return Err(Error::input("no such variable in the surrogate"));
     };
     let along = steps(v.low, v.high, 121);
-    let mut curves: Vec<Curve> =
-        surrogate.points().map(|p| Curve { name: p.name.into(), half_width: p.half_width, ..Curve::default() }).collect();
+    let mut curves: Vec<Curve> = (points.iter().filter_map(|p| surrogate.point(*p)))
+        .map(|p| Curve { name: p.name.into(), half_width: p.half_width, ..Curve::default() })
+        .collect();
     let mut at = x.to_vec();
     for value in along {
         at[variable] = value;
-        for (curve, t) in curves.iter_mut().zip(verdict::query(surrogate, &at)?.temperatures) {
-            curve.line.push((value, t.value));
+        let temperatures = verdict::query(surrogate, &at)?.temperatures;
+        for (curve, point) in curves.iter_mut().zip(points) {
+            curve.line.push((value, temperatures[*point].value));
         }
     }
     let unit = surrogate.points().next().map_or("degC", |p| p.unit).to_string();
-    let figures = curves.len().div_ceil(MOST_CURVES);
-    let per_figure = curves.len().div_ceil(figures.max(1));
-    Ok(curves
-        .chunks(per_figure.max(1))
-        .map(|part| OneFactorFigure {
-            title: format!("Temperatures against {}", quantity(surrogate, variable).name.replace('_', " ")),
-            x: quantity(surrogate, variable),
-            y: Quantity::new("temperature", &unit),
-            curves: part.to_vec(),
-            fixed: held(surrogate, x, &[variable]),
-            notes: vec!["Lines: surrogate; shaded: band that covers 95 % of new conditions.".into()],
-        })
-        .collect())
+    let title = format!("Temperatures against {}", quantity(surrogate, variable).name.replace('_', " "));
+    let notes = vec!["Lines: surrogate; shaded: band that covers 95 % of new conditions.".into()];
+    let whole = OneFactorFigure {
+        title,
+        x: quantity(surrogate, variable),
+        y: Quantity::new("temperature", &unit),
+        curves,
+        fixed: held(surrogate, x, &[variable]),
+        notes,
+    };
+    Ok(parted(&whole))
+}
+
+/// A figure of many curves as several of at most `MOST_CURVES`, whose titles say which is which.
+fn parted(whole: &OneFactorFigure) -> Vec<OneFactorFigure> {
+    let count = whole.curves.len().div_ceil(MOST_CURVES).max(1);
+    let per_figure = whole.curves.len().div_ceil(count).max(1);
+    let parts = whole.curves.chunks(per_figure).enumerate().map(|(i, part)| {
+        let title = if count > 1 { format!("{} ({} of {count})", whole.title, i + 1) } else { whole.title.clone() };
+        OneFactorFigure { title, curves: part.to_vec(), ..whole.clone() }
+    });
+    parts.collect()
 }
 
 /// The paper's one-variable fits on a one-factor sweep: a polynomial of `degree` in `variable` per output.
@@ -148,7 +163,7 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
             samples: x.values.iter().copied().zip(output.values.iter().copied()).collect(),
             line: steps(low, high, 121).into_iter().map(|v| (v, fitted.value(v))).collect(),
             half_width: fitted.half_width(0.95),
-            formula: fitted.formula("y", "x", 5),
+            formula: fitted.honest_formula("y", "x", low, high),
         });
     }
     let fixed: Vec<(Quantity, f64)> = (table.columns[..table.inputs].iter())
@@ -156,19 +171,14 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
         .filter_map(|c| c.values.first().map(|v| (Quantity::new(&c.name, &c.unit), *v)))
         .collect();
     let unit = outputs.first().map_or("degC", |c| c.unit.as_str());
-    let figures = curves.len().div_ceil(MOST_CURVES).max(1);
-    let per_figure = curves.len().div_ceil(figures).max(1);
-    Ok(curves
-        .chunks(per_figure)
-        .map(|part| OneFactorFigure {
-            title: title.into(),
-            x: Quantity::new(&x.name, &x.unit),
-            y: Quantity::new("temperature", unit),
-            curves: part.to_vec(),
-            fixed: fixed.clone(),
-            notes: vec![format!("Markers: simulated; lines: polynomial of degree {degree}; shaded: its 95 % prediction band.")],
-        })
-        .collect())
+    Ok(parted(&OneFactorFigure {
+        title: title.into(),
+        x: Quantity::new(&x.name, &x.unit),
+        y: Quantity::new("temperature", unit),
+        curves,
+        fixed,
+        notes: vec![format!("Markers: simulated; lines: polynomial of degree {degree}; shaded: its 95 % prediction band.")],
+    }))
 }
 
 /// Conditions of a table with what was found and what the surrogate says there.
@@ -220,9 +230,24 @@ impl Comparison {
     }
 }
 
-/// Predicted against found for one point.
+/// The point with the largest error on conditions the fit has not seen; the first where nothing was compared.
+pub fn worst_point(surrogate: &Surrogate<'_>, comparison: &Comparison) -> Option<usize> {
+    let error = |p: usize| comparison.held_out_errors(p, 0.0).map_or(0.0, |e| e.0);
+    (0..surrogate.point_count()).rev().max_by(|a, b| error(*a).total_cmp(&error(*b)))
+}
+
+/// Which program and machine file a surrogate comes from, in a line.
+pub fn provenance(surrogate: &Surrogate<'_>) -> String {
+    let shown = surrogate.provenance().filter(|(k, _)| ["program", "machine hash"].contains(k));
+    shown.map(|(k, v)| format!("{k} {v}")).collect::<Vec<_>>().join("; ")
+}
+
+/// Predicted against found for one point; `None` without a condition to compare at.
 pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) -> Option<ParityFigure> {
     let p = surrogate.point(point)?;
+    if comparison.conditions.is_empty() {
+        return None;
+    }
     let samples = comparison.values[point].iter().zip(&comparison.held_out);
     Some(ParityFigure {
         title: format!("{}: surrogate against full solver", p.name),
@@ -235,9 +260,12 @@ pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) 
     })
 }
 
-/// Residuals of one point against everything.
+/// Residuals of one point against everything; `None` without a condition to compare at.
 pub fn residuals(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) -> Option<ResidualFigure> {
     let p = surrogate.point(point)?;
+    if comparison.conditions.is_empty() {
+        return None;
+    }
     Some(ResidualFigure {
         title: format!("{}: what the surrogate misses", p.name),
         quantity: Quantity::new(p.name, p.unit),

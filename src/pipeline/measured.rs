@@ -1,6 +1,6 @@
 //! The machine's measured states, solved in full and laid beside the readings.
 
-use crate::describe::machine::{Condition, Measurement};
+use crate::describe::machine::{Condition, Machine, Measurement};
 use crate::error::Result;
 use crate::figures::chart::heat::HeatFigure;
 use crate::figures::chart::measured::{MeasuredFigure, SensorRow};
@@ -37,18 +37,46 @@ pub fn check(model: &MeshedMachine) -> Result<Vec<Checked>> {
     model.machine.measurements.iter().map(|m| one(model, m)).collect()
 }
 
-fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> {
-    let defaults = model.machine.variables.iter().map(|v| v.default.unwrap_or(f64::NAN));
-    let mut si: Vec<f64> = defaults.collect();
+/// The condition of a measured state; variables it does not mention take the machine's defaults.
+///
+/// # Errors
+/// A variable is neither stated nor has a default.
+pub fn condition_of(machine: &Machine, measurement: &Measurement) -> Result<Condition> {
+    let mut si: Vec<f64> = machine.variables.iter().map(|v| v.default.unwrap_or(f64::NAN)).collect();
     for (variable, value) in &measurement.condition {
         si[*variable] = *value;
     }
     if let Some(v) = si.iter().position(|x| x.is_nan()) {
-        let name = &model.machine.variables[v].name;
+        let name = &machine.variables[v].name;
         return Err(crate::error::Error::input(format!("the measurement '{}' does not say its {name}", measurement.name))
             .at_key(format!("measurement.{}.condition", measurement.name)));
     }
-    let condition = Condition::from_si(si.clone());
+    Ok(Condition::from_si(si))
+}
+
+/// Variables with their values, each in its own unit.
+pub type Fixed = Vec<(Quantity, f64)>;
+
+/// Values of variables (index and SI) as a figure shows them.
+pub fn fixed(machine: &Machine, values: &[(usize, f64)]) -> Fixed {
+    values
+        .iter()
+        .filter_map(|(v, value)| {
+            let variable = &machine.variables[*v];
+            let shown = express(*value, &variable.unit, variable.dimension).ok()?;
+            // Seven digits: the conversion to SI and back must not show.
+            let shown = format!("{shown:.6e}").parse().unwrap_or(shown);
+            Some((Quantity::new(&variable.name, &variable.unit), shown))
+        })
+        .collect()
+}
+
+/// Solves one measured state.
+///
+/// # Errors
+/// As [`check`].
+pub fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> {
+    let condition = condition_of(&model.machine, measurement)?;
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
     let predicted = model.readings(&state);
@@ -61,15 +89,7 @@ fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> {
         })
         .collect();
     // The condition as stated: variables the measurement does not mention keep their defaults unseen.
-    let fixed: Vec<(Quantity, f64)> = (measurement.condition.iter())
-        .filter_map(|(v, value)| {
-            let variable = &model.machine.variables[*v];
-            let shown = express(*value, &variable.unit, variable.dimension).ok()?;
-            // Seven digits: the conversion to SI and back must not show.
-            let shown = format!("{shown:.6e}").parse().unwrap_or(shown);
-            Some((Quantity::new(&variable.name, &variable.unit), shown))
-        })
-        .collect();
+    let fixed = fixed(&model.machine, &measurement.condition);
     let words: Vec<String> = fixed.iter().map(|(q, v)| format!("{} {}", q.name.replace('_', " "), q.with_value(*v))).collect();
     let sensors = rows
         .iter()
@@ -97,16 +117,16 @@ fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> {
         note: measurement.note.clone(),
         rows,
         figure,
-        heat: heat(model, &state, &measurement.name, fixed),
+        heat: heat(model, &state, format!("{}: where the heat goes", measurement.name), fixed),
         balance: (balance.in_watts, balance.out_watts, balance.relative),
     })
 }
 
 /// Sources and sinks of a state; what carries next to nothing is left out.
-fn heat(model: &MeshedMachine, state: &SteadyState, name: &str, fixed: Vec<(Quantity, f64)>) -> HeatFigure {
+pub fn heat(model: &MeshedMachine, state: &SteadyState, title: String, fixed: Fixed) -> HeatFigure {
     let flows = model.flows(state);
     HeatFigure {
-        title: format!("{name}: where the heat goes"),
+        title,
         sources: flows.sources.into_iter().filter(|(_, q)| q.abs() > 1e-9).collect(),
         sinks: flows.sinks.into_iter().filter(|(_, q)| q.abs() > 1e-6).collect(),
         fixed,

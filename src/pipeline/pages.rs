@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::{Gallery, Material, SURROGATE, TARGET};
+use super::gallery::Gallery;
+use super::{Material, SURROGATE, TARGET};
 use crate::error::Result;
 use crate::figures::chart::style::Quantity;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
@@ -122,7 +123,7 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
     }
     section.table(table);
     section.heading("For the wall");
-    figures(section, material.gallery, "operator sheet");
+    figures(section, material.gallery, "operator_sheet");
     Ok(())
 }
 
@@ -185,7 +186,8 @@ fn one_factor(section: &mut Section, material: &Material<'_>) {
         section.heading(heading);
         section.table(table);
     }
-    figures(section, material.gallery, "one factor");
+    figures(section, material.gallery, "one_factor");
+    figures(section, material.gallery, "published");
 }
 
 fn slices(section: &mut Section, gallery: &Gallery) {
@@ -227,7 +229,8 @@ fn accuracy(section: &mut Section, material: &Material<'_>) {
          fold and make the band; held-out conditions were never seen by any fit.",
     );
     figures(section, material.gallery, "errors");
-    figures(section, material.gallery, "accuracy");
+    figures(section, material.gallery, "parity");
+    figures(section, material.gallery, "residuals");
 }
 
 fn inventory(section: &mut Section, material: &Material<'_>) {

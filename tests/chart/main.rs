@@ -1,6 +1,7 @@
 //! Charts: structure of the SVG, texts inside the page and clear of each other, nasty data, grey prints,
 //! files.
 
+mod definitions;
 mod long;
 mod page;
 mod samples;

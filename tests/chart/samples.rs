@@ -305,7 +305,11 @@ pub fn panels() -> PanelsFigure {
     let curve = |c: &[f64; 4], shift: f64| {
         (0..=30).map(|i| 3.925 + 0.9158 * f64::from(i)).map(|x| (x, ((c[0] * x + c[1]) * x + c[2]) * x + c[3] + shift)).collect::<Vec<_>>()
     };
-    let panel = |(c, name): (&[f64; 4], &str)| Panel { title: name.into(), curves: vec![curve(c, 0.0), curve(c, 0.3), Vec::new()] };
+    let panel = |(c, name): (&[f64; 4], &str)| Panel {
+        title: name.into(),
+        samples: Vec::new(),
+        curves: vec![curve(c, 0.0), curve(c, 0.3), Vec::new()],
+    };
     PanelsFigure {
         title: "Temperatures over the coolant flow".into(),
         x: flow(),

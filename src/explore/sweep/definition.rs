@@ -21,6 +21,8 @@ pub struct Definition {
     pub set: Vec<(String, String)>,
     /// Further machines whose measured states are laid beside predictions in the report.
     pub compare: Vec<PathBuf>,
+    /// Chart definitions to draw from the results.
+    pub charts: Vec<PathBuf>,
     document: Document,
 }
 
@@ -49,8 +51,11 @@ impl Definition {
         if let Some(section) = root.opt("set") {
             flatten(&section, "", &mut set)?;
         }
-        let compare = root.opt_texts("compare")?.unwrap_or_default().iter().map(|path| folder.join(path)).collect();
-        Ok(Self { name, machine, cells, set, compare, document })
+        let files = |key: &str| -> Result<Vec<PathBuf>> {
+            Ok(root.opt_texts(key)?.unwrap_or_default().iter().map(|path| folder.join(path)).collect())
+        };
+        let (compare, charts) = (files("compare")?, files("charts")?);
+        Ok(Self { name, machine, cells, set, compare, charts, document })
     }
 
     /// The parsed file, for the tables that others read from it.
@@ -64,7 +69,7 @@ impl Definition {
     /// An unknown key or variable, a value out of place, a variable that is neither varied nor held, an empty design.
     pub fn plan(&self, variables: &[Variable]) -> Result<Plan> {
         let root = self.document.root();
-        for key in ["name", "machine", "cells", "set", "compare"].into_iter().chain(OTHERS) {
+        for key in ["name", "machine", "cells", "set", "compare", "charts"].into_iter().chain(OTHERS) {
             let _ = root.has(key);
         }
         let sweeps = root.tables("one_factor")?;

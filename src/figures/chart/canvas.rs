@@ -87,6 +87,7 @@ impl<'a> Text<'a> {
 /// A surface addressed in CSS pixels. What is not finite is left out; what lies far outside is cut.
 pub struct Canvas<'a, S: Surface> {
     surface: &'a mut S,
+    scale: f64,
 }
 
 /// Coordinates beyond this, in CSS pixels, are of no use and would overflow a surface.
@@ -95,16 +96,29 @@ const FAR: f64 = 20_000.0;
 impl<'a, S: Surface> Canvas<'a, S> {
     /// Draws on this surface.
     pub fn new(surface: &'a mut S) -> Self {
-        Self { surface }
+        let scale = surface.scale();
+        Self { surface, scale }
+    }
+
+    /// Draws with everything `factor` times as large.
+    ///
+    /// # Errors
+    /// Those of `paint`.
+    pub fn magnified(&mut self, factor: f64, paint: impl FnOnce(&mut Self) -> Result<()>) -> Result<()> {
+        let usual = self.scale;
+        self.scale *= factor;
+        let painted = paint(self);
+        self.scale = usual;
+        painted
     }
 
     fn pixel(&self, place: Place) -> Pixel {
-        let to = |v: f64| (v.clamp(-FAR, FAR) * self.surface.scale()).round() as i32;
+        let to = |v: f64| (v.clamp(-FAR, FAR) * self.scale).round() as i32;
         (to(place.0), to(place.1))
     }
 
     fn stroke_width(&self, width: f64) -> u32 {
-        (width * self.surface.scale()).round().clamp(1.0, 1000.0) as u32
+        (width * self.scale).round().clamp(1.0, 1000.0) as u32
     }
 
     /// A filled rectangle.
@@ -216,7 +230,7 @@ impl<'a, S: Surface> Canvas<'a, S> {
             return Ok(());
         }
         let at = self.pixel(place);
-        let size = text.size * self.surface.scale();
+        let size = text.size * self.scale;
         let Text { weight, colour, anchor, upwards, .. } = *text;
         self.surface.text(at, &Lettering { text: &line, size, weight, colour, anchor, upwards })
     }

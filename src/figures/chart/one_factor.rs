@@ -49,6 +49,25 @@ const PLOT: f64 = 460.0;
 const LINE: f64 = 18.0;
 const SWATCH: f64 = 44.0;
 
+/// Band below which a surrogate or fit is as good as exact: nothing is measured to this, K.
+const EXACT: f64 = 1e-6;
+
+impl Curve {
+    fn has_band(&self) -> bool {
+        self.half_width.is_finite() && self.half_width > 0.0
+    }
+
+    /// What stands for it in the table: a line, a marker or both, as it is drawn.
+    fn swatch(&self, index: usize) -> Swatch {
+        let style = series(index);
+        match (self.line.is_empty(), self.samples.is_empty()) {
+            (false, true) => Swatch::Line(style.colour, 2.2, style.dash),
+            (true, false) => Swatch::Marker(style.marker, style.colour),
+            _ => Swatch::Curve(style),
+        }
+    }
+}
+
 /// One row of the table under the plot.
 struct Row {
     name: Vec<String>,
@@ -64,9 +83,40 @@ impl Row {
 
 impl OneFactorFigure {
     fn page(&self) -> Page {
-        let mut footer = vec![fixed_conditions(&self.fixed)];
+        let mut footer = vec![fixed_conditions(&self.fixed), self.coinciding()];
+        footer.retain(|line| !line.is_empty());
         footer.extend(self.notes.iter().cloned());
         Page::new(WIDTH, &self.title, "", &footer)
+    }
+
+    /// Says which curves lie on top of each other, since only the last of them is seen.
+    fn coinciding(&self) -> String {
+        let range = |f: fn(f64, f64) -> f64, start: f64| {
+            self.curves.iter().flat_map(|c| c.line.iter().chain(&c.samples)).map(|p| p.1).filter(|y| y.is_finite()).fold(start, f)
+        };
+        let same = 0.5 / PLOT * (range(f64::max, f64::NEG_INFINITY) - range(f64::min, f64::INFINITY));
+        let near = |a: &[(f64, f64)], b: &[(f64, f64)]| {
+            a.len() == b.len() && a.iter().zip(b).all(|(p, q)| p.0 == q.0 && (p.1 - q.1).abs() <= same)
+        };
+        let mut told = vec![false; self.curves.len()];
+        let mut sets = Vec::new();
+        for (i, curve) in self.curves.iter().enumerate() {
+            let alike = |c: &Curve| near(&c.line, &curve.line) && near(&c.samples, &curve.samples);
+            let members: Vec<usize> = (i..self.curves.len()).filter(|k| !told[*k] && alike(&self.curves[*k])).collect();
+            if members.len() > 1 {
+                members.iter().for_each(|k| told[*k] = true);
+                sets.push(members.iter().map(|k| self.curves[*k].name.as_str()).collect::<Vec<_>>().join(" = "));
+            }
+        }
+        if sets.is_empty() { String::new() } else { format!("Curves that coincide: {}", sets.join("; ")) }
+    }
+
+    fn has_formulas(&self) -> bool {
+        self.curves.iter().any(|c| !c.formula.is_empty())
+    }
+
+    fn has_bands(&self) -> bool {
+        self.curves.iter().any(Curve::has_band)
     }
 
     /// Left edges of the columns: name, formula, band.
@@ -77,17 +127,23 @@ impl OneFactorFigure {
     }
 
     fn rows(&self) -> Vec<Row> {
-        let (name, formula, band) = self.columns();
+        let (name, mut formula, band) = self.columns();
+        if !self.has_formulas() {
+            // Names have the room of the column that is left out.
+            formula = band;
+        }
         let unit = style::unit_symbol(&self.y.unit).replace("°C", "K");
         self.curves
             .iter()
             .map(|c| Row {
                 name: fonts::wrap(&c.name, size::TICK, Weight::Regular, formula - name - 20.0, 2),
                 formula: fonts::wrap(&c.formula, size::TICK, Weight::Regular, band - formula - 16.0, 4),
-                band: if c.half_width.is_finite() && c.half_width > 0.0 {
-                    fonts::fit(&format!("±{} {unit}", significant(c.half_width)), size::TICK, Weight::Regular, 92.0)
-                } else {
+                band: if !c.has_band() {
                     "–".into()
+                } else if c.half_width < EXACT {
+                    fonts::fit(&format!("< {} {unit}", style::number(EXACT)), size::TICK, Weight::Regular, 92.0)
+                } else {
+                    fonts::fit(&format!("±{} {unit}", significant(c.half_width)), size::TICK, Weight::Regular, 92.0)
                 },
             })
             .collect()
@@ -122,7 +178,7 @@ impl OneFactorFigure {
 
     fn paint_data<S: Surface>(&self, canvas: &mut Canvas<S>, frame: &Frame) -> Result<()> {
         for (index, curve) in self.curves.iter().enumerate() {
-            if !(curve.half_width.is_finite() && curve.half_width > 0.0) {
+            if !curve.has_band() {
                 continue;
             }
             for part in curve.line.split(|p| !(p.0.is_finite() && p.1.is_finite())) {
@@ -150,8 +206,12 @@ impl OneFactorFigure {
         let right = WIDTH - MARGIN;
         let heading = |text| Text::new(text).size(size::TICK).bold().colour(MUTED);
         canvas.text((name, top + 15.0), &heading("point"))?;
-        canvas.text((formula, top + 15.0), &heading("fitted function"))?;
-        canvas.text((right, top + 15.0), &heading("95 % band").end())?;
+        if self.has_formulas() {
+            canvas.text((formula, top + 15.0), &heading("fitted function"))?;
+        }
+        if self.has_bands() {
+            canvas.text((right, top + 15.0), &heading("95 % band").end())?;
+        }
         canvas.line(&[(MARGIN, top + 22.0), (right, top + 22.0)], Stroke::solid(AXIS, 1.0))?;
         let mut y = top + 24.0;
         for (index, row) in self.rows().iter().enumerate() {
@@ -159,14 +219,16 @@ impl OneFactorFigure {
                 canvas.rectangle(MARGIN, y, right - MARGIN, row.height(), STRIPE, 1.0)?;
             }
             let base = |lines: usize, k: usize| y + 0.5 * row.height() + 0.36 * size::TICK + LINE * (k as f64 - 0.5 * (lines as f64 - 1.0));
-            paint_swatch(canvas, &Swatch::Curve(series(index)), (MARGIN + 4.0, y + 0.5 * row.height()), SWATCH, size::TICK)?;
+            paint_swatch(canvas, &self.curves[index].swatch(index), (MARGIN + 4.0, y + 0.5 * row.height()), SWATCH, size::TICK)?;
             for (k, line) in row.name.iter().enumerate() {
                 canvas.text((name, base(row.name.len(), k)), &Text::new(line).size(size::TICK))?;
             }
             for (k, line) in row.formula.iter().enumerate() {
                 canvas.text((formula, base(row.formula.len(), k)), &Text::new(line).size(size::TICK))?;
             }
-            canvas.text((right, base(1, 0)), &Text::new(&row.band).size(size::TICK).end())?;
+            if self.has_bands() {
+                canvas.text((right, base(1, 0)), &Text::new(&row.band).size(size::TICK).end())?;
+            }
             y += row.height();
         }
         canvas.line(&[(MARGIN, y + 1.0), (right, y + 1.0)], Stroke::solid(GRID, 1.0))

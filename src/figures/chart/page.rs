@@ -77,9 +77,12 @@ pub fn fixed_conditions(fixed: &[(Quantity, f64)]) -> String {
     if fixed.is_empty() {
         return String::new();
     }
-    let parts: Vec<String> = fixed
-        .iter()
-        .map(|(quantity, value)| format!("{} {}", super::style::readable(&quantity.name), quantity.with_value(*value)))
-        .collect();
+    let part = |(quantity, value): &(Quantity, f64)| {
+        let name = super::style::readable(&quantity.name);
+        // A name may end in a digit, which would run into a pure number.
+        let equals = if quantity.is_number() { "= " } else { "" };
+        format!("{name} {equals}{}", quantity.with_value(*value))
+    };
+    let parts: Vec<String> = fixed.iter().map(part).collect();
     format!("Fixed: {}", parts.join(" · "))
 }

@@ -16,6 +16,8 @@ use crate::error::{Error, Result};
 pub struct Panel {
     /// What it shows.
     pub title: String,
+    /// Samples of the first curve, drawn as markers; may be empty.
+    pub samples: Vec<(f64, f64)>,
     /// One curve per name of the figure; empty where there is none.
     pub curves: Vec<Vec<(f64, f64)>>,
 }
@@ -58,7 +60,7 @@ impl PanelsFigure {
     }
 
     fn frame(&self, panel: &Panel, (left, top): (f64, f64), width: f64) -> Result<Frame> {
-        let all = || panel.curves.iter().flatten().filter(|p| p.0.is_finite() && p.1.is_finite());
+        let all = || panel.curves.iter().chain([&panel.samples]).flatten().filter(|p| p.0.is_finite() && p.1.is_finite());
         let (Some(x), Some(mut y)) = (Range::of(all().map(|p| p.0)), Range::of(all().map(|p| p.1))) else {
             return Err(Error::input("no curve has a value to draw").at_key(panel.title.clone()));
         };
@@ -76,6 +78,9 @@ impl PanelsFigure {
         for (i, curve) in panel.curves.iter().enumerate().filter(|(_, c)| !c.is_empty()) {
             let places: Vec<_> = curve.iter().filter(|p| p.1.is_finite()).map(|p| frame.at(p.0, p.1)).collect();
             canvas.line(&places, Stroke { colour: series(i).colour, width: 2.0, dash: series(i).dash })?;
+        }
+        for (x, y) in &panel.samples {
+            canvas.marker(frame.at(*x, *y), series(0).marker, 2.8, series(0).colour)?;
         }
         frame.paint_axes(canvas)?;
         let title = fonts::fit(&panel.title, size::TICK, Weight::Bold, width - 8.0);

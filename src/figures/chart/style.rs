@@ -149,7 +149,7 @@ impl Quantity {
     }
 
     /// Whether it is a pure number: no unit, or the unit `1` of tables.
-    fn is_number(&self) -> bool {
+    pub fn is_number(&self) -> bool {
         matches!(self.unit.trim(), "" | "1")
     }
 

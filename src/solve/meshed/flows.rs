@@ -2,6 +2,7 @@
 
 use super::{MeshedMachine, SteadyState};
 use crate::describe::machine::Reading;
+use crate::solve::routes::{Stop, heat_routes};
 
 /// Heat by source and by sink, W.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -11,6 +12,26 @@ pub struct Flows {
     /// What leaves: the water of every circuit, the chamber wall, residual gas, boundaries and held nodes; negative where
     /// heat enters there.
     pub sinks: Vec<(String, f64)>,
+}
+
+/// A place that heat comes from or goes to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Named {
+    /// What it is.
+    pub stop: Stop,
+    /// What it is called.
+    pub name: String,
+}
+
+/// Heat from one named place to another.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedRoute {
+    /// Where it comes from.
+    pub from: Named,
+    /// Where it goes.
+    pub to: Named,
+    /// How much, W; positive.
+    pub watts: f64,
 }
 
 /// Water of a circuit whose outlet has a sensor.
@@ -37,6 +58,22 @@ impl MeshedMachine {
         });
         let walls = [("chamber wall".to_string(), -balance.radiation), ("residual gas".to_string(), -balance.gas)];
         Flows { sources: sources.collect(), sinks: circuits.chain(walls).chain(boundaries).chain(held).collect() }
+    }
+
+    /// The ways heat takes in a state, from sources through parts to where it leaves.
+    pub fn routes(&self, state: &SteadyState) -> Vec<NamedRoute> {
+        let solution = &state.solution;
+        let name = |stop: Stop| match stop {
+            Stop::Source(s) => self.machine.sources.get(s).map(|s| s.name.clone()),
+            Stop::Group(g) => self.network.groups.get(g).cloned(),
+            Stop::Circuit(c) => self.network.circuits.get(c).map(|c| format!("coolant {}", c.circuit.name)),
+            Stop::Wall => Some("chamber wall".into()),
+            Stop::Gas => Some("residual gas".into()),
+            Stop::Boundary(b) => self.machine.boundaries.get(b).map(|b| b.name.clone()),
+        };
+        let named = |stop: Stop| Named { stop, name: name(stop).unwrap_or_default() };
+        let routes = heat_routes(&self.network, &state.load, &solution.streams, &solution.temperatures);
+        routes.into_iter().map(|r| NamedRoute { from: named(r.from), to: named(r.to), watts: r.watts }).collect()
     }
 
     /// Sensors in the water that leaves a circuit, where all of it leaves through one channel.

@@ -4,7 +4,7 @@ mod flows;
 mod inventory;
 mod limits;
 
-pub use flows::{Flows, OutletSensor};
+pub use flows::{Flows, Named, NamedRoute, OutletSensor};
 pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, inventory};
 pub use limits::{LimitState, limit_states};
 

@@ -94,6 +94,27 @@ impl OneFactor {
         }
     }
 
+    /// The formula with as many digits as its band is worth over `low` to `high`: rounding changes no value there by more
+    /// than a tenth of the half width (95 %), or of 1e-6 where the band is narrower. A term that never reaches that is
+    /// left out.
+    pub fn honest_formula(&self, y: &str, x: &str, low: f64, high: f64) -> String {
+        let band = self.half_width(0.95);
+        let worth = if band.is_finite() { 0.1 * band.max(1e-6) } else { 1e-7 };
+        let share = worth / self.coefficients.len() as f64;
+        let reach = low.abs().max(high.abs());
+        let rounded = |(k, c): (usize, &f64)| {
+            let most = reach.powi(k as i32);
+            if k > 0 && (c * most).abs() < share {
+                return 0.0;
+            }
+            let step = share / most.max(1e-300);
+            let digits = (c.abs().log10().floor() - step.log10().floor()).clamp(0.0, 15.0) as usize;
+            format!("{c:.digits$e}").parse().unwrap_or(*c)
+        };
+        let coefficients = self.coefficients.iter().enumerate().map(rounded).collect();
+        Self { coefficients, ..self.clone() }.formula(y, x, 17)
+    }
+
     /// The formula with `digits` significant digits, for example
     /// `y = -3.178e-5 x^3 + 0.00117 x^2 - 0.02727 x + 25.76486`.
     pub fn formula(&self, y: &str, x: &str, digits: usize) -> String {
@@ -244,6 +265,19 @@ mod tests {
         assert_eq!(compact(1234567.8, 3), "1230000");
         assert_eq!(compact(9.9999e-5, 2), "0.0001");
         assert_eq!(compact(0.0, 5), "0");
+    }
+
+    #[test]
+    fn formulas_have_the_digits_their_band_is_worth() {
+        let noise = [0.003, -0.002, 0.001, -0.004, 0.002, 0.001, -0.001];
+        let x: Vec<f64> = (0..7).map(|i| 250.0 + 375.0 * f64::from(i)).collect();
+        let y: Vec<f64> = x.iter().zip(noise).map(|(x, e)| 20.0 + 0.006 * x + e).collect();
+        let fit = OneFactor::fit(&x, &y, 1).unwrap();
+        let text = fit.honest_formula("y", "x", 250.0, 2500.0);
+        assert!(text.len() < 26, "{text}");
+        // A constant has no slope to print, however many digits rounding leaves it.
+        let flat = OneFactor::fit(&x, &vec![20.0088; 7], 2).unwrap();
+        assert_eq!(flat.honest_formula("y", "x", 250.0, 2500.0), "y = 20.0088");
     }
 
     #[test]

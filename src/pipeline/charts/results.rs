@@ -1,0 +1,111 @@
+//! Where charts find their numbers: sweeps solved already or to be solved now, and machines on their meshes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use super::super::designs::{Fitted, fit_designs};
+use crate::describe::machine::Machine;
+use crate::error::{Error, Result};
+use crate::explore::sweep::bridge::Sweep;
+use crate::explore::sweep::{Definition, Plan, SweepOptions};
+use crate::foundation::table::Table;
+use crate::solve::meshed::MeshedMachine;
+
+/// What a sweep has given.
+#[derive(Debug)]
+pub struct SweepResult {
+    /// Its conditions.
+    pub plan: Plan,
+    /// Name of its machine.
+    pub machine: String,
+    /// Every condition with its readings.
+    pub table: Table,
+    /// A surrogate of its designs; `None` where it varies one variable at a time only.
+    pub fitted: Option<Fitted>,
+}
+
+/// Sweeps and machines that have been opened, so that several charts share them.
+pub struct Results<'a> {
+    root: PathBuf,
+    options: SweepOptions,
+    say: &'a dyn Fn(&str),
+    sweeps: BTreeMap<PathBuf, Rc<SweepResult>>,
+    machines: BTreeMap<PathBuf, Rc<MeshedMachine>>,
+}
+
+impl<'a> Results<'a> {
+    /// Results of sweeps are looked for, and kept, in `root`/NAME after the name of the sweep file; `say` hears what is
+    /// being done.
+    pub fn new(root: &Path, options: SweepOptions, say: &'a dyn Fn(&str)) -> Self {
+        Self { root: root.to_path_buf(), options, say, sweeps: BTreeMap::new(), machines: BTreeMap::new() }
+    }
+
+    /// Makes the results of a sweep known that have just been found.
+    pub fn insert(&mut self, sweep: &Path, result: Rc<SweepResult>) {
+        self.sweeps.insert(key(sweep), result);
+    }
+
+    /// The results of a sweep file. Conditions that its journal does not hold are solved now.
+    ///
+    /// # Errors
+    /// The sweep or its machine cannot be read; every condition failed; the folder cannot be written.
+    pub fn sweep(&mut self, path: &Path) -> Result<Rc<SweepResult>> {
+        if let Some(known) = self.sweeps.get(&key(path)) {
+            return Ok(Rc::clone(known));
+        }
+        let definition = Definition::read(path)?;
+        let machine = Machine::read(&definition.machine, &definition.set)?;
+        let plan = definition.plan(&machine.variables)?;
+        let folder = self.root.join(path.file_stem().unwrap_or("sweep".as_ref()));
+        let (table, validation) = match finished(&folder, &plan, &machine)? {
+            Some(found) => found,
+            None => {
+                (self.say)(&format!("{}: solving what {} does not hold yet", path.display(), folder.display()));
+                let swept = Sweep::open(path, None, &[])?.run(&folder, self.options)?;
+                (swept.table, swept.validation)
+            }
+        };
+        let fitted = fit_designs(&plan, &machine, &table, validation.as_ref())?;
+        let result = Rc::new(SweepResult { plan, machine: machine.name, table, fitted });
+        self.sweeps.insert(key(path), Rc::clone(&result));
+        Ok(result)
+    }
+
+    /// A machine on its own mesh.
+    ///
+    /// # Errors
+    /// The machine file cannot be read, or the mesh cannot be made.
+    pub fn machine(&mut self, path: &Path) -> Result<Rc<MeshedMachine>> {
+        if let Some(known) = self.machines.get(&key(path)) {
+            return Ok(Rc::clone(known));
+        }
+        let made = Rc::new(MeshedMachine::new(Machine::read(path, &[])?, None)?);
+        self.machines.insert(key(path), Rc::clone(&made));
+        Ok(made)
+    }
+}
+
+/// A file by whatever path it is named.
+fn key(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_path_buf())
+}
+
+/// The tables in `folder`, where they are of this machine and hold every condition of the plan.
+fn finished(folder: &Path, plan: &Plan, machine: &Machine) -> Result<Option<(Table, Option<Table>)>> {
+    let path = folder.join("sweep.csv");
+    if !path.exists() {
+        return Ok(None);
+    }
+    let table = Table::read(&path)?;
+    let hash = table.provenance.iter().find(|(k, _)| k == "machine hash").map(|(_, v)| v.as_str());
+    if hash != Some(machine.hash.as_str()) {
+        return Err(Error::input("these results are of another machine file than the sweep names now")
+            .in_file(&path)
+            .help("remove the folder, or look for results elsewhere with --results DIR"));
+    }
+    let validation = folder.join("validation.csv");
+    let validation = if validation.exists() { Some(Table::read(&validation)?) } else { None };
+    let rows = table.rows() + validation.as_ref().map_or(0, Table::rows);
+    Ok((rows == plan.conditions.len()).then_some((table, validation)))
+}
