@@ -5,8 +5,6 @@ use std::f64::consts::TAU;
 use super::Mesh;
 use super::grid::{Frame, Grid};
 
-/// Most pieces along a straight edge of a block.
-const MOST: usize = 10;
 /// Pieces around a full turn.
 const AROUND: f64 = 36.0;
 
@@ -26,14 +24,14 @@ pub struct Facet {
 }
 
 impl Mesh {
-    /// The outside of every block and imported part, those of inner bores included; faces that touch others are in it
-    /// too, since what touches them hides them.
-    pub fn hull(&self) -> Vec<Facet> {
+    /// The outside of every block and imported part, inner bores included, in at most `most` pieces along a straight edge
+    /// of a block. Faces that touch others are in it too, since what touches them hides them.
+    pub fn hull(&self, most: usize) -> Vec<Facet> {
         let mut facets = Vec::new();
         for grid in &self.grids {
             for d in 0..3 {
                 for high in [false, true] {
-                    side(grid, d, high, &mut facets);
+                    side(grid, (d, high), most, &mut facets);
                 }
             }
         }
@@ -53,7 +51,7 @@ impl Mesh {
 }
 
 /// Pieces along an axis of a grid.
-fn pieces(grid: &Grid, d: usize) -> usize {
+fn pieces(grid: &Grid, d: usize, most: usize) -> usize {
     let (low, high) = ends(grid, d);
     match grid.frame {
         Frame::Cylindrical { .. } if d == 1 => ((high - low) / TAU * AROUND).ceil().max(1.0) as usize,
@@ -64,7 +62,7 @@ fn pieces(grid: &Grid, d: usize) -> usize {
                 AROUND as usize
             }
         }
-        _ => grid.n(d).clamp(1, MOST),
+        _ => grid.n(d).clamp(1, most.max(1)),
     }
 }
 
@@ -73,14 +71,14 @@ fn ends(grid: &Grid, d: usize) -> (f64, f64) {
 }
 
 /// The face of a grid at one end of its axis `d`.
-fn side(grid: &Grid, d: usize, high: bool, facets: &mut Vec<Facet>) {
+fn side(grid: &Grid, (d, high): (usize, bool), most: usize, facets: &mut Vec<Facet>) {
     let radial = !matches!(grid.frame, Frame::Cartesian) && d == 0;
     // Angles have no face where the turn is complete, and a solid has none at its axis.
     if grid.wraps(d) || radial && !high && ends(grid, 0).0 == 0.0 || grid.is_spherical() && d > 0 {
         return;
     }
     let (p, q) = ((d + 1) % 3, (d + 2) % 3);
-    let (np, nq) = (pieces(grid, p), pieces(grid, q));
+    let (np, nq) = (pieces(grid, p, most), pieces(grid, q, most));
     let (low, far) = ends(grid, d);
     let end = if high { far } else { low };
     let inside = if high { end - 0.01 * (far - low) } else { end + 0.01 * (far - low) };

@@ -30,6 +30,7 @@ pub mod fonts;
 pub mod heat;
 pub mod history;
 pub mod legend;
+pub mod machine;
 pub mod measured;
 pub mod missing;
 pub mod one_factor;

@@ -227,3 +227,17 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
     if is_zero { text.trim_start_matches('-').to_string() } else { text.replace('-', "−") }
 }
+
+/// Colours of rising values, from dark to light so that a grey print keeps their order: those of the map "plasma" of
+/// Smith and van der Walt (2015), which stay apart for the common kinds of colour blindness.
+const SEQUENCE: [Rgb; 7] =
+    [Rgb(13, 8, 135), Rgb(92, 1, 166), Rgb(156, 23, 158), Rgb(204, 71, 120), Rgb(237, 121, 83), Rgb(253, 180, 47), Rgb(240, 249, 33)];
+
+/// The colour of a value at share `t` of its range, 0 to 1.
+pub fn sequential(t: f64) -> Rgb {
+    let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.0 } * (SEQUENCE.len() - 1) as f64;
+    let i = (t as usize).min(SEQUENCE.len() - 2);
+    let (a, b, share) = (SEQUENCE[i], SEQUENCE[i + 1], t - i as f64);
+    let mix = |a: u8, b: u8| (f64::from(a) + share * (f64::from(b) - f64::from(a))).round() as u8;
+    Rgb(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+}

@@ -7,6 +7,7 @@
 mod acceptability;
 mod accuracy;
 mod heat;
+mod machine;
 mod measured;
 mod one_factor;
 mod published;
@@ -71,6 +72,7 @@ kinds! {
     "parity" => Parity(accuracy::Parity),
     "residuals" => Residuals(accuracy::Residuals),
     "errors" => Errors(accuracy::Errors),
+    "machine" => Machine(machine::MachinePicture),
     "measured" => Measured(measured::Measured),
     "heat" => Heat(heat::Heat),
     "sankey" => Sankey(sankey::Sankey),

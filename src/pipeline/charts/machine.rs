@@ -1,0 +1,123 @@
+//! `figure = "machine"`: a picture of the machine, coloured by temperature.
+
+use std::path::{Path, PathBuf};
+
+use super::super::gallery::Gallery;
+use super::results::Results;
+use super::state::{Solved, State};
+use super::{Head, chosen};
+use crate::describe::machine::{Machine, Reading};
+use crate::error::{Error, Result};
+use crate::figures::chart::machine::{MachineFigure, Piece, Pipe, Probe, View};
+use crate::figures::chart::style::Quantity;
+use crate::foundation::document::Section;
+use crate::foundation::table::Table;
+use crate::solve::meshed::MeshedMachine;
+use crate::units::{Celsius, Kelvin};
+
+/// Pieces along an edge of a block where the definition does not say.
+const DETAIL: usize = 8;
+
+/// Keys: those of its state; optional `view` (`corner`, `front`, `side`, `top`), `parts` (those shown), `points` (the
+/// sensors shown), `detail` (pieces along an edge of a block), `places` (a CSV file with the columns `place` and `part`:
+/// where sensors were proposed) and `place_name` (what these are).
+#[derive(Debug, Clone)]
+pub(super) struct MachinePicture {
+    state: State,
+    view: View,
+    detail: usize,
+    places: Option<PathBuf>,
+    place_name: String,
+}
+
+impl MachinePicture {
+    pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
+        for key in ["parts", "points"] {
+            root.opt_texts(key)?;
+        }
+        let view = root.opt_choice("view", &View::NAMES)?.map(|v| View::ALL[v]).unwrap_or_default();
+        let detail = root.opt_integer("detail", 1)?.unwrap_or(DETAIL);
+        let places = root.opt_text("places")?.map(|p| folder.join(p));
+        let place_name = root.opt_text("place_name")?.unwrap_or_else(|| "proposed place".into());
+        Ok(Self { state: State::read(root, folder)?, view, detail, places, place_name })
+    }
+
+    pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
+        let Solved { model, state, fixed } = self.state.open(head, results)?;
+        let machine = &model.machine;
+        let parts: Vec<&str> = machine.parts.iter().map(|p| p.name.as_str()).collect();
+        let parts = chosen(&head.root(), "parts", &parts)?;
+        let sensors: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
+        let sensors = chosen(&head.root(), "points", &sensors)?;
+        let temperatures = &state.solution.temperatures;
+        let hull = model.mesh.hull(self.detail);
+        let pieces = hull.into_iter().filter(|f| parts.contains(&f.part)).map(|facet| {
+            let mean = facet.nodes.iter().map(|n| temperatures[*n]).sum::<f64>() / facet.nodes.len().max(1) as f64;
+            Piece { corners: facet.corners, edges: facet.edges, outward: facet.outward, temperature: Celsius::from(Kelvin(mean)).0 }
+        });
+        let readings = model.readings(&state);
+        let probe = |sensor: &usize| {
+            let (part, at) = place_of(&model, machine, *sensor)?;
+            let shown = part.is_none_or(|p| parts.contains(&p));
+            shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: Some(readings[*sensor].0) })
+        };
+        let mut probes: Vec<Probe> = sensors.iter().filter_map(probe).collect();
+        if let Some(file) = &self.places {
+            probes.extend(proposed(&model, file)?.into_iter().filter(|(part, _)| parts.contains(part)).map(|(_, probe)| probe));
+        }
+        let pipes = machine.channels.iter().filter(|c| parts.contains(&c.part));
+        let figure = MachineFigure {
+            title: head.title(format!("{}: temperatures", machine.name)),
+            view: self.view,
+            quantity: Quantity::new("temperature", "degC"),
+            pieces: pieces.collect(),
+            pipes: pipes.map(|c| Pipe { name: c.name.clone(), path: c.path.clone() }).collect(),
+            probes,
+            place_name: self.place_name.clone(),
+            fixed,
+            notes: head.notes(["Channels and sensors are drawn through what hides them.".to_string()]),
+        };
+        head.add(gallery, &figure)
+    }
+}
+
+/// Proposed places, each in the middle of its part's surface, with the part's index.
+fn proposed(model: &MeshedMachine, file: &Path) -> Result<Vec<(usize, Probe)>> {
+    let table = Table::read(file)?;
+    let column = |name: &str| {
+        let missing = || Error::input(format!("there is no column '{name}'")).in_file(file).help("the columns are place and part");
+        table.text(name).ok_or_else(missing)
+    };
+    let rows = column("place")?.values.iter().zip(&column("part")?.values);
+    let one = |(place, part): (&String, &String)| {
+        let unknown = || Error::input(format!("the machine has no part '{part}'")).in_file(file).at_key("part").read(part);
+        let at = model.machine.parts.iter().position(|p| p.name == *part).ok_or_else(unknown)?;
+        let place_at = centre(model, at).ok_or_else(unknown)?;
+        Ok((at, Probe { name: place.clone(), at: place_at, reading: None }))
+    };
+    rows.map(one).collect()
+}
+
+/// Where a sensor sits, with its part; `None` where it has no place (a lumped node).
+fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(Option<usize>, [f64; 3])> {
+    let channel = |c: usize, end: fn(&[[f64; 3]]) -> Option<&[f64; 3]>| {
+        let channel = &machine.channels[c];
+        end(&channel.path).map(|at| (Some(channel.part), *at))
+    };
+    match &machine.sensors[sensor].reads {
+        Reading::Point(part, at) => Some((Some(*part), *at)),
+        Reading::FaceMean(face) => Some((Some(face.part), centre(model, face.part)?)),
+        Reading::PartMean(part) => Some((Some(*part), centre(model, *part)?)),
+        Reading::Node(_) => None,
+        Reading::Inlet(c) => channel(*c, |path| path.first()),
+        Reading::Outlet(c) => channel(*c, |path| path.last()),
+    }
+}
+
+/// The middle of a part's surface.
+fn centre(model: &MeshedMachine, part: usize) -> Option<[f64; 3]> {
+    let hull = model.mesh.hull(1);
+    let corners: Vec<[f64; 3]> = hull.into_iter().filter(|f| f.part == part).flat_map(|f| f.corners).collect();
+    let count = corners.len() as f64;
+    (count > 0.0).then(|| [0, 1, 2].map(|d| corners.iter().map(|c| c[d]).sum::<f64>() / count))
+}
