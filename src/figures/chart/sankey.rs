@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Place, Stroke, Text};
 use super::fonts::{self, Weight};
 use super::heat::watts;
 use super::page::{MARGIN, Page, fixed_conditions};
-use super::style::{INK, ORANGE, Quantity, Rgb, SKY, VERMILLION, size};
+use super::style::{INK, ORANGE, Quantity, Rgb, SKY, VERMILLION};
 use super::surface::Surface;
 use crate::error::{Error, Result};
 
@@ -251,10 +251,10 @@ impl Figure for SankeyFigure {
             let (x, y, height) = (self.left(&layout, s), plot + layout.top[s], (layout.scale * heat).max(1.5));
             canvas.rectangle(x, y, POST, height, colour(station.stage), 1.0)?;
             canvas.line(&[(x, y), (x + POST, y)], Stroke::solid(INK, 0.6))?;
-            let limit = if layout.column[s] + 1 == layout.columns { NAMES - 10.0 } else { room - POST - 14.0 };
-            let name = fonts::fit(&station.name, size::TICK, Weight::Bold, limit);
+            let limit = if layout.column[s] + 1 == layout.columns { NAMES - 10.0 } else { room - POST - 8.0 };
+            let name = fonts::fit(&station.name, 12.0, Weight::Bold, limit);
             let (left, base) = (x + POST + 6.0, y + 0.5 * height);
-            canvas.text((left, base - 2.0), &Text::new(&name).size(size::TICK).bold())?;
+            canvas.text((left, base - 2.0), &Text::new(&name).size(12.0).bold())?;
             canvas.text((left, base + 13.0), &Text::new(&watts(heat)).size(12.0))?;
         }
         page.paint(canvas, self.size()?.1)

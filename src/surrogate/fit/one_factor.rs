@@ -112,7 +112,7 @@ impl OneFactor {
             format!("{c:.digits$e}").parse().unwrap_or(*c)
         };
         let coefficients = self.coefficients.iter().enumerate().map(rounded).collect();
-        Self { coefficients, ..self.clone() }.formula(y, x, 17)
+        Self { coefficients, ..self.clone() }.formula(y, x, 15)
     }
 
     /// The formula with `digits` significant digits, for example
@@ -276,7 +276,7 @@ mod tests {
         let text = fit.honest_formula("y", "x", 250.0, 2500.0);
         assert!(text.len() < 26, "{text}");
         // A constant has no slope to print, however many digits rounding leaves it.
-        let flat = OneFactor::fit(&x, &vec![20.0088; 7], 2).unwrap();
+        let flat = OneFactor::fit(&x, &[20.0088; 7], 2).unwrap();
         assert_eq!(flat.honest_formula("y", "x", 250.0, 2500.0), "y = 20.0088");
     }
 
