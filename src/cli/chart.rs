@@ -46,7 +46,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             if !args.map.is_empty() {
                 return Err(Error::input("a definition says itself what is drawn").at_key("--map").help("leave --map out"));
             }
-            let options = SweepOptions { threads: None, progress: !out.quiet, retry_failed: false };
+            let progress = out.progress();
+            let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: false };
             let say = |what: &str| out.note(what);
             let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join("charts"));
             draw_all(definitions, &mut Results::new(&args.results, options, &say), &folder)?

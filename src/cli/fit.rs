@@ -7,9 +7,9 @@ use serde_json::json;
 
 use super::output::Output;
 use super::text::table;
-use crate::foundation::numbers::significant;
 use crate::describe::machine::Machine;
 use crate::error::Result;
+use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::pipeline::{fitting, model_text};
 use crate::surrogate::fit::{FitOptions, file};

@@ -60,7 +60,8 @@ impl Progress for Terminal {
         let bar = held.get_or_insert_with(|| {
             let target = if self.output.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
             let bar = ProgressBar::with_draw_target(Some(total as u64), target);
-            if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{elapsed}} passed, {{eta}} left")) {
+            if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{elapsed}} passed, {{eta}} left"))
+            {
                 bar.set_style(style);
             }
             bar.set_position(done as u64);

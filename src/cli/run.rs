@@ -8,10 +8,10 @@ use super::condition::pair_of;
 use super::output::Output;
 use super::sweep::default_folder;
 use super::text::table;
-use crate::foundation::numbers::significant;
 use crate::error::Result;
 use crate::explore::sweep::SweepOptions;
 use crate::explore::sweep::bridge::Sweep;
+use crate::foundation::numbers::significant;
 use crate::pipeline::{self, Summary, TARGET};
 
 /// Everything: sweep, fit, charts, surrogate, report

@@ -8,9 +8,9 @@ use serde_json::{Map, Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::table;
-use crate::foundation::numbers::significant;
 use crate::describe::machine::LimitKind;
 use crate::error::Result;
+use crate::foundation::numbers::significant;
 use crate::solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
 use crate::units::{Celsius, Kelvin};
 

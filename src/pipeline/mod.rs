@@ -97,7 +97,7 @@ pub struct Formula {
 ///
 /// # Errors
 /// Bad input; numerics that failed at every condition; a folder that cannot be written.
-pub fn run(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'_>, say: &dyn Fn(&str)) -> Result<Summary> {
+pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, say: &'a dyn Fn(&str)) -> Result<Summary> {
     let clock = Instant::now();
     // Before the sweep, which takes its time: a mistake in a chart definition should show at once.
     let named = sweep.definition.charts.iter().map(Chart::read).collect::<Result<Vec<_>>>()?;

@@ -1,8 +1,8 @@
 //! A diagnosis as text.
 
 use super::super::text::table;
-use crate::foundation::numbers::short;
 use crate::evidence::diagnose::Verdict;
+use crate::foundation::numbers::short;
 use crate::pipeline::diagnosis::{Findings, next_test_in_words, words};
 
 /// The answer for a terminal.

@@ -5,9 +5,9 @@ use std::path::Path;
 use serde_json::{Map, Value, json};
 
 use super::super::text::table;
-use crate::foundation::numbers::significant;
 use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
 use crate::evidence::measurement::{Data, whiten};
+use crate::foundation::numbers::significant;
 use crate::units::celsius;
 
 /// What was found, for a reader and for programs.

@@ -28,7 +28,7 @@ pub struct SweepResult {
 /// Sweeps and machines that have been opened, so that several charts share them.
 pub struct Results<'a> {
     root: PathBuf,
-    options: SweepOptions,
+    options: SweepOptions<'a>,
     say: &'a dyn Fn(&str),
     sweeps: BTreeMap<PathBuf, Rc<SweepResult>>,
     machines: BTreeMap<PathBuf, Rc<MeshedMachine>>,
@@ -37,7 +37,7 @@ pub struct Results<'a> {
 impl<'a> Results<'a> {
     /// Results of sweeps are looked for, and kept, in `root`/NAME after the name of the sweep file; `say` hears what is
     /// being done.
-    pub fn new(root: &Path, options: SweepOptions, say: &'a dyn Fn(&str)) -> Self {
+    pub fn new(root: &Path, options: SweepOptions<'a>, say: &'a dyn Fn(&str)) -> Self {
         Self { root: root.to_path_buf(), options, say, sweeps: BTreeMap::new(), machines: BTreeMap::new() }
     }
 

@@ -231,12 +231,7 @@ impl Findings<'_> {
         let machine = &self.problem.study.model.machine;
         let has_cause = matches!(diagnosis.verdict, Verdict::Explained | Verdict::CannotTell);
         DiagnosisRecord {
-            misfit: MisfitRecord {
-                chi2: misfit.chi2,
-                dof: misfit.freedom,
-                p: misfit.probability,
-                p_look_elsewhere: misfit.look_elsewhere,
-            },
+            misfit: MisfitRecord { chi2: misfit.chi2, dof: misfit.freedom, p: misfit.probability, p_look_elsewhere: misfit.look_elsewhere },
             verdict: diagnosis.verdict.code(),
             headline: self.headline(),
             level: LevelRecord {
