@@ -100,6 +100,45 @@ pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
     text + "\n"
 }
 
+/// Columns of the page.
+const WIDTH: usize = 120;
+
+/// Paragraphs and points of a list, broken into lines of at most [`WIDTH`] characters; tables, headings and commands stay.
+pub fn wrapped(page: &str) -> String {
+    let mut text = String::new();
+    let mut open = String::new();
+    for line in page.lines() {
+        let stands = line.is_empty() || line.starts_with(['|', '#', '!']) || line.starts_with("    ");
+        if stands || line.starts_with("* ") {
+            text += &broken(&std::mem::take(&mut open));
+        }
+        if stands {
+            text += &format!("{line}\n");
+        } else {
+            open += &format!("{}{}", if open.is_empty() { "" } else { " " }, line.trim());
+        }
+    }
+    text + &broken(&open)
+}
+
+fn broken(paragraph: &str) -> String {
+    let indent = if paragraph.starts_with("* ") { "  " } else { "" };
+    let mut text = String::new();
+    let mut line = String::new();
+    // A number and its unit stay together.
+    let paragraph = [" %", " K", " W"].iter().fold(paragraph.to_string(), |p, unit| p.replace(unit, &unit.replace(' ', "\u{a0}")));
+    for word in paragraph.split(' ').filter(|w| !w.is_empty()) {
+        if !line.is_empty() && line.chars().count() + 1 + word.chars().count() > WIDTH {
+            text += &format!("{line}\n");
+            line = format!("{indent}{word}");
+        } else {
+            line += &format!("{}{word}", if line.is_empty() { "" } else { " " });
+        }
+    }
+    let text = if line.is_empty() { text } else { text + &line + "\n" };
+    text.replace('\u{a0}', " ")
+}
+
 /// Degrees Celsius of a temperature in kelvin.
 pub fn celsius(kelvin: f64) -> f64 {
     Celsius::from(Kelvin(kelvin)).0

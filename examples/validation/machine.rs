@@ -143,17 +143,7 @@ fn heat_table(sets: &[Set]) -> Result<String> {
             format!("{:.0e}", balance.relative),
         ]);
     }
-    let heading = [
-        "heat, W",
-        "motor",
-        "reducer",
-        "bearing, motor side",
-        "nut and screw",
-        "all sources",
-        "from the chamber",
-        "from the water",
-        "open",
-    ];
+    let heading = ["heat, W", "motor", "reducer", "bearing", "nut and screw", "all", "from chamber", "from water", "open"];
     Ok(table(&heading, &rows))
 }
 
