@@ -22,7 +22,7 @@ type Scaled = [f64; MAX_VARIABLES];
 /// A slice does not have the length the surrogate asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ShapeError {
-    /// Which argument.
+    /// The wrong argument.
     pub argument: &'static str,
     /// The length it must have, or the number it must stay under.
     pub expected: usize,

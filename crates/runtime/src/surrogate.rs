@@ -1,4 +1,4 @@
-//! An opened file and views of what it holds.
+//! An opened file and views of its content.
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
@@ -60,13 +60,13 @@ pub struct Point<'a> {
 pub struct Limit<'a> {
     /// Name.
     pub name: &'a str,
-    /// What is limited.
+    /// The bounded value.
     pub kind: LimitKind<'a>,
     /// Largest value allowed, in the points' unit.
     pub maximum: f64,
 }
 
-/// What a limit looks at, by indices of points and variables.
+/// The value that a limit bounds, by indices of points and variables.
 #[derive(Debug, Clone, Copy)]
 pub enum LimitKind<'a> {
     /// The value of a point.

@@ -29,7 +29,7 @@ pub struct LimitValue {
     pub maximum: f64,
     /// `maximum - value`: positive where the limit is kept.
     pub margin: f64,
-    /// What this limit alone says, inside the fitted range.
+    /// Verdict of this limit alone, inside the fitted range.
     pub state: Acceptability,
 }
 
@@ -186,7 +186,7 @@ fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
 }
 
-/// What one limit says. Comparisons with NaN are false and leave it uncertain, and a value that has
+/// Verdict of one limit. Comparisons with NaN are false and leave it uncertain, and a value that has
 /// overflown is never acceptable.
 #[inline(always)]
 fn judge(low: f64, high: f64, maximum: f64) -> Acceptability {

@@ -27,7 +27,7 @@ use polars_io::SerReader;
 use polars_io::parquet::read::ParquetReader;
 use polars_io::parquet::write::{KeyValueMetadata, ParquetWriter};
 
-/// What is in a file.
+/// Content of a file.
 #[derive(Debug, Clone, Default)]
 pub struct Frame {
     /// Text columns in the order of the file; a null is an empty text.

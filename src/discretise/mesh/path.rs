@@ -137,7 +137,7 @@ fn across(frame: Frame, direction: [f64; 3]) -> [f64; 3] {
     match frame {
         Frame::Cartesian => direction.map(|e| (1.0 - e * e) / 2.0),
         Frame::Cylindrical { axis, .. } => {
-            // What does not run along the axis is taken to run as much in r as in theta.
+            // The part across the axis is taken to run as much in r as in theta.
             let along = direction[axis.index()] * direction[axis.index()];
             let radial = (1.0 - (1.0 - along) / 2.0) / 2.0;
             [radial, radial, (1.0 - along) / 2.0]

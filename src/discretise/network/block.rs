@@ -43,7 +43,7 @@ pub type Profile<T> = [Vec<T>; 3];
 pub trait Real: Copy + Send + Sync + Default + Mul<Output = Self> + Sub<Output = Self> + AddAssign {}
 impl<T: Copy + Send + Sync + Default + Mul<Output = T> + Sub<Output = T> + AddAssign> Real for T {}
 
-/// Part of one line of cells along the first axis: what a kernel works on.
+/// Part of one line of cells along the first axis: the unit of work of a kernel.
 #[derive(Debug, Clone)]
 pub struct Segment {
     /// First indices of its cells.

@@ -172,7 +172,7 @@ pub struct ContactGroup {
     pub unnamed: bool,
 }
 
-/// What a sensor reads: a weighted sum of nodes, or water entering a circuit.
+/// The reading of a sensor: a weighted sum of nodes, or water entering a circuit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SensorTerm {
     /// Weights over nodes.

@@ -15,7 +15,7 @@ const RENEWED: f64 = 1e-2;
 const MOST_RENEWALS: usize = 5;
 /// A direction whose standard deviation is larger than this share of the value counts as open.
 const OPEN: f64 = 0.5;
-/// What a temperature's standard deviation is compared with, K: 5 K count as open.
+/// Reference for a temperature's standard deviation, K: 5 K count as open.
 const OPEN_KELVIN: f64 = 10.0;
 
 /// How to search.
@@ -45,7 +45,7 @@ pub struct Undetermined {
     pub text: String,
 }
 
-/// What was found.
+/// The result of an identification.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
     /// Values of the free parameters, SI.

@@ -1,6 +1,6 @@
 //! Parameters of a machine file from measured data, and how well the data determine them.
 //!
-//! What is minimised is the whitened misfit, (y - f)ᵀ Σ⁻¹ (y - f), with priors where they are given, by
+//! The whitened misfit is minimised, (y - f)ᵀ Σ⁻¹ (y - f), with priors where they are given, by
 //! Levenberg and Marquardt's method with the solver's own derivatives. Σ holds reading noise, each sensor's own error and
 //! the errors of every condition ([`crate::evidence::measurement::Whitener`]). Positive parameters vary by their logarithm.
 //! Intervals come from the curvature at the optimum, and from the profile likelihood where the model is refitted along
@@ -174,7 +174,7 @@ impl Free {
 pub struct Problem {
     /// The machine as its file has it.
     pub study: Study,
-    /// What was measured.
+    /// The measured data.
     pub data: Data,
     /// The uncertainty of readings and conditions.
     pub uncertainty: Uncertainty,

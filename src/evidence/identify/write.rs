@@ -1,4 +1,4 @@
-//! The machine file with what was found, and where it comes from.
+//! The identified machine file, with its provenance.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What was measured: readings by condition, from a table or from the machine file, and how uncertain they are.
+//! Measured data: readings by condition, from a table or from the machine file, with their uncertainty.
 //!
 //! A table has one row per reading time: `test`, the conditions and the sensors, units in the header; with a column
 //! `time [s]` each test is a log. An empty cell is a missing reading. Beside `DATA.csv` may stand `DATA.toml`, which says

@@ -1,5 +1,5 @@
-//! Values of a surrogate at a condition, straight from its owned data: the plain statement of what the surrogate file
-//! means, against which the runtime crate is tested.
+//! Values of a surrogate at a condition, straight from its owned data: the definition that the runtime crate is tested
+//! against.
 
 use super::model::{Kernel, PointModel, Polynomial, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};

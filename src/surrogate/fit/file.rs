@@ -17,7 +17,7 @@ const INNER_SELF_TESTS: usize = 5;
 /// The bytes of a surrogate file.
 ///
 /// # Errors
-/// What the format cannot hold (too many variables, points, terms or centres; numbers that are not
+/// Content beyond the format (too many variables, points, terms or centres; numbers that are not
 /// finite; names that are empty or there twice; a limit that mixes units), as bad input. A model
 /// so ill-conditioned that the runtime does not reproduce it, as failed numerics.
 pub fn encode(surrogate: &Surrogate) -> Result<Vec<u8>> {
@@ -138,7 +138,7 @@ fn polynomial(model: &PointModel) -> &Polynomial {
     }
 }
 
-/// What the layout relies on: bounds, and tables whose sizes agree.
+/// Checks the assumptions of the layout: bounds, and tables whose sizes agree.
 fn check(surrogate: &Surrogate) -> Result<()> {
     let variables = surrogate.variables.len();
     let bounds = [

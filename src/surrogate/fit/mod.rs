@@ -116,7 +116,7 @@ pub struct FitOptions {
     pub polynomials: bool,
     /// Kernels that may be chosen (default all four; empty for none).
     pub kernels: Vec<Kernel>,
-    /// What length scales and smoothing are tuned by (default the likelihood: it overfits less than the leave-one-out error,
+    /// Criterion of length scales and smoothing (default the likelihood: it overfits less than the leave-one-out error,
     /// which remains an honest judge of kernels and tails).
     pub tuning: Criterion,
     /// Folds of the cross-validation (default 10; one per condition if there are fewer).

@@ -183,7 +183,7 @@ impl System {
         (value.is_finite() && gradient.iter().all(|g| g.is_finite())).then_some((value, gradient))
     }
 
-    /// Mean over outputs of ln(mean squared left-out residual): what kernels, tails and transforms are compared by.
+    /// Mean over outputs of ln(mean squared left-out residual): the score of kernels, tails and transforms.
     pub fn left_out_score(&self, kernel: Kernel, scales: &[f64], smoothing: f64) -> Option<f64> {
         let f = self.factor(&self.kernel_matrix(kernel, scales), smoothing)?;
         let n = self.rows.len();

@@ -151,7 +151,7 @@ impl<'a> Group<'a> {
         let mut result = Vec::new();
         for (k, o) in self.outputs.iter().enumerate() {
             let mut candidates = Vec::new();
-            // What may be chosen: index of the candidate, its held-out residuals, the share by which it must beat those before.
+            // The candidates: index, its held-out residuals, the share by which it must beat those before.
             let mut choices: Vec<(usize, &[f64], f64)> = Vec::new();
             if let (Some(fitted), Some(held_out)) = (&polynomials, &polynomial_held_out) {
                 candidates.push(polynomial_candidate(&fitted[k], &held_out[k]));
