@@ -2,16 +2,13 @@
 
 use std::path::PathBuf;
 
-use serde_json::{Value, json};
-
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::{EnclosureViews, Load};
+use crate::describe::machine::Machine;
+use crate::discretise::network::EnclosureViews;
 use crate::error::{Error, Result};
 use crate::foundation::numbers::significant;
-use crate::physics::water::water;
 use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
 use crate::units::{self, Dimension};
 
@@ -53,7 +50,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let model = MeshedMachine::new(machine, args.cells)?;
     let found = inventory(&model, condition.as_ref())?;
     let sizing = match (&args.rise, condition.as_ref()) {
-        (Some(rise), Some(condition)) => Some(sizing(rise, &model, condition)?),
+        (Some(rise), Some(condition)) => Some(model.flow_for_rise(self::rise(rise)?, condition)?),
         (Some(rise), None) => {
             return Err(Error::input("the heat of the sources is not known without a condition")
                 .at_key("--rise")
@@ -62,78 +59,29 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         (None, _) => None,
     };
-    let (mut text, mut json) = (text(&model, &found), to_json(&model, &found));
+    let (mut text, mut record) = (text(&model, &found), model.describe(&found));
     if let Some(s) = sizing {
         text += &format!(
             "\n{:.2} W of all sources warm the water by {} K at {} L/min ({:.4e} m3/s), by more in a chamber warmer than the machine\n",
-            s.heat,
-            significant(s.rise, 3),
-            significant(s.flow * 6e4, 4),
-            s.flow
+            s.heat_W,
+            significant(s.rise_K, 3),
+            significant(s.flow_m3_s * 6e4, 4),
+            s.flow_m3_s
         );
-        json["flow_for_rise"] = json!({ "rise_K": s.rise, "heat_W": s.heat, "flow_m3_s": s.flow });
+        record.flow_for_rise = Some(s);
     }
-    out.report(&text, &json);
+    out.report(&text, &record);
     Ok(0)
 }
 
-/// The flow that takes up a heat.
-struct Sizing {
-    rise: f64,
-    heat: f64,
-    flow: f64,
-}
-
-/// q = P / (rho c dT) with the heat of all sources and water half the rise above its inlet temperature.
-fn sizing(text: &str, model: &MeshedMachine, condition: &Condition) -> Result<Sizing> {
+/// `--rise`: a difference of temperatures that cooling water can have.
+fn rise(text: &str) -> Result<f64> {
     let rise = units::parse(text, Dimension::DIFFERENCE).map_err(|e| e.at_key("--rise"))?;
-    if !(rise > 0.0 && rise < 80.0) {
-        return Err(Error::input("this is no rise of cooling water").at_key("--rise").read(text).help("write for example --rise \"1 K\""));
+    if rise > 0.0 && rise < 80.0 {
+        Ok(rise)
+    } else {
+        Err(Error::input("this is no rise of cooling water").at_key("--rise").read(text).help("write for example --rise \"1 K\""))
     }
-    let load = Load::at(&model.machine, condition)?;
-    let heat: f64 = load.powers.iter().sum();
-    let at = model.machine.variables.iter().position(|v| v.name == "coolant_temperature");
-    let inlet = at.and_then(|i| condition.si().get(i).copied()).ok_or_else(|| Error::input("the machine has no coolant temperature"))?;
-    let flow = heat / (water(inlet + rise / 2.0)?.volumetric_heat() * rise);
-    Ok(Sizing { rise, heat, flow })
-}
-
-fn to_json(model: &MeshedMachine, found: &Inventory) -> Value {
-    let parts: Vec<Value> = found
-        .parts
-        .iter()
-        .map(|p| json!({ "name": p.name, "material": p.material, "volume_m3": p.volume, "mass_kg": p.mass, "capacity_J_K": p.capacity, "radiating_area_m2": p.radiating_area, "cells": p.cells }))
-        .collect();
-    let contacts: Vec<Value> = found
-        .contacts
-        .iter()
-        .map(|c| json!({ "name": c.name, "between": c.between, "area_m2": c.area, "hA_W_K": c.conductance.is_finite().then_some(c.conductance), "named": c.named }))
-        .collect();
-    let channels: Vec<Value> = found
-        .channels
-        .iter()
-        .map(|c| json!({ "name": c.name, "circuit": c.circuit, "length_m": c.length, "diameter_m": c.diameter, "stations": c.stations, "reynolds": c.reynolds, "h_W_m2K": c.film, "pressure_drop_Pa": c.pressure_drop }))
-        .collect();
-    json!({
-        "name": model.machine.name,
-        "hash": model.machine.hash,
-        "cells": model.mesh.cells,
-        "unknowns": model.network.nodes,
-        "element_size_m": model.mesh.element_size,
-        "parts": parts,
-        "imports": found.imports.iter().map(|i| json!({ "name": i.name, "file": i.file, "tetrahedra": i.tetrahedra, "worst_quality": i.worst_quality, "obtuse_edges": i.obtuse, "surfaces_m2": i.surfaces.iter().map(|(name, area)| (name.clone(), json!(area))).collect::<serde_json::Map<_, _>>() })).collect::<Vec<_>>(),
-        "contacts": contacts,
-        "channels": channels,
-        "enclosures": model.network.enclosures.iter().map(|e| json!({
-            "name": e.name, "surfaces": e.surfaces, "area_m2": e.areas, "emissivity": e.emissivities, "view_factors": e.view_factors,
-            "chamber": e.chamber, "patches": e.patches, "pairs_by_rays": e.by_rays, "standard_error": e.error, "largest_correction": e.corrected, "notes": e.notes,
-        })).collect::<Vec<_>>(),
-        "sources": found.sources.iter().map(|(name, power)| json!({ "name": name, "power_W": power })).collect::<Vec<_>>(),
-        "sensors": model.network.sensor_names,
-        "limits": model.machine.limits.iter().map(|l| l.name.clone()).collect::<Vec<_>>(),
-        "assumptions": model.machine.assumptions.iter().map(|a| json!({ "key": a.key, "value": a.value, "reason": a.reason })).collect::<Vec<_>>(),
-        "warnings": found.warnings,
-    })
 }
 
 fn text(model: &MeshedMachine, found: &Inventory) -> String {
@@ -201,7 +149,7 @@ fn text(model: &MeshedMachine, found: &Inventory) -> String {
     }
     if !found.sources.is_empty() {
         let rows: Vec<Vec<String>> =
-            found.sources.iter().map(|(name, power)| vec![name.clone(), power.map(|p| format!("{p:.4}")).unwrap_or_default()]).collect();
+            found.sources.iter().map(|s| vec![s.name.clone(), s.power.map(|p| format!("{p:.4}")).unwrap_or_default()]).collect();
         text += "\n";
         text += &table(&["source", "W"], &rows);
     }

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use serde_json::{Map, Value, json};
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
@@ -121,7 +120,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         out.note(&format!("wrote {}", path.display()));
     }
     let seconds = start.elapsed().as_secs_f64();
-    out.report(&text(&model, &history, seconds), &to_json(&model, &history, seconds));
+    out.report(&text(&model, &history, seconds), &history.record(&model, seconds));
     Ok(0)
 }
 
@@ -206,45 +205,6 @@ fn figure(model: &MeshedMachine, history: &History, schedule: &Path) -> HistoryF
             .map(|after| (start + after, format!("all within {} K of the steady state after {}", history.within, duration(after)))),
         notes: vec![format!("schedule: {}", schedule.display())],
     }
-}
-
-fn to_json(model: &MeshedMachine, history: &History, seconds: f64) -> Value {
-    let names = &model.network.sensor_names;
-    let ends = history.readings.first().zip(history.readings.last());
-    let sensors: Map<String, Value> = names
-        .iter()
-        .enumerate()
-        .map(|(s, name)| {
-            let entry = json!({
-                "start_degC": ends.map(|(first, _)| celsius(first[s])),
-                "end_degC": ends.map(|(_, last)| celsius(last[s])),
-                "steady_degC": history.steady.as_ref().ok().map(|steady| celsius(steady[s])),
-                "within_s": history.settled[s],
-            });
-            (name.clone(), entry)
-        })
-        .collect();
-    let mut series = Map::from_iter([("time_s".to_string(), json!(history.times))]);
-    for (s, name) in names.iter().enumerate() {
-        series.insert(name.clone(), history.readings.iter().map(|r| json!(celsius(r[s]))).collect());
-    }
-    json!({
-        "sensors": sensors,
-        "within_K": history.within,
-        "within_s": history.settled_overall(),
-        "series": series,
-        "steps": history.steps,
-        "rejected": history.rejected,
-        "energy": {
-            "entered_J": history.energy.entered,
-            "left_J": history.energy.left,
-            "stored_J": history.energy.stored,
-            "relative": history.energy.relative(),
-        },
-        "unknowns": model.network.nodes,
-        "resumed_at_s": history.resumed_at,
-        "seconds": seconds,
-    })
 }
 
 fn text(model: &MeshedMachine, history: &History, seconds: f64) -> String {

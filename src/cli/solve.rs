@@ -3,8 +3,6 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use serde_json::{Map, Value, json};
-
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::table;
@@ -12,7 +10,7 @@ use crate::describe::machine::Machine;
 use crate::discretise::mesh::vtu;
 use crate::error::Result;
 use crate::foundation::numbers::significant;
-use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
+use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats};
 use crate::solve::meshed::{MeshedMachine, SteadyState};
 use crate::units::{Celsius, Kelvin, express};
 
@@ -65,77 +63,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         out.note(&format!("wrote {}", path.display()));
     }
     let contacts = contact_flows(&model.network, &state.solution.temperatures);
-    out.report(&text(&model, &state, &contacts, seconds), &to_json(&model, &state, &contacts, seconds));
+    let mut record = model.record(&state);
+    record.seconds.total = seconds;
+    out.report(&text(&model, &state, &contacts, seconds), &record);
     Ok(0)
 }
 
 fn outlet(model: &MeshedMachine, state: &SteadyState, s: usize) -> Celsius {
     Kelvin(state.solution.temperatures[model.network.streams[s].outlet() as usize]).into()
-}
-
-fn to_json(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], seconds: f64) -> Value {
-    let solution = &state.solution;
-    let sensors: Map<String, Value> =
-        model.network.sensor_names.iter().zip(model.readings(state)).map(|(name, t)| (name.clone(), json!(t.0))).collect();
-    let coolant: Map<String, Value> = (model.network.streams.iter().zip(&solution.streams).enumerate())
-        .map(|(s, (stream, at))| {
-            let entry = json!({
-                "outlet_degC": outlet(model, state, s).0,
-                "flow_m3_s": at.flow,
-                "reynolds": at.reynolds,
-                "h_W_m2K": at.film,
-                "pressure_drop_Pa": at.pressure_drop,
-                "note": at.note,
-            });
-            (stream.name.clone(), entry)
-        })
-        .collect();
-    let contacts: Map<String, Value> = contacts
-        .iter()
-        .map(|c| {
-            let conductance = if c.conductance.is_finite() { json!(c.conductance) } else { Value::Null };
-            (c.name.clone(), json!({ "area_m2": c.area, "hA_W_K": conductance, "heat_W": c.heat, "drop_K": c.drop }))
-        })
-        .collect();
-    let enclosures: Map<String, Value> = (model.network.enclosures.iter().zip(enclosure_heats(&model.network, &solution.temperatures)))
-        .map(|(e, heats)| {
-            let surfaces: Vec<Value> = e.surfaces.iter().zip(&heats).map(|(s, q)| json!({ "surface": s, "heat_W": q })).collect();
-            (e.name.clone(), Value::Array(surfaces))
-        })
-        .collect();
-    let flows: Vec<Value> = heat_flow_matrix(&model.network, &solution.temperatures)
-        .into_iter()
-        .map(|(a, b, heat)| json!({ "from": model.network.groups[a], "to": model.network.groups[b], "heat_W": heat }))
-        .collect();
-    let limits: Vec<Value> = (model.limits(state).iter())
-        .map(|l| {
-            let shown = |x: f64| if l.is_absolute { Celsius::from(Kelvin(x)).0 } else { x };
-            json!({ "name": l.name, "value": shown(l.value), "limit": shown(l.maximum), "margin": l.margin() })
-        })
-        .collect();
-    let sources: Map<String, Value> =
-        model.machine.sources.iter().zip(&solution.balance.sources).map(|(s, q)| (s.name.clone(), json!(q))).collect();
-    json!({
-        "sensors": sensors,
-        "coolant": coolant,
-        "contacts": contacts,
-        "enclosures": enclosures,
-        "limits": limits,
-        "heat_balance": {
-            "in_W": solution.balance.in_watts,
-            "out_W": solution.balance.out_watts,
-            "relative": solution.balance.relative,
-            "sources_W": sources,
-            "radiation_W": solution.balance.radiation,
-            "gas_W": solution.balance.gas,
-            "coolant_W": solution.balance.circuits.iter().sum::<f64>(),
-        },
-        "part_to_part": flows,
-        "unknowns": model.network.nodes,
-        "newton_iterations": solution.newton_iterations,
-        "krylov_iterations": solution.krylov_iterations,
-        "seconds": { "assemble": solution.assemble_seconds, "solve": solution.solve_seconds, "total": seconds },
-    })
 }
 
 fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], seconds: f64) -> String {

@@ -283,8 +283,8 @@ fn inventory(section: &mut Section, material: &Material<'_>) {
         section.table(channels);
     }
     let mut sources = Table::new([("source", Align::Left), ("heat [W]", Align::Right)]);
-    for (name, power) in &found.sources {
-        sources.row([text(name), Cell::optional(*power, 3)]);
+    for source in &found.sources {
+        sources.row([text(&source.name), Cell::optional(source.power, 3)]);
     }
     if !sources.is_empty() {
         sources.caption("Heat sources, at the middle of the swept ranges");

@@ -26,6 +26,7 @@ mod trial;
 mod view;
 mod words;
 
+use std::path::Path;
 use std::time::Instant;
 
 use crate::error::Result;
@@ -95,6 +96,36 @@ pub struct Problem {
     pub seed: u64,
     /// Kinds that are not tried.
     pub without: Vec<String>,
+}
+
+impl Problem {
+    /// A machine against data of the usual uncertainty: limits of 0.1 K for readings, sensors and water, 0.05 L/min. Every
+    /// cause is tried; logs begin in the steady state.
+    pub fn new(study: Study, data: Data) -> Self {
+        Self {
+            uncertainty: Uncertainty::usual(&data, &study.model.machine),
+            study,
+            data,
+            uncertain: Vec::new(),
+            openness: Discrepancy::default(),
+            user: Vec::new(),
+            start: Start::Steady,
+            seed: 1,
+            without: Vec::new(),
+        }
+    }
+
+    /// A machine file on about `cells` cells (the file's own number where `None`) against a table of readings, with the
+    /// uncertainty that `DATA.toml` beside the table states.
+    ///
+    /// # Errors
+    /// A file cannot be used.
+    pub fn read(machine: &Path, data: &Path, cells: Option<usize>) -> Result<Self> {
+        let study = Study::read(machine, &[], cells)?;
+        let table = Data::read(data, &study.model.machine)?;
+        let uncertainty = Uncertainty::beside(data, &table, &study.model.machine)?;
+        Ok(Self { uncertainty, ..Self::new(study, table) })
+    }
 }
 
 /// The misfit of the machine as it is.

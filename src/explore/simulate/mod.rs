@@ -1,6 +1,7 @@
 //! A schedule run through a model: readings over time, when they settle, and what can be resumed.
 
 mod checkpoint;
+pub mod record;
 mod settle;
 
 use std::path::PathBuf;

@@ -1,5 +1,9 @@
 //! What a machine consists of, counted on its mesh.
 
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
 use super::MeshedMachine;
 use crate::describe::machine::Condition;
 use crate::discretise::network::{Load, NONE};
@@ -19,33 +23,47 @@ pub struct Inventory {
     pub contacts: Vec<ContactEntry>,
     /// Coolant channels.
     pub channels: Vec<ChannelEntry>,
-    /// Sources: name and power (W) where a condition was given.
-    pub sources: Vec<(String, Option<f64>)>,
+    /// Heat sources.
+    pub sources: Vec<SourceEntry>,
     /// Warnings, one sentence each.
     pub warnings: Vec<String>,
 }
 
+/// A heat source.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SourceEntry {
+    /// Name.
+    pub name: String,
+    /// Power, W, where a condition was given.
+    #[serde(rename = "power_W")]
+    pub power: Option<f64>,
+}
+
 /// A part or lumped node.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PartEntry {
     /// Name.
     pub name: String,
     /// Name of its material.
     pub material: String,
     /// m³
+    #[serde(rename = "volume_m3")]
     pub volume: f64,
     /// kg
+    #[serde(rename = "mass_kg")]
     pub mass: f64,
     /// J/K, at 300 K
+    #[serde(rename = "capacity_J_K")]
     pub capacity: f64,
     /// Area that sees the chamber, m².
+    #[serde(rename = "radiating_area_m2")]
     pub radiating_area: f64,
     /// Cells; vertices of an imported mesh.
     pub cells: usize,
 }
 
 /// A part from a mesh file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ImportEntry {
     /// Name of the part.
     pub name: String,
@@ -54,47 +72,55 @@ pub struct ImportEntry {
     /// Tetrahedra.
     pub tetrahedra: usize,
     /// Named surfaces with their areas, m².
-    pub surfaces: Vec<(String, f64)>,
+    #[serde(rename = "surfaces_m2")]
+    pub surfaces: BTreeMap<String, f64>,
     /// Mean ratio of the worst tetrahedron: 1 for a regular one, 0 for a flat one.
     pub worst_quality: f64,
     /// Share of the edges that conduct negatively, because the angles opposite are obtuse: there a temperature may
     /// over- or undershoot slightly.
+    #[serde(rename = "obtuse_edges")]
     pub obtuse: f64,
 }
 
 /// A contact.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContactEntry {
     /// Name.
     pub name: String,
     /// The two sides.
     pub between: [String; 2],
     /// True overlap area, m² (the stated one where parts do not touch).
+    #[serde(rename = "area_m2")]
     pub area: f64,
     /// hA, W/K; infinite where bonded.
+    #[serde(rename = "hA_W_K")]
     pub conductance: f64,
     /// Whether the machine file names it.
     pub named: bool,
 }
 
 /// A coolant channel.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ChannelEntry {
     /// Name.
     pub name: String,
     /// Its circuit.
     pub circuit: String,
     /// Wetted length, m.
+    #[serde(rename = "length_m")]
     pub length: f64,
     /// Diameter, m.
+    #[serde(rename = "diameter_m")]
     pub diameter: f64,
     /// Stations on this mesh.
     pub stations: usize,
     /// Reynolds number at the condition, water at its inlet temperature.
     pub reynolds: Option<f64>,
     /// Film coefficient, W/(m² K).
+    #[serde(rename = "h_W_m2K")]
     pub film: Option<f64>,
     /// Pressure drop, Pa.
+    #[serde(rename = "pressure_drop_Pa")]
     pub pressure_drop: Option<f64>,
 }
 
@@ -175,7 +201,12 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
             found.warnings.push(format!("channel '{}': {note}", stream.name));
         }
     }
-    found.sources = machine.sources.iter().enumerate().map(|(i, s)| (s.name.clone(), load.as_ref().map(|l| l.powers[i]))).collect();
+    found.sources = machine
+        .sources
+        .iter()
+        .enumerate()
+        .map(|(i, s)| SourceEntry { name: s.name.clone(), power: load.as_ref().map(|l| l.powers[i]) })
+        .collect();
     warn_about_areas(model, &mut found);
     warn_about_contacts(model, &mut found);
     warn_about_islands(model, &mut found);

@@ -1,12 +1,15 @@
 //! A machine on a mesh, ready to be solved at any condition.
 
+pub mod described;
 mod flows;
 mod inventory;
 mod limits;
+pub mod record;
 
 pub use flows::{Flows, Named, NamedRoute, OutletSensor};
-pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, inventory};
+pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory};
 pub use limits::{LimitState, limit_states};
+pub use record::SolveRecord;
 
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::mesh::Mesh;
@@ -43,6 +46,14 @@ impl MeshedMachine {
     /// As [`Solver::new`].
     pub fn solver(&self, reference: &Condition) -> Result<Solver<'_>> {
         Solver::new(&self.network, &Load::at(&self.machine, reference)?)
+    }
+
+    /// Solves a single condition; [`MeshedMachine::solver`] and [`MeshedMachine::solve`] share the setup between many.
+    ///
+    /// # Errors
+    /// As [`MeshedMachine::solver`] and [`MeshedMachine::solve`].
+    pub fn steady(&self, condition: &Condition) -> Result<SteadyState> {
+        self.solve(&self.solver(condition)?, condition)
     }
 
     /// Solves one condition.

@@ -218,3 +218,13 @@ pub struct Fit {
     /// Remarks for the user: variables that do not vary, rows left out.
     pub notes: Vec<String>,
 }
+
+impl Fit {
+    /// The surrogate file, for [`file::open`] and the runtime crate.
+    ///
+    /// # Errors
+    /// As [`file::encode`].
+    pub fn to_bytes(&self) -> Result<Vec<u8>> {
+        file::encode(&self.surrogate)
+    }
+}

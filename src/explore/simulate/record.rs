@@ -1,0 +1,86 @@
+//! A simulation as outside programs read it: each field is a key of `coldplate simulate --json`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::History;
+use crate::solve::meshed::MeshedMachine;
+use crate::units::celsius;
+
+/// Temperatures over time.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs, non_snake_case)]
+pub struct HistoryRecord {
+    pub sensors: BTreeMap<String, CourseRecord>,
+    /// How near to the steady state of the last condition counts as settled.
+    pub within_K: f64,
+    /// When all sensors have settled.
+    pub within_s: Option<f64>,
+    /// `time_s`, and readings by sensor, degC.
+    pub series: BTreeMap<String, Vec<f64>>,
+    pub steps: usize,
+    pub rejected: usize,
+    pub energy: EnergyRecord,
+    pub unknowns: usize,
+    pub resumed_at_s: Option<f64>,
+    pub seconds: f64,
+}
+
+/// One sensor.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct CourseRecord {
+    pub start_degC: Option<f64>,
+    pub end_degC: Option<f64>,
+    pub steady_degC: Option<f64>,
+    pub within_s: Option<f64>,
+}
+
+/// Heat since the beginning.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct EnergyRecord {
+    pub entered_J: f64,
+    pub left_J: f64,
+    pub stored_J: f64,
+    pub relative: f64,
+}
+
+impl History {
+    /// The history of `model` for other programs; `seconds` is the time it took.
+    pub fn record(&self, model: &MeshedMachine, seconds: f64) -> HistoryRecord {
+        let names = || model.network.sensor_names.iter().enumerate();
+        let course = |(s, name): (usize, &String)| {
+            let of = |readings: Option<&Vec<f64>>| readings.map(|r| celsius(r[s]));
+            let record = CourseRecord {
+                start_degC: of(self.readings.first()),
+                end_degC: of(self.readings.last()),
+                steady_degC: of(self.steady.as_ref().ok()),
+                within_s: self.settled[s],
+            };
+            (name.clone(), record)
+        };
+        let mut series: BTreeMap<String, Vec<f64>> =
+            names().map(|(s, name)| (name.clone(), self.readings.iter().map(|r| celsius(r[s])).collect())).collect();
+        series.entry("time_s".into()).or_insert_with(|| self.times.clone());
+        HistoryRecord {
+            sensors: names().map(course).collect(),
+            within_K: self.within,
+            within_s: self.settled_overall(),
+            series,
+            steps: self.steps,
+            rejected: self.rejected,
+            energy: EnergyRecord {
+                entered_J: self.energy.entered,
+                left_J: self.energy.left,
+                stored_J: self.energy.stored,
+                relative: self.energy.relative(),
+            },
+            unknowns: model.network.nodes,
+            resumed_at_s: self.resumed_at,
+            seconds,
+        }
+    }
+}

@@ -1,0 +1,167 @@
+//! A solved condition as outside programs read it: each field is a key of `coldplate solve --json`. Numbers that are not
+//! finite become `null`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{LimitState, MeshedMachine, SteadyState};
+use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
+use crate::units::{Celsius, Kelvin, celsius};
+
+/// A solved condition.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct SolveRecord {
+    /// Readings, degC.
+    pub sensors: BTreeMap<String, f64>,
+    pub coolant: BTreeMap<String, ChannelRecord>,
+    pub contacts: BTreeMap<String, ContactRecord>,
+    pub enclosures: BTreeMap<String, Vec<SurfaceRecord>>,
+    pub limits: Vec<LimitRecord>,
+    pub heat_balance: BalanceRecord,
+    pub part_to_part: Vec<FlowRecord>,
+    pub unknowns: usize,
+    pub newton_iterations: usize,
+    pub krylov_iterations: usize,
+    pub seconds: SecondsRecord,
+}
+
+/// Water in one channel.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct ChannelRecord {
+    pub outlet_degC: f64,
+    pub flow_m3_s: f64,
+    pub reynolds: f64,
+    pub h_W_m2K: f64,
+    pub pressure_drop_Pa: f64,
+    /// A law outside its range.
+    pub note: Option<&'static str>,
+}
+
+/// One contact.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct ContactRecord {
+    pub area_m2: f64,
+    /// Infinite where bonded.
+    pub hA_W_K: f64,
+    pub heat_W: f64,
+    pub drop_K: f64,
+}
+
+/// One surface of an enclosure.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct SurfaceRecord {
+    pub surface: String,
+    /// Heat that it gives off.
+    pub heat_W: f64,
+}
+
+/// One limit; absolute temperatures in degC, differences in K.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct LimitRecord {
+    pub name: String,
+    pub value: f64,
+    pub limit: f64,
+    pub margin: f64,
+}
+
+/// Where the heat comes from and goes; positive is into the machine.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct BalanceRecord {
+    pub in_W: f64,
+    pub out_W: f64,
+    pub relative: f64,
+    pub sources_W: BTreeMap<String, f64>,
+    pub radiation_W: f64,
+    pub gas_W: f64,
+    pub coolant_W: f64,
+}
+
+/// Heat from one part to another.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct FlowRecord {
+    pub from: String,
+    pub to: String,
+    pub heat_W: f64,
+}
+
+/// What it took.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct SecondsRecord {
+    pub assemble: f64,
+    pub solve: f64,
+    /// From the machine file to the result, where that was timed.
+    pub total: f64,
+}
+
+impl MeshedMachine {
+    /// A state for other programs; the total time is that of assembly and solution.
+    pub fn record(&self, state: &SteadyState) -> SolveRecord {
+        let (network, solution) = (&self.network, &state.solution);
+        let coolant = (network.streams.iter().zip(&solution.streams)).map(|(stream, at)| {
+            let record = ChannelRecord {
+                outlet_degC: celsius(solution.temperatures[stream.outlet() as usize]),
+                flow_m3_s: at.flow,
+                reynolds: at.reynolds,
+                h_W_m2K: at.film,
+                pressure_drop_Pa: at.pressure_drop,
+                note: at.note,
+            };
+            (stream.name.clone(), record)
+        });
+        let enclosures = (network.enclosures.iter().zip(enclosure_heats(network, &solution.temperatures))).map(|(e, heats)| {
+            let surfaces = e.surfaces.iter().zip(heats).map(|(s, q)| SurfaceRecord { surface: s.clone(), heat_W: q });
+            (e.name.clone(), surfaces.collect())
+        });
+        let flow =
+            |(a, b, heat): (usize, usize, f64)| FlowRecord { from: network.groups[a].clone(), to: network.groups[b].clone(), heat_W: heat };
+        let balance = &solution.balance;
+        SolveRecord {
+            sensors: network.sensor_names.iter().cloned().zip(self.readings(state).into_iter().map(|t| t.0)).collect(),
+            coolant: coolant.collect(),
+            contacts: contact_flows(network, &solution.temperatures).into_iter().map(ContactRecord::of).collect(),
+            enclosures: enclosures.collect(),
+            limits: self.limits(state).iter().map(LimitRecord::of).collect(),
+            heat_balance: BalanceRecord {
+                in_W: balance.in_watts,
+                out_W: balance.out_watts,
+                relative: balance.relative,
+                sources_W: self.machine.sources.iter().zip(&balance.sources).map(|(s, q)| (s.name.clone(), *q)).collect(),
+                radiation_W: balance.radiation,
+                gas_W: balance.gas,
+                coolant_W: balance.circuits.iter().sum(),
+            },
+            part_to_part: heat_flow_matrix(network, &solution.temperatures).into_iter().map(flow).collect(),
+            unknowns: network.nodes,
+            newton_iterations: solution.newton_iterations,
+            krylov_iterations: solution.krylov_iterations,
+            seconds: SecondsRecord {
+                assemble: solution.assemble_seconds,
+                solve: solution.solve_seconds,
+                total: solution.assemble_seconds + solution.solve_seconds,
+            },
+        }
+    }
+}
+
+impl ContactRecord {
+    fn of(flow: ContactFlow) -> (String, Self) {
+        (flow.name, Self { area_m2: flow.area, hA_W_K: flow.conductance, heat_W: flow.heat, drop_K: flow.drop })
+    }
+}
+
+impl LimitRecord {
+    fn of(limit: &LimitState) -> Self {
+        let shown = |x: f64| if limit.is_absolute { Celsius::from(Kelvin(x)).0 } else { x };
+        Self { name: limit.name.clone(), value: shown(limit.value), limit: shown(limit.maximum), margin: limit.margin() }
+    }
+}
