@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use serde_json::json;
-
 use super::output::Output;
 use super::text::table;
 use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
-use crate::pipeline::{fitting, model_text};
+use crate::pipeline::fitting::{self, FitRecord};
+use crate::pipeline::model_text;
 use crate::surrogate::fit::{FitOptions, file};
 
 /// A surrogate from any table of conditions and outputs
@@ -81,20 +80,6 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         .collect();
     let heading = ["point", "model", "rows", "leave-one-out rms", "k-fold rms", "k-fold max", "band +-"];
     let text = format!("{}\nwrote {} ({bytes} bytes)\n", table(&heading, &rows), path.display());
-    let points: Vec<_> = (fit.points.iter().enumerate())
-        .map(|(i, p)| {
-            json!({
-                "name": p.name,
-                "unit": p.unit,
-                "model": model_text(&fit.surrogate, i),
-                "rows": p.rows,
-                "leave_one_out": { "rms": p.chosen.leave_one_out.rms, "max": p.chosen.leave_one_out.max },
-                "k_fold": p.chosen.k_fold.map(|k| json!({ "rms": k.rms, "max": k.max })),
-                "half_width": p.half_width,
-            })
-        })
-        .collect();
-    let json = json!({ "file": path.display().to_string(), "bytes": bytes, "points": points, "notes": fit.notes, "seconds": start.elapsed().as_secs_f64() });
-    out.report(&text, &json);
+    out.report(&text, &FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64()));
     Ok(0)
 }

@@ -2,15 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use serde_json::{Map, Value, json};
-
 use super::condition::ConditionArgs;
 use super::output::Output;
 use super::text::table;
 use crate::error::{Error, Result};
+use crate::foundation::numbers::{compact, without_zeros};
+use crate::foundation::table::quoted;
 use crate::surrogate::fit::file;
+use crate::surrogate::verdict::record::{BatchRecord, code};
 use crate::surrogate::verdict::{self, Acceptability, Answer, Inverse, Outside, Surrogate, batch, condition};
-use crate::units::{self, Dimension};
 
 /// Arguments of `coldplate query`.
 #[derive(Debug, clap::Args)]
@@ -45,7 +45,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         (None, Some(name)) => inverse(&surrogate, name, &given, out),
         (None, None) => {
             let answer = verdict::query(&surrogate, &condition::condition(&surrogate, &given)?)?;
-            out.report(&text(&surrogate, &answer), &Value::Object(json(&answer)?));
+            out.report(&text(&surrogate, &answer), &answer.record());
             Ok(status(answer.verdict))
         }
     }
@@ -59,39 +59,24 @@ fn status(verdict: Acceptability) -> u8 {
     }
 }
 
-fn verdict_name(verdict: Acceptability) -> &'static str {
-    match verdict {
-        Acceptability::Acceptable => "acceptable",
-        Acceptability::NotAcceptable => "not_acceptable",
-        Acceptability::Uncertain => "uncertain",
-    }
-}
-
 fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], out: Output) -> Result<u8> {
     let content = std::fs::read_to_string(csv).map_err(|e| Error::file("read", csv, e))?;
     let rows = batch::read(surrogate, &content, csv, given)?;
     let labelled = rows.iter().any(|r| r.label.is_some());
     let mut lines = vec![csv_header(surrogate, labelled)];
-    let mut objects = Vec::new();
+    let mut conditions = Vec::new();
     let (mut refused, mut open) = (false, false);
     for row in &rows {
         let answer = verdict::query(surrogate, &row.condition)?;
         refused |= answer.verdict == Acceptability::NotAcceptable;
         open |= answer.verdict == Acceptability::Uncertain;
         if out.json {
-            let mut object = json(&answer)?;
-            object.insert("line".into(), json!(row.line));
-            if let Some(label) = &row.label {
-                object.insert("test".into(), json!(label));
-            }
-            let names = surrogate.variables().zip(&row.condition);
-            object.insert("condition".into(), names.map(|(v, x)| (v.name.to_owned(), json!({ "value": x, "unit": v.unit }))).collect());
-            objects.push(Value::Object(object));
+            conditions.push(answer.record_of_row(surrogate, row));
         } else {
             lines.push(csv_row(&answer, labelled.then(|| row.label.clone().unwrap_or_default())));
         }
     }
-    out.report(&lines.join("\n"), &json!({ "conditions": objects }));
+    out.report(&lines.join("\n"), &BatchRecord { conditions });
     Ok(if refused {
         1
     } else if open {
@@ -113,95 +98,39 @@ fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], ou
     x[index] = Some(variable.low);
     let x = condition::complete(surrogate, x)?;
     let (unit, range) = (variable.unit, format!("{} to {} {}", plain(variable.low), plain(variable.high), variable.unit));
-    match verdict::free(surrogate, &x, index)? {
-        Inverse::Found { smallest, until, answer } => {
-            let mut object = json(&answer)?;
-            object.insert(
-                "free".into(),
-                json!({ "variable": variable.name, "unit": unit, "value": smallest, "low": smallest, "high": until }),
-            );
-            let end = if until == variable.high { "the end of the fitted range" } else { "where a limit stops it" };
-            let head = format!(
+    let found = verdict::free(surrogate, &x, index)?;
+    let answer = match &found {
+        Inverse::Found { answer, .. } | Inverse::Nowhere { answer, .. } => answer.clone(),
+        Inverse::OutsideRange(_) => verdict::query(surrogate, &x)?,
+    };
+    let head = match &found {
+        Inverse::Found { smallest, until, .. } => {
+            let end = if *until == variable.high { "the end of the fitted range" } else { "where a limit stops it" };
+            format!(
                 "{}: {} {unit} is the smallest acceptable value; acceptable from there to {} {unit}, {end}.\n\n",
                 variable.name,
-                rounded_up(smallest, until, variable.high - variable.low),
-                rounded_down(smallest, until, variable.high - variable.low),
-            );
-            out.report(&(head + &text(surrogate, &answer)), &Value::Object(object));
-            Ok(status(answer.verdict))
+                rounded_up(*smallest, *until, variable.high - variable.low),
+                rounded_down(*smallest, *until, variable.high - variable.low),
+            )
         }
-        Inverse::Nowhere { best, limit, excess, answer } => {
-            let mut object = json(&answer)?;
-            let name = answer.limits.get(limit).map_or("", |l| l.name.as_str());
-            let limit_unit = answer.limits.get(limit).map_or("", |l| l.unit.as_str());
-            let free = json!({
-                "variable": variable.name, "unit": unit, "value": null, "best": best, "binding": name, "excess": excess, "excess_unit": limit_unit,
-            });
-            object.insert("free".into(), free);
-            let head = format!(
+        Inverse::Nowhere { best, limit, excess, .. } => {
+            let (name, limit_unit) = answer.limits.get(*limit).map_or(("", ""), |l| (&l.name, &l.unit));
+            format!(
                 "{}: no value from {range} makes this acceptable. It comes closest at {} {unit}, where '{name}' with its band is \
                  over its limit by {} {limit_unit}.\n\n",
                 variable.name,
-                plain(best),
-                plain(excess)
-            );
-            out.report(&(head + &text(surrogate, &answer)), &Value::Object(object));
-            Ok(status(answer.verdict))
+                plain(*best),
+                plain(*excess)
+            )
         }
         Inverse::OutsideRange(outside) => {
-            let answer = verdict::query(surrogate, &x)?;
-            let mut object = json(&answer)?;
-            // The condition has no value for the free variable, so that nothing was evaluated.
-            object.insert("temperatures".into(), json!({}));
-            object.insert("limits".into(), json!([]));
-            object.insert("binding".into(), Value::Null);
-            object.insert("free".into(), json!({ "variable": variable.name, "unit": unit, "value": null }));
-            let text = outside.iter().map(outside_sentence).collect::<String>() + "Uncertain: the surrogate says nothing there.\n";
-            out.report(&text, &Value::Object(object));
-            Ok(status(Acceptability::Uncertain))
+            outside.iter().map(outside_sentence).collect::<String>() + "Uncertain: the surrogate says nothing there.\n"
         }
-    }
-}
-
-/// The answer as the contract's JSON object. Temperatures are in degC whatever the file uses.
-fn json(answer: &Answer) -> Result<Map<String, Value>> {
-    let mut temperatures = Map::new();
-    for point in &answer.temperatures {
-        let (unit, [value, low, high]) = in_celsius(&point.unit, [point.value, point.low, point.high])?;
-        temperatures.insert(point.name.clone(), json!({ unit: value, "low": low, "high": high }));
-    }
-    let limits: Vec<Value> = answer
-        .limits
-        .iter()
-        .map(|l| json!({ "name": l.name, "value": l.value, "limit": l.limit, "margin": l.margin, "low": l.low, "high": l.high, "unit": l.unit }))
-        .collect();
-    let outside: Vec<Value> = answer
-        .outside
-        .iter()
-        .map(|o| json!({ "variable": o.name, "unit": o.unit, "value": o.value, "low": o.low, "high": o.high }))
-        .collect();
-    let mut object = Map::new();
-    object.insert("temperatures".into(), Value::Object(temperatures));
-    object.insert("verdict".into(), json!(verdict_name(answer.verdict)));
-    object.insert("limits".into(), json!(limits));
-    object.insert("binding".into(), json!(answer.binding_name()));
-    object.insert("in_domain".into(), json!(answer.in_domain));
-    if !outside.is_empty() {
-        object.insert("outside".into(), json!(outside));
-    }
-    Ok(object)
-}
-
-/// Kelvins become degrees Celsius; values in other units stay as they are.
-fn in_celsius(unit: &str, values: [f64; 3]) -> Result<(String, [f64; 3])> {
-    if unit != "K" || values.iter().any(|v| !v.is_finite()) {
-        return Ok((if unit.is_empty() { "value".into() } else { unit.replace("°C", "degC") }, values));
-    }
-    let mut celsius = [0.0; 3];
-    for (to, kelvin) in celsius.iter_mut().zip(values) {
-        *to = units::express(kelvin, "degC", Dimension::TEMPERATURE)?;
-    }
-    Ok(("degC".into(), celsius))
+    };
+    let is_outside = matches!(found, Inverse::OutsideRange(_));
+    let shown = if is_outside { head } else { head + &text(surrogate, &answer) };
+    out.report(&shown, &found.record(&variable, &answer));
+    Ok(status(if is_outside { Acceptability::Uncertain } else { answer.verdict }))
 }
 
 fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
@@ -277,12 +206,8 @@ fn csv_row(answer: &Answer, label: Option<String>) -> String {
     cells.extend(answer.condition.iter().map(f64::to_string));
     cells.extend(answer.temperatures.iter().flat_map(|p| [p.value, p.low, p.high]).map(|v| v.to_string()));
     cells.extend(answer.limits.iter().map(|l| l.margin.to_string()));
-    cells.extend([verdict_name(answer.verdict).into(), answer.binding_name().unwrap_or("").to_owned(), answer.in_domain.to_string()]);
+    cells.extend([code(answer.verdict).into(), answer.binding_name().unwrap_or("").to_owned(), answer.in_domain.to_string()]);
     cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",")
-}
-
-fn quoted(cell: &str) -> String {
-    if cell.contains([',', '"']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
 }
 
 /// Temperatures and margins, to the millikelvin.
@@ -292,11 +217,7 @@ fn fixed(value: f64) -> String {
 
 /// A number with six significant digits, without the zeros behind it.
 fn plain(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() || !(1e-4..1e9).contains(&value.abs()) {
-        return format!("{value:.4e}").replace("0.0000e0", "0");
-    }
-    let decimals = (5 - value.abs().log10().floor() as i32).max(0) as usize;
-    trimmed(format!("{value:.decimals$}"))
+    compact(value, 6)
 }
 
 /// An end of an interval to some 1e-5 of the fitted range, rounded into the interval, so that a
@@ -316,10 +237,5 @@ fn rounded(low: f64, high: f64, range: f64, round: fn(f64) -> f64, end: f64) -> 
     if !(low..=high).contains(&value) {
         return end.to_string();
     }
-    trimmed(format!("{value:.*}", decimals as usize))
-}
-
-/// Without the zeros that end a decimal fraction.
-fn trimmed(text: String) -> String {
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    without_zeros(&format!("{value:.*}", decimals as usize)).to_owned()
 }

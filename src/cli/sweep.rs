@@ -3,8 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use serde_json::json;
-
 use super::condition::pair_of;
 use super::output::Output;
 use crate::error::Result;
@@ -49,20 +47,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let swept = sweep.run(&folder, options)?;
     notes(&swept, out);
     let total = sweep.plan.conditions.len();
-    let files: Vec<String> = swept.files.iter().map(|f| f.display().to_string()).collect();
-    let failures: Vec<_> = swept.failures.iter().map(|f| json!({ "row": f.row + 1, "group": f.group, "reason": f.reason })).collect();
-    let groups: Vec<_> =
-        (sweep.plan.groups.iter()).map(|g| json!({ "name": g.name, "design": g.description, "conditions": g.rows.len() })).collect();
-    let report = json!({
-        "conditions": total,
-        "resumed": swept.resumed,
-        "failed": swept.failures.len(),
-        "groups": groups,
-        "failures": failures,
-        "files": files,
-        "cells": sweep.model.mesh.cells,
-        "seconds": start.elapsed().as_secs_f64(),
-    });
+    let record = swept.record(&sweep, start.elapsed().as_secs_f64());
     let mut text = format!("{}\n\n", sweep.plan.name);
     for group in &sweep.plan.groups {
         text += &format!("{}: {}\n", group.name, group.description);
@@ -73,12 +58,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         total - swept.resumed.min(total),
         swept.resumed,
         swept.failures.len(),
-        start.elapsed().as_secs_f64()
+        record.seconds
     );
-    for file in &files {
+    for file in &record.files {
         text += &format!("wrote {file}\n");
     }
-    out.report(&text, &report);
+    out.report(&text, &record);
     Ok(0)
 }
 

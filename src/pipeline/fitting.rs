@@ -1,10 +1,14 @@
 //! From a table to a surrogate with limits and provenance.
 
+use std::path::Path;
+
+use serde::Serialize;
+
 use crate::describe::machine::{self, Machine};
 use crate::error::{Error, Result};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Limit, LimitKind, Surrogate, Variable};
-use crate::surrogate::fit::{self, Fit, FitOptions, Output, Samples};
+use crate::surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
 use crate::units::{Celsius, Kelvin};
 
 /// A condition variable that a table holds at one value.
@@ -89,4 +93,47 @@ fn limits(machine: &Machine, surrogate: &Surrogate) -> (Vec<Limit>, Vec<String>)
         }
     }
     (limits, notes)
+}
+
+/// A fit as outside programs read it: each field is a key of `coldplate fit --json`.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct FitRecord {
+    /// The surrogate file.
+    pub file: String,
+    pub bytes: u64,
+    pub points: Vec<PointRecord>,
+    pub notes: Vec<String>,
+    pub seconds: f64,
+}
+
+/// The fit of one point; errors in its unit.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct PointRecord {
+    pub name: String,
+    pub unit: String,
+    /// The kind of function in words.
+    pub model: String,
+    pub rows: usize,
+    pub leave_one_out: Residuals,
+    pub k_fold: Option<Residuals>,
+    pub half_width: f64,
+}
+
+impl FitRecord {
+    /// The record of a fit written to `path`, of `bytes` bytes, made in `seconds`.
+    pub fn of(fit: &Fit, path: &Path, bytes: u64, seconds: f64) -> Self {
+        let points = fit.points.iter().enumerate().map(|(i, p)| PointRecord {
+            name: p.name.clone(),
+            unit: p.unit.clone(),
+            model: super::model_text(&fit.surrogate, i),
+            rows: p.rows,
+            leave_one_out: p.chosen.leave_one_out,
+            k_fold: p.chosen.k_fold,
+            half_width: p.half_width,
+        });
+        Self { file: path.display().to_string(), bytes, points: points.collect(), notes: fit.notes.clone(), seconds }
+    }
 }

@@ -2,23 +2,23 @@
 
 #![allow(dead_code)] // the page uses more of these files than the tests do
 
-#[path = "../../examples/validation/common.rs"]
+#[path = "../../benches/validation/common.rs"]
 mod common;
-#[path = "../../examples/validation/fits.rs"]
+#[path = "../../benches/validation/fits.rs"]
 mod fits;
-#[path = "../../examples/validation/flow.rs"]
+#[path = "../../benches/validation/flow.rs"]
 mod flow;
-#[path = "../../examples/validation/machine.rs"]
+#[path = "../../benches/validation/machine.rs"]
 mod machine;
-#[path = "../../examples/validation/placement.rs"]
+#[path = "../../benches/validation/placement.rs"]
 mod placement;
-#[path = "../../examples/validation/reasons.rs"]
+#[path = "../../benches/validation/reasons.rs"]
 mod reasons;
-#[path = "../../examples/validation/rig.rs"]
+#[path = "../../benches/validation/rig.rs"]
 mod rig;
-#[path = "../../examples/validation/settling.rs"]
+#[path = "../../benches/validation/settling.rs"]
 mod settling;
-#[path = "../../examples/validation/standstill.rs"]
+#[path = "../../benches/validation/standstill.rs"]
 mod standstill;
 
 use rig::Case;

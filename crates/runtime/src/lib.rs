@@ -5,7 +5,7 @@
 //! points are, how far they can be trusted, and whether the condition is acceptable.
 //!
 //! ```
-//! use coldplate_runtime::{State, Surrogate};
+//! use coldplate_runtime::{Acceptability, Surrogate};
 //!
 //! let file = include_bytes!("../fixtures/polynomial.cps");
 //! let surrogate = Surrogate::open(file)?;
@@ -14,7 +14,7 @@
 //! let mut temperatures = [0.0; 2];
 //! let verdict = surrogate.query(&condition, &mut temperatures)?;
 //! assert!(verdict.in_domain);
-//! assert_eq!(verdict.state, State::Acceptable);
+//! assert_eq!(verdict.state, Acceptability::Acceptable);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -15,6 +15,7 @@ pub mod design;
 pub mod journal;
 mod lhs;
 mod plan;
+pub mod record;
 pub mod runner;
 mod sobol;
 

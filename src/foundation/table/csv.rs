@@ -181,7 +181,8 @@ fn one_line(text: &str) -> String {
     text.split(['\r', '\n']).map(str::trim).filter(|line| !line.is_empty()).collect::<Vec<_>>().join("; ")
 }
 
-fn quoted(text: &str) -> String {
+/// A cell of a CSV file, in quotes where it needs them.
+pub fn quoted(text: &str) -> String {
     let plain = !text.contains([',', '"', '\n', '\r']) && !text.starts_with(['#', '\u{feff}']) && text.trim() == text;
     if plain { text.to_string() } else { format!("\"{}\"", text.replace('"', "\"\"")) }
 }

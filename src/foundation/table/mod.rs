@@ -18,6 +18,8 @@ mod parquet;
 
 use std::path::Path;
 
+pub use csv::quoted;
+
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::atomic_file;
 use crate::units::{self, Dimension};

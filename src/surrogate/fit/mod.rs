@@ -170,7 +170,7 @@ pub enum Family {
 }
 
 /// Root mean square and largest magnitude of residuals.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Residuals {
     /// Root mean square.
     pub rms: f64,

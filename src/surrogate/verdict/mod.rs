@@ -10,12 +10,14 @@
 pub mod batch;
 pub mod condition;
 pub mod inverse;
+pub mod record;
 
 pub use coldplate_runtime::{Acceptability, Surrogate};
 pub use condition::condition;
 pub use inverse::{Inverse, free};
 
 use coldplate_runtime::LimitKind;
+use serde::Serialize;
 
 use crate::error::{Error, Result};
 
@@ -35,7 +37,7 @@ pub struct Temperature {
 }
 
 /// A limit at one condition.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LimitAnswer {
     /// Name of the limit.
     pub name: String,
@@ -52,13 +54,15 @@ pub struct LimitAnswer {
     /// `limit - value`: positive where the limit is kept.
     pub margin: f64,
     /// What this limit alone says, inside the fitted range.
+    #[serde(skip)]
     pub state: Acceptability,
 }
 
 /// A variable outside the range the surrogate was fitted on.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outside {
     /// Name of the variable.
+    #[serde(rename = "variable")]
     pub name: String,
     /// Unit of the values.
     pub unit: String,

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use coldplate::error::{Error, Result};
 use coldplate::physics::water::Liquid;
+use coldplate::units::ZERO_CELSIUS;
 
 /// Rows closer than this to the one kept before, in both temperatures (K), say nothing new ...
 const ALIKE: f64 = 0.5;
@@ -66,7 +67,7 @@ pub fn table(folder: &Path, tests: &[&str]) -> Result<String> {
             }
             kept = Some(*row);
             let [time, flow, inlet, outlet] = *row;
-            let density = Liquid::Water.at(inlet + 273.15)?.density;
+            let density = Liquid::Water.at(inlet + ZERO_CELSIUS)?.density;
             let is_read = test != SLOW.0 || time == 0.0 || time >= SLOW.1;
             let outlet = if is_read { outlet.to_string() } else { String::new() };
             let _ = writeln!(text, "{test},{time},{:.8e},{inlet},{outlet}", flow / density);

@@ -1,7 +1,7 @@
 //! Writes docs/validation.md and its figures from real runs: what of the published study is reproduced, improved, contradicted.
 //!
-//!     cargo run --release --example validation            # all of it
-//!     cargo run --release --example validation rig fits   # prints these sections only, writes figures, not the page
+//!     cargo bench --bench validation                 # all of it
+//!     cargo bench --bench validation -- rig fits     # prints these sections only, writes figures, not the page
 
 mod common;
 mod fits;
@@ -45,7 +45,7 @@ hundred times too small. Of the published prediction curves a part contradicts t
 
 Every number and figure below comes from runs of one command:
 
-    cargo run --release --example validation
+    cargo bench --bench validation
 
 Published numbers are in `data/paper/`, readings in `data/rig.csv` and `data/five_axis.csv`. Differences are predicted less measured;
 intervals hold with 95 % probability; *misfit* is the chi-square of the residuals, about as large as the degrees of freedom where model
@@ -61,7 +61,8 @@ fn main() {
 }
 
 fn run() -> Result<()> {
-    let chosen: Vec<String> = std::env::args().skip(1).collect();
+    // Cargo adds --bench to the arguments.
+    let chosen: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let mut body = String::new();
     let mut verdicts = Vec::new();
     for (name, heading, make) in SECTIONS {

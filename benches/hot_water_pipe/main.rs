@@ -1,8 +1,8 @@
 //! The measured hot-water pipe (docs/diagnosis.md): its step tests as tables for `coldplate diagnose`, and machine files held
 //! against a test. The measurements are not part of the project: FOLDER is where test_150801.csv and the others lie.
 //!
-//!     cargo run --release --example hot_water_pipe -- table FOLDER OUT.csv TEST[:SECONDS]...
-//!     cargo run --release --example hot_water_pipe -- compare FOLDER TEST[:SECONDS] FIGURE.svg NAME=MACHINE.toml...
+//!     cargo bench --bench hot_water_pipe -- table FOLDER OUT.csv TEST[:SECONDS]...
+//!     cargo bench --bench hot_water_pipe -- compare FOLDER TEST[:SECONDS] FIGURE.svg NAME=MACHINE.toml...
 //!
 //! `TEST:SECONDS` takes the rows of a table up to that time, and what is compared from that time on.
 
@@ -19,9 +19,11 @@ use coldplate::figures::chart::history::{Course, HistoryFigure};
 use coldplate::figures::chart::style::Quantity;
 use coldplate::foundation::atomic_file;
 use coldplate::solve::sensitivity::Study;
+use coldplate::units::celsius;
 
 fn main() {
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    // Cargo adds --bench to the arguments.
+    let arguments: Vec<String> = std::env::args().skip(1).filter(|a| a != "--bench").collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["table", folder, out, tests @ ..] if !tests.is_empty() => table(Path::new(folder), Path::new(out), tests),
@@ -68,7 +70,7 @@ fn compare(folder: &Path, test: &str, figure: &Path, machines: &[&str]) -> Resul
     }
     std::fs::remove_file(&path).map_err(|e| Error::file("remove", &path, e))?;
     for course in &mut courses {
-        course.values.iter_mut().for_each(|v| *v -= 273.15);
+        course.values.iter_mut().for_each(|v| *v = celsius(*v));
     }
     let title = format!("Water out of the pipe, test {name}");
     let figure_of = HistoryFigure { title, times, quantity: Quantity::new("temperature", "degC"), courses, ..HistoryFigure::default() };

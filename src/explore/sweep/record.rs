@@ -1,0 +1,61 @@
+//! A sweep as outside programs read it: each field is a key of `coldplate sweep --json`.
+
+use serde::Serialize;
+
+use super::bridge::Sweep;
+use super::{Failure, Swept};
+
+/// What was run.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct SweepRecord {
+    pub conditions: usize,
+    /// Conditions that the journal held already.
+    pub resumed: usize,
+    pub failed: usize,
+    pub groups: Vec<GroupRecord>,
+    pub failures: Vec<FailureRecord>,
+    pub files: Vec<String>,
+    pub cells: usize,
+    pub seconds: f64,
+}
+
+/// One design of the sweep file.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct GroupRecord {
+    pub name: String,
+    pub design: String,
+    pub conditions: usize,
+}
+
+/// A condition without a result.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct FailureRecord {
+    /// From 1, in the order of the design.
+    pub row: usize,
+    pub group: String,
+    pub reason: String,
+}
+
+impl Swept {
+    /// The results of `sweep` for other programs; `seconds` is the time it took.
+    pub fn record(&self, sweep: &Sweep, seconds: f64) -> SweepRecord {
+        let failure = |f: &Failure| FailureRecord { row: f.row + 1, group: f.group.clone(), reason: f.reason.clone() };
+        let groups = sweep.plan.groups.iter();
+        SweepRecord {
+            conditions: sweep.plan.conditions.len(),
+            resumed: self.resumed,
+            failed: self.failures.len(),
+            groups: groups
+                .map(|g| GroupRecord { name: g.name.clone(), design: g.description.clone(), conditions: g.rows.len() })
+                .collect(),
+            failures: self.failures.iter().map(failure).collect(),
+            files: self.files.iter().map(|f| f.display().to_string()).collect(),
+            cells: sweep.model.mesh.cells,
+            seconds,
+        }
+    }
+}

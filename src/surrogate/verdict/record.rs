@@ -1,0 +1,164 @@
+//! Answers as outside programs read them: each field is a key of `coldplate query --json`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::batch::Row;
+use super::{Acceptability, Answer, Inverse, LimitAnswer, Outside, Surrogate, Temperature};
+use crate::units::celsius;
+
+/// The answer at one condition.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct QueryRecord {
+    pub temperatures: BTreeMap<String, PointRecord>,
+    pub verdict: &'static str,
+    pub limits: Vec<LimitAnswer>,
+    /// Name of the limit that decides.
+    pub binding: Option<String>,
+    pub in_domain: bool,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outside: Vec<Outside>,
+    /// The answer to the inverse question, where that was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub free: Option<FreeRecord>,
+    /// Row of a table of conditions, where the condition comes from one.
+    #[serde(flatten)]
+    pub row: Option<RowRecord>,
+}
+
+/// The value of a point under the name of its unit, and its band. Kelvins are given in degC.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct PointRecord {
+    #[serde(flatten)]
+    pub value: BTreeMap<String, f64>,
+    pub low: f64,
+    pub high: f64,
+}
+
+/// The smallest value of one variable that makes a condition acceptable.
+#[derive(Debug, Clone, Default, Serialize)]
+#[allow(missing_docs)]
+pub struct FreeRecord {
+    pub variable: String,
+    pub unit: String,
+    /// `null` where no value does.
+    pub value: Option<f64>,
+    /// From here on every value is acceptable, up to `high`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub low: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub high: Option<f64>,
+    /// Where no value does: the one that comes closest.
+    #[serde(flatten)]
+    pub nearest: Option<NearestRecord>,
+}
+
+/// The value that comes closest to being acceptable.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct NearestRecord {
+    pub best: f64,
+    /// The limit in the way.
+    pub binding: String,
+    /// By how much its band exceeds it.
+    pub excess: f64,
+    pub excess_unit: String,
+}
+
+/// Where in a table of conditions an answer belongs.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct RowRecord {
+    /// Line in the file, from 1.
+    pub line: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub test: Option<String>,
+    pub condition: BTreeMap<String, ValueRecord>,
+}
+
+/// A number with its unit.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct ValueRecord {
+    pub value: f64,
+    pub unit: String,
+}
+
+/// Answers to a table of conditions.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct BatchRecord {
+    pub conditions: Vec<QueryRecord>,
+}
+
+/// The word for a verdict: `acceptable`, `not_acceptable` or `uncertain`.
+pub fn code(verdict: Acceptability) -> &'static str {
+    match verdict {
+        Acceptability::Acceptable => "acceptable",
+        Acceptability::NotAcceptable => "not_acceptable",
+        Acceptability::Uncertain => "uncertain",
+    }
+}
+
+impl Answer {
+    /// The answer for other programs.
+    pub fn record(&self) -> QueryRecord {
+        QueryRecord {
+            temperatures: self.temperatures.iter().map(|point| (point.name.clone(), PointRecord::of(point))).collect(),
+            verdict: code(self.verdict),
+            limits: self.limits.clone(),
+            binding: self.binding_name().map(str::to_owned),
+            in_domain: self.in_domain,
+            outside: self.outside.clone(),
+            free: None,
+            row: None,
+        }
+    }
+
+    /// The same for a row of a table of conditions.
+    pub fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &Row) -> QueryRecord {
+        let value = |(v, x): (coldplate_runtime::Variable<'_>, &f64)| (v.name.to_owned(), ValueRecord { value: *x, unit: v.unit.to_owned() });
+        let condition = surrogate.variables().zip(&row.condition).map(value).collect();
+        QueryRecord { row: Some(RowRecord { line: row.line, test: row.label.clone(), condition }), ..self.record() }
+    }
+}
+
+impl Inverse {
+    /// The answer to the inverse question on `variable` for other programs; `answer` is that at the value found, or what a
+    /// query says outside the fitted range.
+    pub fn record(&self, variable: &coldplate_runtime::Variable<'_>, answer: &Answer) -> QueryRecord {
+        let free = FreeRecord { variable: variable.name.to_owned(), unit: variable.unit.to_owned(), ..FreeRecord::default() };
+        let record = answer.record();
+        match self {
+            Self::Found { smallest, until, .. } => {
+                let free = FreeRecord { value: Some(*smallest), low: Some(*smallest), high: Some(*until), ..free };
+                QueryRecord { free: Some(free), ..record }
+            }
+            Self::Nowhere { best, limit, excess, answer } => {
+                let (binding, excess_unit) = answer.limits.get(*limit).map(|l| (l.name.clone(), l.unit.clone())).unwrap_or_default();
+                let nearest = Some(NearestRecord { best: *best, binding, excess: *excess, excess_unit });
+                QueryRecord { free: Some(FreeRecord { nearest, ..free }), ..record }
+            }
+            // Without a value for the free variable there is nothing to evaluate.
+            Self::OutsideRange(_) => {
+                QueryRecord { temperatures: BTreeMap::new(), limits: Vec::new(), binding: None, free: Some(free), ..record }
+            }
+        }
+    }
+}
+
+impl PointRecord {
+    fn of(point: &Temperature) -> Self {
+        let values = [point.value, point.low, point.high];
+        let (unit, [value, low, high]) = match point.unit.as_str() {
+            "K" if values.iter().all(|v| v.is_finite()) => ("degC".to_string(), values.map(celsius)),
+            "" => ("value".into(), values),
+            unit => (unit.replace("°C", "degC"), values),
+        };
+        Self { value: BTreeMap::from([(unit, value)]), low, high }
+    }
+}
