@@ -7,12 +7,12 @@ use coldplate::{DiagnosisProblem, Machine, Result, examine};
 fn main() -> Result<()> {
     // How good the readings are stands beside them, in readings.toml.
     let problem = DiagnosisProblem::read(
-        "examples/tutorial/machine.toml".as_ref(),
-        "examples/tutorial/readings.csv".as_ref(),
+        "examples/tutorial/machine.toml",
+        "examples/tutorial/readings.csv",
         Some(300), // differences matter here, not the last tenth of a kelvin
     )?;
     let progress = |what: &str| eprintln!("{what}");
-    let found = examine(&problem, "out/examples/extended.toml".as_ref(), None, &progress)?;
+    let found = examine(&problem, "out/examples/extended.toml", None, &progress)?;
     println!("{}", found.headline());
     for (_, explanation) in found.ranked(5) {
         println!("  {:.3}  {}", explanation.probability, coldplate::pipeline::diagnosis::words(explanation));

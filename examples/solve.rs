@@ -5,7 +5,7 @@
 use coldplate::{Machine, MeshedMachine, Result};
 
 fn main() -> Result<()> {
-    let machine = Machine::read("examples/tutorial/machine.toml".as_ref(), &[])?;
+    let machine = Machine::read("examples/tutorial/machine.toml", &[])?;
     // Variables that are not named take the machine file's defaults.
     let condition = machine.condition(&[("motor_speed", "2500 rpm"), ("coolant_flow", "3 L/min")])?;
     println!("{}: {}", machine.name, condition.words(&machine));

@@ -20,7 +20,7 @@
 //! ```
 //! use coldplate::{Machine, MeshedMachine};
 //!
-//! let machine = Machine::read("examples/tutorial/machine.toml".as_ref(), &[])?;
+//! let machine = Machine::read("examples/tutorial/machine.toml", &[])?;
 //! let condition = machine.condition(&[("motor_speed", "2500 rpm"), ("coolant_flow", "4 L/min")])?;
 //! let model = MeshedMachine::new(machine, Some(500))?; // about so many cells
 //! let state = model.steady(&condition)?;
@@ -37,7 +37,7 @@
 //! use coldplate::{Acceptability, FitOptions, Surrogate, Sweep, SweepOptions, fit_table, query};
 //!
 //! let folder = std::env::temp_dir().join(format!("coldplate-sweep-{}", std::process::id()));
-//! let sweep = Sweep::open("examples/tutorial/sweep.toml".as_ref(), Some(300), &[])?;
+//! let sweep = Sweep::open("examples/tutorial/sweep.toml", Some(300), &[])?;
 //! let swept = sweep.run(&folder, SweepOptions::default())?; // resumes what it finds in the folder
 //! let fit = fit_table(&swept.table, Some(&sweep.model.machine), &FitOptions::default())?;
 //! let file = fit.to_bytes()?;
@@ -57,8 +57,8 @@
 //! use coldplate::{DiagnosisProblem, Machine, Silent, examine};
 //!
 //! // The readings stand beside a file that says how good they are: readings.toml.
-//! let problem = DiagnosisProblem::read("examples/tutorial/machine.toml".as_ref(), "examples/tutorial/readings.csv".as_ref(), Some(150))?;
-//! let found = examine(&problem, "extended.toml".as_ref(), None, &Silent)?; // writes nothing
+//! let problem = DiagnosisProblem::read("examples/tutorial/machine.toml", "examples/tutorial/readings.csv", Some(150))?;
+//! let found = examine(&problem, "extended.toml", None, &Silent)?; // writes nothing
 //! println!("{}", found.headline());
 //! assert!(found.diagnosis.misfit.probability < 0.002); // this file is wrong in two places
 //! if let Some(extended) = &found.extended {

@@ -1,6 +1,6 @@
 //! The measured hot-water pipe from a machine file whose wall stores and loses nothing: first the wall, then the loss.
 
-#[path = "../../examples/hot_water_pipe/convert.rs"]
+#[path = "../../benches/hot_water_pipe/convert.rs"]
 mod convert;
 
 use std::path::{Path, PathBuf};

@@ -120,8 +120,9 @@ impl Problem {
     ///
     /// # Errors
     /// A file cannot be used.
-    pub fn read(machine: &Path, data: &Path, cells: Option<usize>) -> Result<Self> {
-        let study = Study::read(machine, &[], cells)?;
+    pub fn read(machine: impl AsRef<Path>, data: impl AsRef<Path>, cells: Option<usize>) -> Result<Self> {
+        let data = data.as_ref();
+        let study = Study::read(machine.as_ref(), &[], cells)?;
         let table = Data::read(data, &study.model.machine)?;
         let uncertainty = Uncertainty::beside(data, &table, &study.model.machine)?;
         Ok(Self { uncertainty, ..Self::new(study, table) })

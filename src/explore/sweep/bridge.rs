@@ -31,8 +31,8 @@ impl Sweep {
     ///
     /// # Errors
     /// One of the files is wrong, or the mesh cannot be made.
-    pub fn open(path: &Path, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
-        let definition = Definition::read(path)?;
+    pub fn open(path: impl AsRef<Path>, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
+        let definition = Definition::read(path.as_ref())?;
         let sets: Vec<(String, String)> = definition.set.iter().chain(sets).cloned().collect();
         let machine = Machine::read(&definition.machine, &sets)?;
         // Before the mesh, which takes its time: a mistake in the design should show at once.
@@ -65,7 +65,7 @@ impl Sweep {
     ///
     /// # Errors
     /// As [`execute`], or the shared setup fails.
-    pub fn run(&self, folder: &Path, options: SweepOptions<'_>) -> Result<Swept> {
+    pub fn run(&self, folder: impl AsRef<Path>, options: SweepOptions<'_>) -> Result<Swept> {
         let mut solver = self.model.solver(&self.reference())?;
         // Every condition starts from the same few, spread evenly over the design, so that none depends on which others
         // have been solved before it or in this run.
@@ -73,7 +73,7 @@ impl Sweep {
         let known = (rows.len() / WORTH_ONE_START).min(MOST_STARTS);
         let start = |i: usize| Load::at(&self.model.machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
         solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
-        execute(&self.plan, &self.subject(), folder, options, |si| {
+        execute(&self.plan, &self.subject(), folder.as_ref(), options, |si| {
             let state = self.model.solve(&solver, &Condition::from_si(si.to_vec()))?;
             Ok(self.model.readings(&state).into_iter().map(|t| t.0).collect())
         })

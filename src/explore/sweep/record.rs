@@ -49,9 +49,7 @@ impl Swept {
             conditions: sweep.plan.conditions.len(),
             resumed: self.resumed,
             failed: self.failures.len(),
-            groups: groups
-                .map(|g| GroupRecord { name: g.name.clone(), design: g.description.clone(), conditions: g.rows.len() })
-                .collect(),
+            groups: groups.map(|g| GroupRecord { name: g.name.clone(), design: g.description.clone(), conditions: g.rows.len() }).collect(),
             failures: self.failures.iter().map(failure).collect(),
             files: self.files.iter().map(|f| f.display().to_string()).collect(),
             cells: sweep.model.mesh.cells,

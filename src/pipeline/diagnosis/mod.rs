@@ -45,9 +45,14 @@ pub struct Findings<'a> {
 ///
 /// # Errors
 /// As [`diagnose::diagnose`] and [`refit::Refitted::of`]; the machine as it is cannot be solved.
-pub fn examine<'a>(problem: &'a Problem, extended: &Path, surrogate: Option<&Path>, progress: &dyn Progress) -> Result<Findings<'a>> {
+pub fn examine<'a>(
+    problem: &'a Problem,
+    extended: impl AsRef<Path>,
+    surrogate: Option<&Path>,
+    progress: &dyn Progress,
+) -> Result<Findings<'a>> {
     let diagnosis = diagnose::diagnose(problem, &mut |what| progress.say(what))?;
-    let extended = ExtendedMachine::of(problem, &diagnosis, extended)?;
+    let extended = ExtendedMachine::of(problem, &diagnosis, extended.as_ref())?;
     progress.say("heat balances");
     let energy = EnergyBalances::of(problem, &diagnosis, extended.is_some())?;
     let refitted = surrogate.map(|path| Refitted::of(problem, extended.as_ref(), path, progress)).transpose()?;

@@ -121,7 +121,8 @@ impl Answer {
 
     /// The same for a row of a table of conditions.
     pub fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &Row) -> QueryRecord {
-        let value = |(v, x): (coldplate_runtime::Variable<'_>, &f64)| (v.name.to_owned(), ValueRecord { value: *x, unit: v.unit.to_owned() });
+        let value =
+            |(v, x): (coldplate_runtime::Variable<'_>, &f64)| (v.name.to_owned(), ValueRecord { value: *x, unit: v.unit.to_owned() });
         let condition = surrogate.variables().zip(&row.condition).map(value).collect();
         QueryRecord { row: Some(RowRecord { line: row.line, test: row.label.clone(), condition }), ..self.record() }
     }
