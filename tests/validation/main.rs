@@ -64,7 +64,7 @@ fn only_the_product_is_determined_and_only_without_another_joint() {
         assert!((flux.products[k] / own.products[k] - 1.0).abs() < 0.01, "{:?} {:?}", flux.products, own.products);
     }
     // By hand -7 and +15 %, -24 and +52 %.
-    for (name, motor, reducer) in [("1.5 W/K", -0.07, 0.15), ("5 W/K", -0.24, 0.52)] {
+    for (name, motor, reducer) in [("joint of 1.5", -0.07, 0.15), ("joint of 5", -0.24, 0.52)] {
         let found = rig::found(&case(name), RIG).unwrap();
         let change = [0, 1].map(|k: usize| found.products[k] / own.products[k] - 1.0);
         assert!((change[0] - motor).abs() < 0.03 && (change[1] - reducer).abs() < 0.08, "{name}: {change:?}");
