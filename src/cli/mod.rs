@@ -10,6 +10,7 @@ pub mod measured;
 pub mod output;
 pub mod query;
 pub mod run;
+pub mod schema;
 pub mod sensitivity;
 pub mod simulate;
 pub mod solve;
@@ -66,6 +67,8 @@ enum Command {
     Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
     Query(query::Args),
+    /// What may stand in a machine file: JSON Schema for editors
+    Schema(schema::Args),
 }
 
 /// Runs the program on the process's arguments.
@@ -88,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Diagnose(args) => diagnose::run(args, out),
         Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
+        Command::Schema(args) => schema::run(args, out),
     };
     match result {
         Ok(status) => ExitCode::from(status),

@@ -27,8 +27,7 @@ use crate::error::{Error, Result};
 /// Standard acceleration of gravity, m/s².
 pub const GRAVITY: f64 = 9.806_65;
 
-/// What equations 1-5 need to know of one axis. [`Parameters::default`] holds the values the paper
-/// states for every axis, and zero for the rest.
+/// What equations 1-5 need to know of one axis. [`Parameters::default`] is [`Parameters::PAPER`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameters {
     /// Inertia of the reducer at the motor shaft, J_R, kg m².
@@ -77,33 +76,36 @@ pub struct Parameters {
 
 impl Default for Parameters {
     fn default() -> Self {
-        Self {
-            reducer_inertia: 0.0,
-            screw_mass: 0.0,
-            screw_diameter: 0.0,
-            coupling_mass: 0.0,
-            coupling_diameter: 0.0,
-            moving_mass: 0.0,
-            rotary_inertia: 0.0,
-            lead: 0.0,
-            ratio: 5.0,
-            acceleration_time: 0.2,
-            preload: 0.0,
-            screw_efficiency: 0.95,
-            reducer_efficiency: 0.95,
-            motor_efficiency: 0.9,
-            guide_friction: 0.01,
-            bearing_friction: 0.0025,
-            bearing_load: 0.0,
-            bearing_diameter: 0.0,
-            reference_speed: Some(2500.0 * PI / 30.0),
-            starting_torque: None,
-            rail_heat_share: 0.5,
-        }
+        Self::PAPER
     }
 }
 
 impl Parameters {
+    /// The values the paper states for every axis, and zero for the rest.
+    pub const PAPER: Self = Self {
+        reducer_inertia: 0.0,
+        screw_mass: 0.0,
+        screw_diameter: 0.0,
+        coupling_mass: 0.0,
+        coupling_diameter: 0.0,
+        moving_mass: 0.0,
+        rotary_inertia: 0.0,
+        lead: 0.0,
+        ratio: 5.0,
+        acceleration_time: 0.2,
+        preload: 0.0,
+        screw_efficiency: 0.95,
+        reducer_efficiency: 0.95,
+        motor_efficiency: 0.9,
+        guide_friction: 0.01,
+        bearing_friction: 0.0025,
+        bearing_load: 0.0,
+        bearing_diameter: 0.0,
+        reference_speed: Some(2500.0 * PI / 30.0),
+        starting_torque: None,
+        rail_heat_share: 0.5,
+    };
+
     /// Checks that the numbers can be used.
     ///
     /// # Errors

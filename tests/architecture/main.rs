@@ -23,14 +23,15 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("physics", &["error", "units"]),
     // The names of an imported mesh are checked with the machine file, so its reader lies below the machine.
     ("describe::gmsh", &["error"]),
-    ("describe::machine", &["error", "units", "foundation::*", "physics", "describe::gmsh"]),
+    ("describe::schema", &["error", "units", "foundation::document"]),
+    ("describe::machine", &["error", "units", "foundation::*", "physics", "describe::gmsh", "describe::schema"]),
     ("discretise::mesh", &["error", "units", "foundation::atomic_file", "describe::*"]),
     ("discretise::network", &["error", "units", "describe::machine", "discretise::mesh", "physics"]),
     ("solve", &["error", "units", "discretise::network", "physics"]),
     ("solve::meshed", &["error", "units", "describe::machine", "discretise::*", "physics", "solve"]),
     (
         "solve::sensitivity",
-        &["error", "units", "foundation::document", "describe::machine", "discretise::*", "solve", "solve::meshed", "physics"],
+        &["error", "units", "foundation::document", "describe::*", "discretise::*", "solve", "solve::meshed", "physics"],
     ),
     ("explore::schedule", &["error", "units", "foundation::table", "describe::machine"]),
     (

@@ -4,5 +4,7 @@ mod enclosures;
 mod formulas;
 mod machines;
 mod overlaps;
+mod printed_schema;
 mod reading;
+mod schema;
 mod spheres;

@@ -141,6 +141,7 @@ fn candidates_the_file_does_not_know() {
         };
         network.joints.push(joint);
         let group = ContactGroup {
+            of: None,
             name: "bridge".into(),
             law: ContactLaw::Conductance(g),
             between: ["bearing".into(), "screen".into()],
@@ -148,7 +149,6 @@ fn candidates_the_file_does_not_know() {
             scale: 1.0,
             is_half: false,
             joints: joints..joints + 1,
-            unnamed: false,
         };
         network.contacts.push(group);
         network

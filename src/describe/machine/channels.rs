@@ -1,10 +1,12 @@
 //! Coolant channels and the circuits that feed them.
 
 use super::condition::Symbols;
+use super::keys::flow as keys;
 use super::names::{Index, lookup};
 use super::shape::{distance, origin, part_contains};
 use super::variables::formula_or;
 use super::{Part, Shape};
+use crate::describe::schema::Key;
 use crate::error::Result;
 use crate::foundation::document::{Section, Value};
 use crate::foundation::formula::Formula;
@@ -109,12 +111,9 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
                 .help(format!("its path is {straight} m long; check the units")));
         }
         let length = section.opt_positive("length", Dimension::LENGTH)?;
-        let wall = [Wall::Flux, Wall::Temperature][section.opt_choice("wall", &["flux", "temperature"])?.unwrap_or(0)];
-        let (bend_factor, auto) = match section.opt("bend_factor") {
-            None => (1.0, false),
-            Some(value) if value.is_text() && value.text()? == "auto" => (1.0, true),
-            Some(value) => (value.number()?, false),
-        };
+        let wall = [Wall::Flux, Wall::Temperature][keys::WALL.read_word(&section)?];
+        let auto = section.opt("bend_factor").is_some_and(|value| value.text().is_ok_and(|text| text == "auto"));
+        let bend_factor = if auto { 1.0 } else { keys::BEND_FACTOR.read(&section)? };
         if !(0.5..=3.0).contains(&bend_factor) {
             return Err(section
                 .error_at("bend_factor", "bends raise the film by a factor between 1 and 1.4")
@@ -134,19 +133,19 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
             }
             _ => Film::Correlation { bend_factor, wall },
         };
-        let film_factor = section.opt_number("film_factor")?.unwrap_or(1.0);
+        let film_factor = keys::FILM_FACTOR.read(&section)?;
         if !(1e-3..=1e3).contains(&film_factor) {
             return Err(section
                 .error_at("film_factor", "the factor on a film lies between 0.001 and 1000")
                 .help("1 is a clean channel; 0.7 a fouled one"));
         }
-        let minor_loss = section.opt_number("minor_loss")?.unwrap_or(0.0);
+        let minor_loss = keys::MINOR_LOSS.read(&section)?;
         if minor_loss < 0.0 {
             return Err(section
                 .error_at("minor_loss", "a loss coefficient cannot be negative")
                 .help("the sum over bends, inlet and outlet"));
         }
-        let roughness = section.opt_quantity("roughness", Dimension::LENGTH)?.unwrap_or(0.0);
+        let roughness = keys::ROUGHNESS.read(&section)?;
         if !(0.0..diameter / 2.0).contains(&roughness) {
             return Err(section
                 .error_at("roughness", "the roughness must lie between zero and the radius")
@@ -236,24 +235,20 @@ fn path(section: &Section<'_>, part: &Part) -> Result<Vec<[f64; 3]>> {
 
 /// Whether coordinates are those of the machine, not those of the part.
 pub(super) fn absolute(section: &Section<'_>) -> Result<bool> {
-    Ok(section.opt_choice("coordinates", &["part", "machine"])?.unwrap_or(0) == 1)
+    Ok(keys::COORDINATES.read_word(section)? == 1)
 }
 
 /// Parallel passes joined at alternating ends, in a box.
 fn serpentine(section: Section<'_>, part: &Part) -> Result<Vec<[f64; 3]>> {
-    let number = section.opt_integer("block", 1)?.unwrap_or(1);
+    let number = keys::BLOCK.read_whole(&section)?;
     let Some(Shape::Box { min, max }) = part.blocks.get(number - 1).map(|block| &block.shape) else {
         return Err(section
             .error_at("block", format!("block {number} of '{}' is no box", part.name))
             .help("a serpentine needs a box; give path = [...] for other shapes"));
     };
-    let direction = |key: &str| -> Result<(usize, bool)> {
-        let options = ["+x", "-x", "+y", "-y", "+z", "-z"];
-        let at = section.choice(key, &options)?;
-        Ok((at / 2, at % 2 == 0))
-    };
-    let (along, forward) = direction("along")?;
-    let (across, upward) = direction("across")?;
+    let direction = |key: &Key| key.read_word(&section).map(|at| (at / 2, at % 2 == 0));
+    let (along, forward) = direction(&keys::ALONG)?;
+    let (across, upward) = direction(&keys::ACROSS)?;
     if along == across {
         return Err(section
             .error_at("across", "'along' and 'across' are the same axis")
@@ -316,11 +311,11 @@ pub(super) fn circuits(root: &Section<'_>, names: &[String], symbols: &Symbols) 
     let mut found = Vec::new();
     let mut fed: Vec<Option<String>> = vec![None; names.len()];
     for (name, section) in root.sections("circuit")? {
-        let flow = formula_or(&section, "flow", "coolant_flow", Dimension::VOLUME_FLOW, symbols)?;
+        let flow = formula_or(&section, &keys::FLOW, symbols)?;
         if flow.as_constant().is_some_and(|q| q < 0.0) {
             return Err(section.error_at("flow", "a flow cannot be negative").help("turn the layout round instead"));
         }
-        let inlet = formula_or(&section, "inlet_temperature", "coolant_temperature", Dimension::TEMPERATURE, symbols)?;
+        let inlet = formula_or(&section, &keys::INLET_TEMPERATURE, symbols)?;
         let liquid = match section.opt("liquid") {
             None => Liquid::Water,
             Some(value) if value.is_text() => [Liquid::Water, Liquid::PaperWater][value.choice(&["water", "paper_water"])?].clone(),
@@ -337,7 +332,7 @@ pub(super) fn circuits(root: &Section<'_>, names: &[String], symbols: &Symbols) 
             }
         };
         let layout = layout(&section.value("layout")?, true, names, &name, &mut fed)?;
-        let dissipation = section.opt_flag("dissipation")?.unwrap_or(true);
+        let dissipation = keys::DISSIPATION.read_flag(&section)?;
         section.finish()?;
         found.push(Circuit { name, flow, inlet, liquid, layout, dissipation });
     }

@@ -2,6 +2,7 @@
 
 use super::condition::Symbols;
 use super::geometry::emissivity;
+use super::keys::joints as keys;
 use super::library::property;
 use super::names::Index;
 use super::variables::{formula, formula_or};
@@ -102,16 +103,13 @@ pub struct RadiationLink {
     pub emissivity: [f64; 2],
 }
 
-/// The keys that each say how heat crosses a contact.
-const LAWS: [&str; 7] = ["conductance", "total_conductance", "temperature_table", "pressure_table", "rough", "bonded", "insulated"];
-
 /// Reads `[contact.NAME]`.
 pub(super) fn contacts(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Contact>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("contact")? {
         let between = pair(&section, index)?;
         let Some(law) = law(&section)? else {
-            let help = format!("give one of: {}", LAWS.join(", "));
+            let help = format!("give one of: {}", keys::LAW_NAMES.join(", "));
             return Err(section.error("this contact does not say how heat crosses it").help(help));
         };
         let area = section.opt_positive("area", Dimension::AREA)?;
@@ -189,7 +187,7 @@ fn pair(section: &Section<'_>, index: &Index<'_>) -> Result<[Place; 2]> {
 
 /// The law a table gives, if any.
 fn law(section: &Section<'_>) -> Result<Option<ContactLaw>> {
-    let Some(key) = section.one_of(&LAWS)? else { return Ok(None) };
+    let Some(key) = section.one_of(keys::LAW_NAMES)? else { return Ok(None) };
     Ok(Some(match key {
         "conductance" => ContactLaw::Conductance(section.positive(key, Dimension::FILM)?),
         "total_conductance" => ContactLaw::Total(section.positive(key, Dimension::CONDUCTANCE)?),
@@ -229,7 +227,7 @@ fn rough(section: Section<'_>) -> Result<Rough> {
     let gas = match section.opt_section("gas")? {
         None => None,
         Some(gas) => {
-            let accommodation = gas.opt_number("accommodation")?.unwrap_or(0.9);
+            let accommodation = keys::GAS_ACCOMMODATION.read(&gas)?;
             if !(accommodation > 0.0 && accommodation <= 1.0) {
                 return Err(gas
                     .error_at("accommodation", "an accommodation coefficient lies above 0 and at most at 1")
@@ -238,7 +236,7 @@ fn rough(section: Section<'_>) -> Result<Rough> {
             // Air: ratio of heat capacities 1.4, Prandtl number 0.71.
             let of_air = rarefaction_length([accommodation; 2], 1.4, 0.71, AIR_MEAN_FREE_PATH);
             let read = Gas {
-                conductivity: gas.opt_positive("conductivity", Dimension::CONDUCTIVITY)?.unwrap_or(0.026),
+                conductivity: keys::GAS_CONDUCTIVITY.read(&gas)?,
                 pressure: gas.positive("pressure", Dimension::PRESSURE)?,
                 gap: gas.opt_positive("gap", Dimension::LENGTH)?,
                 rarefaction: gas.opt_positive("rarefaction", Dimension::LENGTH)?.unwrap_or(of_air),
@@ -290,7 +288,7 @@ pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbol
             Some("heat_flux") => BoundaryLaw::Flux(formula(&section.value("heat_flux")?, Dimension::HEAT_FLUX, symbols)?),
             Some(_) => {
                 let number = emissivity(&section.value("emissivity")?)?;
-                let to = formula_or(&section, "surroundings_temperature", "ambient_temperature", Dimension::TEMPERATURE, symbols)?;
+                let to = formula_or(&section, &keys::SURROUNDINGS, symbols)?;
                 BoundaryLaw::Radiation(number, to)
             }
             None => {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::geometry::emissivity;
+use super::keys::radiation as keys;
 use super::names::Index;
 use super::{Face, Place};
 use crate::error::Result;
@@ -57,14 +58,10 @@ pub enum Views {
     },
 }
 
-/// Rays from each surface where the file does not say.
-const RAYS: usize = 100_000;
 /// Most rays from each surface.
 const MOST_RAYS: usize = 100_000_000;
 /// Most pieces of a surface along one axis.
 const MOST_PATCHES: usize = 32;
-/// What given view factors may miss reciprocity and closure by, where the file does not say.
-const TOLERANCE: f64 = 1e-3;
 
 /// Reads `[enclosure.NAME]`; `wall` is the chamber's emissivity and area, `file` the machine file.
 pub(super) fn enclosures(root: &Section<'_>, index: &Index<'_>, wall: Option<(f64, f64)>, file: &Path) -> Result<Vec<Enclosure>> {
@@ -93,11 +90,11 @@ pub(super) fn enclosures(root: &Section<'_>, index: &Index<'_>, wall: Option<(f6
             return Err(section.error_at("closed", "an enclosure with the chamber among its surfaces is closed").help("remove 'closed'"));
         }
         let views = views(&section, &surfaces)?;
-        let tolerance = section.opt_number("tolerance")?.unwrap_or(TOLERANCE);
+        let tolerance = keys::TOLERANCE.read(&section)?;
         if !(0.0..=0.1).contains(&tolerance) {
             return Err(section.error_at("tolerance", "the tolerance lies between 0 and 0.1").help("0.001 for tables of three digits"));
         }
-        let cache = section.opt_flag("cache")?.unwrap_or(true).then(|| beside(file, &name)).flatten();
+        let cache = keys::CACHE.read_flag(&section)?.then(|| beside(file, &name)).flatten();
         let line = section.line();
         section.finish()?;
         found.push(Enclosure { name, surfaces, views, closed, tolerance, cache, line });
@@ -187,7 +184,6 @@ fn surface(section: Section<'_>, index: &Index<'_>, wall: Option<(f64, f64)>) ->
 
 fn views(section: &Section<'_>, surfaces: &[EnclosureSurface]) -> Result<Views> {
     let value = section.value("view_factors")?;
-    let rays = section.opt_integer("rays", 16)?;
     if value.is_text() {
         let closed_forms = value.choice(&["computed", "rays"])? == 0;
         if let Some(node) = surfaces.iter().find(|s| matches!(s.place, Some(Place::Node(_)))) {
@@ -195,13 +191,13 @@ fn views(section: &Section<'_>, surfaces: &[EnclosureSurface]) -> Result<Views> 
                 .error(format!("the node '{}' has no shape to compute view factors from", node.name))
                 .help("give view_factors as a table, [[0, 0.2, ...], ...]"));
         }
-        let rays = rays.unwrap_or(RAYS);
+        let rays = keys::RAYS.read_whole(section)?;
         if rays > MOST_RAYS {
             return Err(section.error_at("rays", format!("more than {MOST_RAYS} rays")).help("the error falls about with their number"));
         }
         return Ok(Views::Computed { rays, closed_forms });
     }
-    if rays.is_some() {
+    if section.has(keys::RAYS.name) {
         return Err(section
             .error_at("rays", "given view factors need no rays")
             .help("remove 'rays', or write view_factors = \"computed\""));

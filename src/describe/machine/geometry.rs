@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use super::import::{Library, import};
+use super::keys::bodies as keys;
 use super::library::Shelf;
 use super::names::{Index, Spelling, side_of};
 use super::shape::bounds;
@@ -54,7 +55,7 @@ pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf, folder: &Path) -> Res
                 .error_at("on", "'at' and 'on' exclude each other")
                 .help("use 'offset' to move a part along the face it is on"));
         }
-        let element_scale = section.opt_positive("element_scale", Dimension::NUMBER)?.unwrap_or(1.0);
+        let element_scale = keys::ELEMENT_SCALE.read(&section)?;
         if !(0.01..=100.0).contains(&element_scale) {
             return Err(section
                 .error_at("element_scale", "the element scale must be between 0.01 and 100")
@@ -192,7 +193,10 @@ fn radii(section: &Section<'_>) -> Result<(f64, f64)> {
         section.error_at("outer", "the outer radius is missing").help("give outer = \"50 mm\" or outer_diameter = \"100 mm\"")
     })?;
     check_size(outer, &section.value(if section.has("outer") { "outer" } else { "outer_diameter" })?)?;
-    let inner = radius("inner", "inner_diameter")?.unwrap_or(0.0);
+    let inner = match radius("inner", "inner_diameter")? {
+        Some(inner) => inner,
+        None => keys::INNER.read(section)?,
+    };
     let inner_key = if section.has("inner") { "inner" } else { "inner_diameter" };
     if !(0.0..=outer - SIZES.0).contains(&inner) {
         return Err(section
@@ -209,7 +213,7 @@ fn sphere(section: Section<'_>) -> Result<Shape> {
 }
 
 fn cylinder(section: Section<'_>) -> Result<Shape> {
-    let axis = [Axis::X, Axis::Y, Axis::Z][section.opt_choice("axis", &["x", "y", "z"])?.unwrap_or(2)];
+    let axis = [Axis::X, Axis::Y, Axis::Z][keys::AXIS.read_word(&section)?];
     let (inner, outer) = radii(&section)?;
     let length = section.quantity("length", Dimension::LENGTH)?;
     check_size(length, &section.value("length")?)?;
@@ -295,8 +299,8 @@ fn offset(draft: &Draft<'_>, target: &Part, value: &Value<'_>, spelling: &Spelli
         Some(import) => import.body.bounds(),
         None => hull(draft.part.blocks.iter().map(|block| &block.shape)),
     };
-    let gap = section.opt_quantity("gap", Dimension::LENGTH)?.unwrap_or(0.0);
-    let centred = section.opt_choice("align", &["centre", "corner"])?.unwrap_or(0) == 0;
+    let gap = keys::GAP.read(section)?;
+    let centred = keys::ALIGN.read_word(section)? == 0;
     let along = section.opt_quantities("offset", Dimension::LENGTH, Some(2))?.unwrap_or_else(|| vec![0.0; 2]);
     check_distance(section, "offset", &along)?;
     check_distance(section, "gap", &[gap])?;

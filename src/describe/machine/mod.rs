@@ -11,6 +11,7 @@ mod contacts;
 mod enclosures;
 mod geometry;
 mod import;
+mod keys;
 mod library;
 mod names;
 mod parts;
@@ -23,6 +24,7 @@ pub use channels::{Channel, Circuit, Film, Layout};
 pub use condition::Condition;
 pub use contacts::{Boundary, BoundaryLaw, Contact, ContactLaw, Place, RadiationLink};
 pub use enclosures::{Enclosure, EnclosureSurface, Views};
+pub use keys::SCHEMA;
 pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
 
 /// A machine, as described by one file.

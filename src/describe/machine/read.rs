@@ -7,6 +7,7 @@ use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
 use super::enclosures::enclosures;
 use super::geometry::parts;
+use super::keys::{CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
 use super::names::Index;
 use super::sensors::{limits, measurements, nodes, sensors, sources};
@@ -17,35 +18,6 @@ use crate::error::Result;
 use crate::foundation::document::{Document, Section};
 use crate::physics::channel::{nusselt, reynolds, serpentine_bend_factor};
 use crate::units::Dimension;
-
-/// Everything that may stand at the top of a machine file.
-const TOP: [&str; 22] = [
-    "name",
-    "description",
-    "variables",
-    "define",
-    "drive",
-    "chamber",
-    "mesh",
-    "material",
-    "part",
-    "surfaces",
-    "node",
-    "contact",
-    "contacts",
-    "channel",
-    "circuit",
-    "boundary",
-    "radiation_link",
-    "enclosure",
-    "source",
-    "sensor",
-    "limit",
-    "measurement",
-];
-
-/// Cells aimed at when neither the file nor the caller says.
-const DEFAULT_CELLS: usize = 20_000;
 
 impl Machine {
     /// Reads a machine file and applies `sets` (key, value) to it; see [`Document::apply_set`].
@@ -90,13 +62,9 @@ impl std::str::FromStr for Machine {
 }
 
 fn machine(document: &Document) -> Result<Machine> {
-    // A misspelt table would otherwise show as something missing elsewhere.
-    let top = document.root();
-    for key in TOP {
-        top.has(key);
-    }
-    top.finish()?;
     let root = document.root();
+    // First, because a misspelt key would otherwise show as something missing elsewhere.
+    SCHEMA.check(&root)?;
     let name = root.text("name")?;
     let description = root.opt_text("description")?.unwrap_or_default();
     let mut symbols = Symbols::default();
@@ -167,12 +135,8 @@ fn machine(document: &Document) -> Result<Machine> {
 }
 
 fn chamber(root: &Section<'_>, symbols: &Symbols) -> Result<Chamber> {
-    let section = root.opt_section("chamber")?;
-    let Some(section) = section else {
-        let temperature = formula_or(root, "chamber", "ambient_temperature", Dimension::TEMPERATURE, symbols)?;
-        return Ok(Chamber { temperature, enclosure: None, pressure: 0.0, accommodation: 0.9, gap: 0.5 });
-    };
-    let temperature = formula_or(&section, "temperature", "ambient_temperature", Dimension::TEMPERATURE, symbols)?;
+    let section = root.section_or_empty("chamber")?;
+    let temperature = formula_or(&section, &keys::TEMPERATURE, symbols)?;
     let wall = section.opt("wall_emissivity").map(|value| super::geometry::emissivity(&value)).transpose()?;
     let area = section.opt_positive("wall_area", Dimension::AREA)?;
     let enclosure = match (wall, area) {
@@ -189,24 +153,24 @@ fn chamber(root: &Section<'_>, symbols: &Symbols) -> Result<Chamber> {
                 .help("the enclosure formula needs both: wall_emissivity = 0.2"));
         }
     };
-    let pressure = section.opt_quantity("pressure", Dimension::PRESSURE)?.unwrap_or(0.0);
+    let pressure = keys::PRESSURE.read(&section)?;
     if pressure < 0.0 {
         return Err(section.error_at("pressure", "a pressure cannot be negative").help("leave it out for a perfect vacuum"));
     }
-    let accommodation = section.opt_number("accommodation")?.unwrap_or(0.9);
+    let accommodation = keys::ACCOMMODATION.read(&section)?;
     if !(accommodation > 0.0 && accommodation <= 1.0) {
         return Err(section
             .error_at("accommodation", "an accommodation coefficient lies above 0 and at most at 1")
             .help("0.9 for machined metal in air"));
     }
-    let gap = section.opt_positive("gap", Dimension::LENGTH)?.unwrap_or(0.5);
+    let gap = keys::GAP.read(&section)?;
     section.finish()?;
     Ok(Chamber { temperature, enclosure, pressure, accommodation, gap })
 }
 
 fn cells(root: &Section<'_>) -> Result<usize> {
-    let Some(section) = root.opt_section("mesh")? else { return Ok(DEFAULT_CELLS) };
-    let cells = section.opt_integer("cells", 1)?.unwrap_or(DEFAULT_CELLS);
+    let section = root.section_or_empty("mesh")?;
+    let cells = CELLS.read_whole(&section)?;
     if cells > 1_000_000_000 {
         return Err(section.error_at("cells", "more than 10^9 cells").help("use fewer"));
     }

@@ -3,6 +3,7 @@
 use super::channels::absolute;
 use super::condition::Symbols;
 use super::geometry::{check_name, emissivity};
+use super::keys::{bodies::CAPACITY, heat};
 use super::names::{Index, lookup};
 use super::shape::{origin, part_contains};
 use super::variables::formula;
@@ -16,7 +17,7 @@ pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedN
     let mut found = Vec::new();
     for (name, section) in root.sections("node")? {
         check_name(&name, &section)?;
-        let capacity = section.opt_quantity("capacity", Dimension::CAPACITY)?.unwrap_or(0.0);
+        let capacity = CAPACITY.read(&section)?;
         if capacity < 0.0 {
             return Err(section
                 .error_at("capacity", "a heat capacity cannot be negative")
@@ -38,8 +39,6 @@ pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedN
 
 /// Largest relative change of a source's power with its temperature, 1/K.
 const MOST_PER_KELVIN: f64 = 0.2;
-/// Temperature at which powers are as stated where the file does not say, K.
-const REFERENCE: f64 = 293.15;
 
 /// Reads `[source.NAME]`.
 pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
@@ -59,19 +58,13 @@ pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) 
             return Err(value.error("the source heats nothing").help("write in = [\"motor\"]"));
         }
         let power = formula(&section.value("power")?, Dimension::POWER, symbols)?;
-        let temperature_coefficient = match section.opt("temperature_coefficient") {
-            Some(value) => value.quantity(Dimension::PER_KELVIN)?,
-            None => 0.0,
-        };
+        let temperature_coefficient = heat::TEMPERATURE_COEFFICIENT.read(&section)?;
         if temperature_coefficient.abs() > MOST_PER_KELVIN {
             return Err(section
                 .error_at("temperature_coefficient", "losses change by a few percent per kelvin")
                 .help("copper: \"0.39 %/K\"; grease and oil: about \"-3 %/K\""));
         }
-        let reference_temperature = match section.opt("reference_temperature") {
-            Some(value) => value.quantity(Dimension::TEMPERATURE)?,
-            None => REFERENCE,
-        };
+        let reference_temperature = heat::REFERENCE_TEMPERATURE.read(&section)?;
         section.finish()?;
         found.push(Source { name, places, power, temperature_coefficient, reference_temperature });
     }

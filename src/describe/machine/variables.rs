@@ -1,7 +1,9 @@
 //! Variables, definitions and drives: everything formulas may name.
 
 use super::condition::{DRIVE_NAMES, Meaning, Symbols, check_variable, scale_of};
+use super::keys::heat as keys;
 use super::{Definition, Drive, Variable};
+use crate::describe::schema::{Key, Unstated};
 use crate::error::{Error, Result};
 use crate::foundation::document::{Section, Value};
 use crate::foundation::formula::Formula;
@@ -62,14 +64,14 @@ pub(super) fn formula(value: &Value<'_>, dimension: Dimension, symbols: &Symbols
     Formula::parse(&value.text()?, dimension, None, &symbols.names, place).map_err(|e| value.place(e))
 }
 
-/// Reads the formula under `key`; without it takes `default`, which must be readable.
-pub(super) fn formula_or(section: &Section<'_>, key: &str, default: &str, dimension: Dimension, symbols: &Symbols) -> Result<Formula> {
-    match section.opt(key) {
-        Some(value) => formula(&value, dimension, symbols),
-        None => {
-            let place = section.error_at(key, "").location().clone();
-            Formula::parse(default, dimension, None, &symbols.names, place).map_err(|e| section.error_at(key, e.what()))
+/// Reads the formula under `key`, or its default.
+pub(super) fn formula_or(section: &Section<'_>, key: &Key, symbols: &Symbols) -> Result<Formula> {
+    match (section.opt(key.name), key.default) {
+        (None, Unstated::Text(default)) => {
+            let place = section.error_at(key.name, "").location().clone();
+            Formula::parse(default, key.dimension(), None, &symbols.names, place).map_err(|e| section.error_at(key.name, e.what()))
         }
+        _ => formula(&section.value(key.name)?, key.dimension(), symbols),
     }
 }
 
@@ -194,7 +196,7 @@ fn suffix(unit: &str) -> String {
 pub(super) fn drives(root: &Section<'_>, symbols: &mut Symbols) -> Result<Vec<Drive>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("drive")? {
-        let speed = formula_or(&section, "speed", "motor_speed", Dimension::ANGULAR_SPEED, symbols)?;
+        let speed = formula_or(&section, &keys::SPEED, symbols)?;
         found.push((Drive { parameters: parameters(&section)?, name, speed }, section.error("")));
         section.finish()?;
     }
@@ -225,39 +227,14 @@ fn at(error: Error, place: &Error) -> Error {
 
 fn parameters(section: &Section<'_>) -> Result<Parameters> {
     let mut p = Parameters::default();
-    let fields: [(&str, Dimension, &mut f64); 18] = [
-        ("reducer_inertia", Dimension::INERTIA, &mut p.reducer_inertia),
-        ("screw_mass", Dimension::MASS, &mut p.screw_mass),
-        ("screw_diameter", Dimension::LENGTH, &mut p.screw_diameter),
-        ("coupling_mass", Dimension::MASS, &mut p.coupling_mass),
-        ("coupling_diameter", Dimension::LENGTH, &mut p.coupling_diameter),
-        ("moving_mass", Dimension::MASS, &mut p.moving_mass),
-        ("rotary_inertia", Dimension::INERTIA, &mut p.rotary_inertia),
-        ("lead", Dimension::LENGTH, &mut p.lead),
-        ("ratio", Dimension::NUMBER, &mut p.ratio),
-        ("acceleration_time", Dimension::TIME, &mut p.acceleration_time),
-        ("preload", Dimension::FORCE, &mut p.preload),
-        ("screw_efficiency", Dimension::NUMBER, &mut p.screw_efficiency),
-        ("reducer_efficiency", Dimension::NUMBER, &mut p.reducer_efficiency),
-        ("motor_efficiency", Dimension::NUMBER, &mut p.motor_efficiency),
-        ("guide_friction", Dimension::NUMBER, &mut p.guide_friction),
-        ("bearing_friction", Dimension::NUMBER, &mut p.bearing_friction),
-        ("bearing_load", Dimension::FORCE, &mut p.bearing_load),
-        ("bearing_diameter", Dimension::LENGTH, &mut p.bearing_diameter),
-    ];
-    for (key, dimension, target) in fields {
-        if let Some(value) = section.opt_quantity(key, dimension)? {
-            *target = value;
-        }
+    for (key, target) in keys::PARAMETERS.iter().zip(keys::fields(&mut p)) {
+        *target = key.read(section)?;
     }
-    if let Some(share) = section.opt_number("rail_heat_share")? {
-        p.rail_heat_share = share;
-    }
-    if let Some(value) = section.opt("reference_speed") {
+    if let Some(value) = section.opt(keys::REFERENCE_SPEED.name) {
         let as_printed = value.is_text() && value.text()? == "actual";
         p.reference_speed = if as_printed { None } else { Some(value.quantity(Dimension::ANGULAR_SPEED)?) };
     }
-    p.starting_torque = section.opt_quantity("starting_torque", Dimension::TORQUE)?;
+    p.starting_torque = section.opt_quantity(keys::STARTING_TORQUE.name, Dimension::TORQUE)?;
     p.check().map_err(|error| {
         let key = error.location().key.clone().unwrap_or_default();
         section.error_at(&key, error.what()).help(error.remedy().unwrap_or("see docs/machine-file.md"))

@@ -153,6 +153,9 @@ impl HeatSource {
 /// A contact with its law and its joints.
 #[derive(Debug, Clone)]
 pub struct ContactGroup {
+    /// Index into the contacts of the machine; `None` for parts that touch and that no contact names. The two
+    /// halves of a link between places that do not touch have the same.
+    pub of: Option<usize>,
     /// Name.
     pub name: String,
     /// Law.
@@ -168,8 +171,6 @@ pub struct ContactGroup {
     pub is_half: bool,
     /// First and one past the last joint; heat is counted from side a to side b over these.
     pub joints: std::ops::Range<usize>,
-    /// Whether the touching was found and no contact in the file named it.
-    pub unnamed: bool,
 }
 
 /// The reading of a sensor: a weighted sum of nodes, or water entering a circuit.

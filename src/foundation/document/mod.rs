@@ -417,6 +417,16 @@ impl<'a> Section<'a> {
         all.keys().map(|name| Ok((name.to_string(), all.section(name)?))).collect()
     }
 
+    /// The table under `key`, or an empty one in its place.
+    ///
+    /// # Errors
+    /// `key` is not a table.
+    pub fn section_or_empty(&self, key: &str) -> Result<Section<'a>> {
+        let empty =
+            || Section { document: self.document, entries: &[], origin: self.origin, key: join(&self.key, key), asked: RefCell::default() };
+        Ok(self.opt_section(key)?.unwrap_or_else(empty))
+    }
+
     /// The tables in a list (`[[blocks]]` or `blocks = [{...}, ...]`); none if absent.
     ///
     /// # Errors

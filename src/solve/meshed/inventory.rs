@@ -170,7 +170,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
             between: group.between.clone(),
             area: group.area,
             conductance: flow.conductance,
-            named: !group.unnamed,
+            named: group.of.is_some(),
         });
     }
     let load = condition.map(|c| Load::at(machine, c)).transpose()?;

@@ -1,35 +1,11 @@
 //! What can be varied: a condition variable, or a number of the machine file by its dotted key.
 
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Machine, SCHEMA};
+use crate::describe::schema::{Form, Unstated};
 use crate::error::{Error, Result, did_you_mean};
-use crate::foundation::document::{Document, Leaf};
+use crate::foundation::document::{Document, Leaf, quoted};
 use crate::units::{self, Dimension};
 
-/// Keys whose last name counts something.
-const DISCRETE: [&str; 3] = ["cells", "passes", "block"];
-/// Tables of pairs: their second column is scaled as a whole.
-const CURVES: [&str; 4] = ["conductivity", "specific_heat", "temperature_table", "pressure_table"];
-/// Values that hold where the file gives none: outer table, key, value.
-const DEFAULTS: [(&str, &str, &str); 18] = [
-    ("source", "temperature_coefficient", "0 1/K"),
-    ("channel", "film_factor", "1.0"),
-    ("channel", "bend_factor", "1.0"),
-    ("channel", "minor_loss", "0.0"),
-    ("channel", "roughness", "0 um"),
-    ("chamber", "pressure", "0 Pa"),
-    ("chamber", "accommodation", "0.9"),
-    ("chamber", "gap", "0.5 m"),
-    ("chamber", "temperature", "ambient_temperature"),
-    ("circuit", "flow", "coolant_flow"),
-    ("circuit", "inlet_temperature", "coolant_temperature"),
-    ("boundary", "surroundings_temperature", "ambient_temperature"),
-    ("drive", "reducer_efficiency", "0.95"),
-    ("drive", "motor_efficiency", "0.9"),
-    ("drive", "screw_efficiency", "0.95"),
-    ("drive", "guide_friction", "0.01"),
-    ("drive", "bearing_friction", "0.0025"),
-    ("drive", "rail_heat_share", "0.5"),
-];
 /// Relative step of differences; with four points the error is near 1e-12 of the slope.
 const RELATIVE_STEP: f64 = 1e-3;
 /// Step from a value of zero, in the unit of the file.
@@ -94,12 +70,13 @@ impl Parameter {
         let names = Document::names_in(name).unwrap_or_default();
         let leaf = match document.leaf(name)? {
             Some(leaf) => leaf,
-            None => default_of(&names, document).ok_or_else(|| unknown(name, document, machine))?,
+            None => default_of(&names, document).ok_or_else(|| unknown(name, &names, document, machine))?,
         };
+        let form = SCHEMA.find(&names.iter().map(String::as_str).collect::<Vec<_>>()).map(|found| found.form);
         let refuse = |what: &str, help: &str| {
             Err(Error::input(format!("'{name}' {what}")).at_key(name).read(leaf.to_toml()).in_file(document.file()).help(help))
         };
-        if names.last().is_some_and(|last| DISCRETE.contains(&last.as_str())) {
+        if form.is_some_and(|form| form.counts()) {
             return refuse("counts something", "a derivative needs a quantity that varies continuously; solve twice with --set instead");
         }
         let made = |kind, value, unit: &str, dimension| {
@@ -107,7 +84,8 @@ impl Parameter {
             Ok(Self { name: name.to_string(), kind, value, unit: unit.to_string(), dimension, place })
         };
         let factor = || made(Kind::Factor, 1.0, "1", Dimension::NUMBER);
-        let slot = formula_slot(&names);
+        // Whether a formula may stand here: `Some(true)` for that of a temperature.
+        let slot = form.and_then(|form| form.formula()).map(|unit| unit.dimension == Dimension::TEMPERATURE);
         let formula = |is_temperature: bool| {
             if is_temperature { made(Kind::Offset, 0.0, "K", Dimension::DIFFERENCE) } else { factor() }
         };
@@ -126,7 +104,7 @@ impl Parameter {
             Leaf::List(items) if items.iter().all(|item| !matches!(item, Leaf::List(_) | Leaf::Table(_))) => {
                 if items.iter().all(|item| number_of(item).is_some()) { factor() } else { refuse("is a list of names", "name a number") }
             }
-            Leaf::List(_) if names.last().is_some_and(|last| CURVES.contains(&last.as_str())) => factor(),
+            Leaf::List(_) if form.is_some_and(|form| form.has_curve()) => factor(),
             Leaf::List(_) => refuse("is a list of lists", &format!("name one entry, counted from 1: {name}[1][2]")),
             Leaf::Flag(_) | Leaf::Date(_) => refuse("does not vary continuously", "solve twice with --set instead"),
         }
@@ -202,47 +180,47 @@ impl Parameter {
     }
 }
 
-/// Whether the key holds a formula: `Some(true)` for a temperature.
-fn formula_slot(names: &[String]) -> Option<bool> {
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    match names.as_slice() {
-        ["chamber", "temperature"]
-        | ["node", _, "temperature"]
-        | ["circuit", _, "inlet_temperature"]
-        | ["boundary", _, "temperature" | "fluid_temperature" | "surroundings_temperature"] => Some(true),
-        ["source", _, "power"] | ["circuit", _, "flow"] | ["boundary", _, "film" | "heat_flux"] | ["drive", _, "speed"] | ["define", _] => {
-            Some(false)
-        }
-        _ => None,
-    }
-}
-
 /// The default of a key that is not given, in a table that is.
 fn default_of(names: &[String], document: &Document) -> Option<Leaf> {
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let (_, parents) = names.split_last()?;
+    // `[chamber]` and its like need not be there.
+    if parents.len() > 1 {
+        document.leaf(&dotted(&parents[..2])).ok()??;
+    }
     if let ["part", _, "surface", key @ ("emissivity" | "effective_emissivity")] = names.as_slice() {
-        document.leaf(&format!("part.{}", names[1])).ok()??;
         return document.leaf(&format!("surfaces.{key}")).ok()?;
     }
-    let (table, key) = match names.as_slice() {
-        ["chamber", key] => ("chamber", *key),
-        [table, name, key] => {
-            document.leaf(&format!("{table}.{name}")).ok()??;
-            (*table, *key)
-        }
-        _ => return None,
-    };
-    let text = DEFAULTS.iter().find(|d| d.0 == table && d.1 == key)?.2;
-    let is_number = text.parse::<f64>().is_ok();
-    Some(if is_number { Leaf::Number(text.into()) } else { Leaf::Text(text.into()) })
+    if parents.len() > 2 {
+        document.leaf(&dotted(parents)).ok()??;
+    }
+    let key = SCHEMA.find(&names)?.key;
+    let text = key.default_toml()?;
+    Some(match key.default {
+        Unstated::Whole(_) => Leaf::Integer(text),
+        Unstated::Flag(flag) => Leaf::Flag(flag),
+        _ => match text.strip_prefix('"').and_then(|t| t.strip_suffix('"')) {
+            Some(inner) => Leaf::Text(inner.to_string()),
+            None => Leaf::Number(text),
+        },
+    })
 }
 
-fn unknown(name: &str, document: &Document, machine: &Machine) -> Error {
+fn dotted(names: &[&str]) -> String {
+    names.iter().map(|name| quoted(name)).collect::<Vec<_>>().join(".")
+}
+
+fn unknown(name: &str, names: &[String], document: &Document, machine: &Machine) -> Error {
     let error = Error::input(format!("'{name}' is neither a condition variable nor a key of the machine file"))
         .at_key(name)
         .in_file(document.file());
     let variables = machine.variables.iter().map(|v| v.name.clone());
-    let known: Vec<String> = variables.chain(document.keys()).collect();
+    // Beside what the file holds: what it leaves at its default, in the same table.
+    let parents: Vec<&str> = names.iter().map(String::as_str).rev().skip(1).collect::<Vec<_>>().into_iter().rev().collect();
+    let table = SCHEMA.find(&parents).and_then(|found| if let Form::Table(table) = found.form { Some(table) } else { None });
+    let defaults = table.into_iter().flat_map(|table| table.keys()).filter(|key| key.default_toml().is_some());
+    let defaults: Vec<String> = defaults.map(|key| format!("{}.{}", dotted(&parents), key.name)).collect();
+    let known: Vec<String> = variables.chain(document.keys()).chain(defaults).collect();
     match did_you_mean(name, known.iter().map(String::as_str)) {
         Some(near) => error.help(format!("did you mean '{near}'?")),
         None => error.help("write a condition variable such as coolant_flow, or a dotted key such as contact.motor.conductance"),

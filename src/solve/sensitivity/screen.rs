@@ -122,10 +122,10 @@ impl<'a> Screen<'a> {
         }))
     }
 
-    /// The conductance of a contact, its far side included; per relative change.
+    /// The conductance of a contact, both halves of it included; per relative change.
     pub fn contact(&self, name: &str) -> Effect {
-        let far = format!("{name} (far side)");
-        let groups = self.network.contacts.iter().filter(|g| g.name == name || g.name == far);
+        let of = self.network.contacts.iter().find(|g| g.name == name).and_then(|g| g.of);
+        let groups = self.network.contacts.iter().filter(|g| if of.is_some() { g.of == of } else { g.name == name });
         self.joints(groups.flat_map(|g| g.joints.clone()))
     }
 

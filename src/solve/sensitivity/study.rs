@@ -4,7 +4,8 @@ use std::path::Path;
 
 use super::parameter::Parameter;
 use super::point::{Derivatives, Target};
-use crate::describe::machine::{Condition, Machine, Part};
+use crate::describe::machine::{Condition, Machine, Part, SCHEMA};
+use crate::describe::schema;
 use crate::discretise::mesh::Mesh;
 use crate::discretise::network::Network;
 use crate::error::{Error, Result};
@@ -54,24 +55,11 @@ impl Study {
         Parameter::find(name, &self.document, &self.model.machine)
     }
 
-    /// What one asks about first: every condition variable, then of the file every contact's conductance, every
-    /// emissivity and every source.
+    /// What one asks about first: every condition variable, then what the schema calls usual: every contact's
+    /// conductance, every emissivity and every source.
     pub fn usual_parameters(&self) -> Vec<Parameter> {
         let variables = self.model.machine.variables.iter().map(|v| v.name.clone());
-        let is_usual = |key: &String| {
-            let names = Document::names_in(key).unwrap_or_default();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            match names.as_slice() {
-                ["contact", _, law] | ["contacts", "default", law] => {
-                    matches!(*law, "conductance" | "total_conductance" | "temperature_table" | "pressure_table" | "pressure")
-                }
-                ["contact", _, "rough", "pressure"] | ["source", _, "power"] => true,
-                ["part" | "node" | "boundary" | "enclosure" | "radiation_link", .., last] | ["surfaces", last] => {
-                    last.contains("emissivity")
-                }
-                _ => false,
-            }
-        };
+        let is_usual = |key: &String| schema_key(key).is_some_and(|found| found.key.is_usual);
         let keys = self.document.keys().into_iter().filter(is_usual);
         variables.chain(keys).filter_map(|name| self.parameter(&name).ok()).collect()
     }
@@ -162,8 +150,7 @@ impl Study {
             match reach {
                 Reach::Contact(c) => {
                     let contact = machine.contacts.get(c)?;
-                    let far = format!("{} (far side)", contact.name);
-                    let groups = network.contacts.iter_mut().filter(|g| g.name == contact.name || g.name == far);
+                    let groups = network.contacts.iter_mut().filter(|group| group.of == Some(c));
                     groups.for_each(|group| group.law = contact.law.clone());
                 }
                 Reach::Channel(c) => {
@@ -208,7 +195,7 @@ impl Study {
     }
 }
 
-/// How far a number of the machine file reaches.
+/// What must be made anew when a number of the machine file changes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reach {
     /// The load alone: heats, flows, temperatures.
@@ -221,24 +208,30 @@ enum Reach {
     Network,
 }
 
+/// What the schema says of a dotted key.
+fn schema_key(key: &str) -> Option<schema::Found> {
+    let names = Document::names_in(key)?;
+    SCHEMA.find(&names.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
 impl Reach {
     fn of(key: &str, machine: &Machine) -> Self {
         let names = Document::names_in(key).unwrap_or_default();
-        let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        match names.as_slice() {
-            ["source", name, "power"] if machine.sources.iter().any(|s| s.name == *name) => Self::Load,
-            ["chamber", "temperature" | "pressure" | "accommodation" | "gap"]
-            | ["circuit", _, "flow" | "inlet_temperature"]
-            | ["node", _, "temperature"]
-            | ["boundary", ..]
-            | ["drive" | "limit" | "measurement", ..] => Self::Load,
-            ["contact", name, law, ..] if !matches!(*law, "area" | "between") => {
+        let (Some(found), [table, name, ..]) = (schema_key(key), names.as_slice()) else { return Self::Network };
+        if names.len() == 2 && matches!(found.form, schema::Form::Table(_)) {
+            return Self::Network;
+        }
+        match found.key.reach {
+            schema::Reach::Mesh | schema::Reach::Network => Self::Network,
+            schema::Reach::Load | schema::Reach::Report => Self::Load,
+            // Surfaces that gas alone would act on are not in the network of a perfect vacuum.
+            schema::Reach::LoadUnlessZero if machine.chamber.pressure > 0.0 => Self::Load,
+            schema::Reach::LoadUnlessZero => Self::Network,
+            schema::Reach::Contact if table == "contact" => {
                 machine.contacts.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Contact)
             }
-            ["channel", name, "film_factor" | "minor_loss"] => {
-                machine.channels.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Channel)
-            }
-            _ => Self::Network,
+            schema::Reach::Contact => Self::Network,
+            schema::Reach::Channel => machine.channels.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Channel),
         }
     }
 }

@@ -86,13 +86,13 @@ impl Builder<'_> {
                 (_, Some(stated)) => stated / true_area,
             };
             let names = contact.between.map(|p| self.place_name(p));
-            self.group(contact.name.clone(), contact.law.clone(), names, true_area, scale, list, false);
+            self.group(Some(index), contact.name.clone(), contact.law.clone(), names, true_area, scale, list);
         }
         for ((pa, pb), list) in unnamed {
             let area = list.iter().map(|crossing| crossing.area).sum();
             let names = [pa, pb].map(|p| self.machine.parts[p].name.clone());
             let name = format!("{} | {}", names[0], names[1]);
-            self.group(name, default.clone(), names, area, 1.0, list, true);
+            self.group(None, name, default.clone(), names, area, 1.0, list);
         }
         Ok(())
     }
@@ -100,13 +100,13 @@ impl Builder<'_> {
     #[allow(clippy::too_many_arguments)]
     fn group(
         &mut self,
+        of: Option<usize>,
         name: String,
         law: ContactLaw,
         between: [String; 2],
         area: f64,
         scale: f64,
         crossings: Vec<Crossing>,
-        unnamed: bool,
     ) {
         let start = self.network.joints.len();
         let contact = self.network.contacts.len() as u32;
@@ -120,7 +120,7 @@ impl Builder<'_> {
         if !matches!(law, ContactLaw::OfTemperature(_) | ContactLaw::Insulated) {
             self.network.joints.extend(crossings.iter().flat_map(|c| &c.along).copied().map(within));
         }
-        self.network.contacts.push(ContactGroup { name, law, between, area, scale, is_half: false, joints, unnamed });
+        self.network.contacts.push(ContactGroup { of, name, law, between, area, scale, is_half: false, joints });
     }
 
     fn block_crossing(&mut self, interface: &Interface, crossed: bool) -> Crossing {
@@ -199,8 +199,8 @@ impl Builder<'_> {
     /// Conduction to the surface goes through the whole face of each cell; only the interface itself is
     /// scaled to the stated area, so that coarse cells do not choke it.
     pub(super) fn stated_contacts(&mut self) -> Result<()> {
-        for contact in &self.machine.contacts {
-            if self.network.contacts.iter().any(|c| c.name == contact.name) {
+        for (of, contact) in self.machine.contacts.iter().enumerate() {
+            if self.network.contacts.iter().any(|group| group.of == Some(of)) {
                 continue;
             }
             let key = format!("contact.{}", contact.name);
@@ -216,7 +216,7 @@ impl Builder<'_> {
                 let feet = contact.between.map(|p| self.node_foot(p, area));
                 let start = self.network.joints.len();
                 self.network.joints.push(joint_between(feet[0], feet[1], self.network.contacts.len() as u32));
-                self.push_group(contact, area, 1.0, false, start);
+                self.push_group(of, area, 1.0, false, start);
                 continue;
             }
             let sides = [0, 1].map(|i| if is_node[i] { Ok(Vec::new()) } else { self.feet(contact.between[i], None, &key) });
@@ -240,19 +240,19 @@ impl Builder<'_> {
                     let joint = joint_between(self.node_foot(node, other.1), *other, index);
                     self.network.joints.push(if crossed { reversed(joint) } else { joint });
                 }
-                self.push_group(contact, area, area / own[usize::from(!crossed)], false, start);
+                self.push_group(of, area, area / own[usize::from(!crossed)], false, start);
             } else {
                 // Two resolved places: an arithmetic node between, half of the resistance on each side.
                 let middle = self.arithmetic_node();
                 for foot in &sides[0] {
                     self.network.joints.push(joint_between(*foot, (middle, foot.1, 0.0, NONE), index));
                 }
-                self.push_group(contact, area, 2.0 * area / own[0], true, start);
+                self.push_group(of, area, 2.0 * area / own[0], true, start);
                 let start = self.network.joints.len();
                 for foot in &sides[1] {
                     self.network.joints.push(joint_between((middle, foot.1, 0.0, NONE), *foot, index + 1));
                 }
-                self.push_group(contact, area, 2.0 * area / own[1], true, start);
+                self.push_group(of, area, 2.0 * area / own[1], true, start);
             }
         }
         Ok(())
@@ -267,14 +267,15 @@ impl Builder<'_> {
     }
 
     /// Closes the group of the joints from `start` on.
-    fn push_group(&mut self, contact: &Contact, area: f64, scale: f64, is_half: bool, start: usize) {
+    fn push_group(&mut self, of: usize, area: f64, scale: f64, is_half: bool, start: usize) {
+        let contact = &self.machine.contacts[of];
         let name = match self.network.contacts.last() {
-            Some(last) if is_half && last.name == contact.name => format!("{} (far side)", contact.name),
+            Some(last) if is_half && last.of == Some(of) => format!("{} (far side)", contact.name),
             _ => contact.name.clone(),
         };
         let between = contact.between.map(|p| self.place_name(p));
         let joints = start..self.network.joints.len();
-        self.network.contacts.push(ContactGroup { name, law: contact.law.clone(), between, area, scale, is_half, joints, unnamed: false });
+        self.network.contacts.push(ContactGroup { of: Some(of), name, law: contact.law.clone(), between, area, scale, is_half, joints });
     }
 
     /// Radiation between facing places: each side radiates to one arithmetic node between them, with

@@ -1,0 +1,51 @@
+//! Sensors, limits and measured states.
+
+use super::{CELSIUS, KELVIN, TRIPLE, flow::COORDINATES};
+use crate::describe::schema::{Form, Key, Reach, Table};
+
+/// `[sensor.NAME]`
+pub(super) const SENSOR: Table = Table {
+    doc: "a measurement point",
+    keys: &[&[
+        Key::new("point", TRIPLE, "`[x, y, z]` with `in`: the temperature there").also(&["at", "position"]),
+        Key::new("in", Form::Name("part"), "with `point`: the part it lies in"),
+        COORDINATES,
+        Key::new("face", Form::Name("face"), "area mean over a face, `\"plate.+z\"`"),
+        Key::new("part", Form::Name("part"), "volume mean over a part"),
+        Key::new("node", Form::Name("node"), "temperature of a lumped node"),
+        Key::new("inlet", Form::Name("channel"), "water that enters a channel"),
+        Key::new("outlet", Form::Name("channel"), "water that leaves a channel"),
+    ]],
+    one_of: &["point", "face", "part", "node", "inlet", "outlet"],
+};
+
+const fn report(name: &'static str, form: Form, doc: &'static str) -> Key {
+    Key::new(name, form, doc).reaching(Reach::Report)
+}
+
+/// `[limit.NAME]`
+pub(super) const LIMIT: Table = Table {
+    doc: "what is acceptable",
+    keys: &[&[
+        report("sensor", Form::Name("sensor"), "with `maximum` or `rise`: the sensor"),
+        report("maximum", Form::Quantity(CELSIUS), "the sensor is not hotter: `\"45 degC\"`").also(&["max"]),
+        report("rise", Form::Quantity(KELVIN), "nor more than that above `ambient_temperature`: `\"5 K\"`"),
+        report("between", Form::List(&Form::Name("sensor"), Some(2)), "with `difference`: two sensors, `[\"a\", \"b\"]`"),
+        report("difference", Form::Quantity(KELVIN), "the first minus the second is not larger"),
+        report("sensors", Form::List(&Form::Name("sensor"), None), "with `spread`: two or more sensors"),
+        report("spread", Form::Quantity(KELVIN), "largest minus smallest is not larger").positive(),
+    ]],
+    one_of: &["maximum", "rise", "difference", "spread"],
+};
+
+/// `[measurement.NAME]`
+pub(super) const MEASUREMENT: Table = Table {
+    doc: "a measured state to print beside the prediction",
+    keys: &[&[
+        report("condition", Form::Free(&Form::AnyQuantity), "`{ coolant_flow = \"3.33e-5 m3/s\", ... }`"),
+        report("readings", Form::Free(&Form::Quantity(CELSIUS)), "`{ SENSOR = \"42.2 degC\" }`").required(),
+        report("others", Form::Free(&Form::Quantity(CELSIUS)), "what another program predicted, `{ SENSOR = \"41.8 degC\" }`"),
+        report("note", Form::Text, "remarks on the readings"),
+    ]],
+    one_of: &[],
+};

@@ -1,0 +1,323 @@
+//! The vocabulary of a schema: what a key of a TOML file may hold, what it is worth where it is not given, how far
+//! it reaches, and a line about it.
+//!
+//! A [`Table`] is plain data. Reading ([`Key::read`] and its siblings), the check for unknown keys
+//! ([`Table::check`]), the search by a dotted key ([`Table::find`]), the tables of the documentation
+//! ([`Table::to_markdown`]) and the JSON Schema for editors ([`Table::to_json_schema`]) all come from it.
+//! The schema of machine files is [`crate::describe::machine::SCHEMA`].
+//!
+//! ```
+//! use coldplate::describe::machine::SCHEMA;
+//! let found = SCHEMA.find(&["chamber", "pressure"]).unwrap();
+//! assert_eq!(found.key.default_toml().as_deref(), Some("\"0.0 Pa\""));
+//! assert!(SCHEMA.find(&["contact", "motor", "conductence"]).is_none());
+//! ```
+
+mod check;
+mod json;
+mod markdown;
+mod read;
+
+use crate::units::{self, Dimension};
+
+/// One table of a file: the keys that may stand in it.
+#[derive(Debug, Clone, Copy)]
+pub struct Table {
+    /// What the table is, in a line.
+    pub doc: &'static str,
+    /// Its keys, in groups that several tables may share.
+    pub keys: &'static [&'static [Key]],
+    /// Of these keys exactly one must be given; empty where there is no such choice.
+    pub one_of: &'static [&'static str],
+}
+
+/// One key of a table.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Its name.
+    pub name: &'static str,
+    /// What it may hold.
+    pub form: Form,
+    /// What holds where it is not given.
+    pub default: Unstated,
+    /// Whether it must be given.
+    pub is_required: bool,
+    /// Whether a number here must be larger than zero.
+    pub is_positive: bool,
+    /// How far a change of it reaches.
+    pub reach: Reach,
+    /// Whether it is among the parameters one asks about first.
+    pub is_usual: bool,
+    /// What else people call it, for "did you mean".
+    pub also: &'static [&'static str],
+    /// One line about it, Markdown.
+    pub doc: &'static str,
+}
+
+/// What a key may hold.
+#[derive(Debug, Clone, Copy)]
+pub enum Form {
+    /// Text.
+    Text,
+    /// The name of something in the file: of a part, a face, a sensor.
+    Name(&'static str),
+    /// `true` or `false`.
+    Flag,
+    /// `true`; the key is left out otherwise.
+    True,
+    /// A whole number of at least this.
+    Whole(usize),
+    /// A number without unit, or in percent.
+    Number,
+    /// A number with a unit.
+    Quantity(Unit),
+    /// A number with any unit: the file says which.
+    AnyQuantity,
+    /// A quantity, or an expression of the condition.
+    Formula(Unit),
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// A list of entries of one form; of a fixed number if that is given.
+    List(&'static Form, Option<usize>),
+    /// Pairs `[[x, y], ...]` with ascending x.
+    Curve(Unit, Unit),
+    /// A name, or a list of such, nested to any depth.
+    Nested(&'static str),
+    /// Any of these forms.
+    Either(&'static [Form]),
+    /// A table.
+    Table(&'static Table),
+    /// Tables under names of the user's choice: `[part.bed]`, `[part.beam]`.
+    Named(&'static Table),
+    /// A list of tables.
+    Tables(&'static Table),
+    /// A table whose entries have names of the user's choice and this form.
+    Free(&'static Form),
+}
+
+/// A dimension with the unit its values are shown in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Unit {
+    /// Dimension.
+    pub dimension: Dimension,
+    /// Unit, as in the files.
+    pub name: &'static str,
+}
+
+/// What holds where a key is not given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unstated {
+    /// Nothing: the key must be given, or its absence means that there is none of it.
+    Nothing,
+    /// A number, SI.
+    Si(f64),
+    /// A whole number.
+    Whole(usize),
+    /// A word or a formula.
+    Text(&'static str),
+    /// `true` or `false`.
+    Flag(bool),
+    /// What follows from other keys, told in words.
+    Follows(&'static str),
+}
+
+/// How far a change of a key reaches. What lies before it stays as it was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reach {
+    /// The geometry, and with it the cells.
+    Mesh,
+    /// Conductors, capacities, surfaces.
+    Network,
+    /// The law of one contact.
+    Contact,
+    /// The factor on a channel's film, or its loss coefficient.
+    Channel,
+    /// Heats, flows and given temperatures.
+    Load,
+    /// The load. But from a value of zero the network, which leaves out what zero makes idle.
+    LoadUnlessZero,
+    /// Nothing that is solved: names, limits, remarks.
+    Report,
+}
+
+/// A key found by its dotted name, and what is expected at that very place.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    /// The key; for an entry with a name of the user's choice, that of the table around it.
+    pub key: &'static Key,
+    /// What is expected.
+    pub form: Form,
+}
+
+impl Unit {
+    /// A dimension shown in a unit.
+    pub const fn of(dimension: Dimension, name: &'static str) -> Self {
+        Self { dimension, name }
+    }
+}
+
+impl Key {
+    /// A key that may be left out, reaches the network, and stands for nothing where it is not given.
+    pub const fn new(name: &'static str, form: Form, doc: &'static str) -> Self {
+        Self {
+            name,
+            form,
+            default: Unstated::Nothing,
+            is_required: false,
+            is_positive: false,
+            reach: Reach::Network,
+            is_usual: false,
+            also: &[],
+            doc,
+        }
+    }
+
+    /// It must be given.
+    pub const fn required(mut self) -> Self {
+        self.is_required = true;
+        self
+    }
+
+    /// It must be larger than zero.
+    pub const fn positive(mut self) -> Self {
+        self.is_positive = true;
+        self
+    }
+
+    /// What holds where it is not given.
+    pub const fn or(mut self, default: Unstated) -> Self {
+        self.default = default;
+        self
+    }
+
+    /// How far it reaches.
+    pub const fn reaching(mut self, reach: Reach) -> Self {
+        self.reach = reach;
+        self
+    }
+
+    /// It is among the parameters one asks about first.
+    pub const fn usual(mut self) -> Self {
+        self.is_usual = true;
+        self
+    }
+
+    /// Other names that people use for it.
+    pub const fn also(mut self, names: &'static [&'static str]) -> Self {
+        self.also = names;
+        self
+    }
+
+    /// The default as it would stand in the file, TOML; `None` where there is none or it follows from other keys.
+    pub fn default_toml(&self) -> Option<String> {
+        match self.default {
+            Unstated::Nothing | Unstated::Follows(_) => None,
+            Unstated::Whole(number) => Some(number.to_string()),
+            Unstated::Flag(flag) => Some(flag.to_string()),
+            Unstated::Text(text) => Some(format!("\"{text}\"")),
+            Unstated::Si(si) => Some(match self.form.unit().filter(|unit| unit.dimension != Dimension::NUMBER) {
+                Some(unit) => format!("\"{:?} {}\"", units::express(si, unit.name, unit.dimension).unwrap_or(si), unit.name),
+                None => format!("{si:?}"),
+            }),
+        }
+    }
+}
+
+impl Form {
+    /// The unit of a quantity or a formula, if one of the forms is that.
+    pub fn unit(&self) -> Option<Unit> {
+        match self {
+            Self::Quantity(unit) | Self::Formula(unit) => Some(*unit),
+            Self::Either(forms) => forms.iter().find_map(Form::unit),
+            _ => None,
+        }
+    }
+
+    /// The unit of a formula, if a formula may stand here.
+    pub fn formula(&self) -> Option<Unit> {
+        match self {
+            Self::Formula(unit) => Some(*unit),
+            Self::Either(forms) => forms.iter().find_map(Form::formula),
+            _ => None,
+        }
+    }
+
+    /// Whether a table of pairs may stand here.
+    pub fn has_curve(&self) -> bool {
+        match self {
+            Self::Curve(..) => true,
+            Self::Either(forms) => forms.iter().any(Form::has_curve),
+            _ => false,
+        }
+    }
+
+    /// Whether it counts something, so that it cannot vary continuously.
+    pub fn counts(&self) -> bool {
+        match self {
+            Self::Whole(_) => true,
+            Self::List(inner, _) => inner.counts(),
+            _ => false,
+        }
+    }
+}
+
+impl Table {
+    /// All keys in order.
+    pub fn keys(&self) -> impl Iterator<Item = &'static Key> + use<> {
+        self.keys.iter().flat_map(|group| group.iter())
+    }
+
+    /// The key of a name.
+    pub fn key(&self, name: &str) -> Option<&'static Key> {
+        self.keys().find(|key| key.name == name)
+    }
+
+    /// The key that a dotted key leads to; numbers of list entries are left out of `names`.
+    pub fn find(&self, names: &[&str]) -> Option<Found> {
+        let (name, rest) = names.split_first()?;
+        let key = self.key(name)?;
+        inside(key, key.form, rest)
+    }
+
+    /// Every key that is no table itself with its pattern, `*` for names of the user's choice:
+    /// `contact.*.conductance`.
+    pub fn patterns(&self) -> Vec<(String, &'static Key)> {
+        let mut found = Vec::new();
+        collect(self, "", &mut found);
+        found
+    }
+}
+
+fn inside(key: &'static Key, form: Form, names: &[&str]) -> Option<Found> {
+    let Some((_, rest)) = names.split_first() else { return Some(Found { key, form }) };
+    match form {
+        Form::Table(table) | Form::Tables(table) => table.find(names),
+        Form::Named(table) if rest.is_empty() => Some(Found { key, form: Form::Table(table) }),
+        Form::Named(table) => table.find(rest),
+        Form::Free(inner) => inside(key, *inner, rest),
+        Form::Either(forms) => forms.iter().find_map(|form| inside(key, *form, names)),
+        _ => None,
+    }
+}
+
+fn collect(table: &Table, path: &str, found: &mut Vec<(String, &'static Key)>) {
+    for key in table.keys() {
+        let here = if path.is_empty() { key.name.to_string() } else { format!("{path}.{}", key.name) };
+        collect_form(key, &key.form, here, found);
+    }
+}
+
+fn collect_form(key: &'static Key, form: &Form, path: String, found: &mut Vec<(String, &'static Key)>) {
+    match form {
+        Form::Table(table) | Form::Tables(table) => collect(table, &path, found),
+        Form::Named(table) => collect(table, &format!("{path}.*"), found),
+        Form::Free(inner) => collect_form(key, inner, format!("{path}.*"), found),
+        Form::Either(forms) => {
+            found.push((path.clone(), key));
+            for form in forms.iter().filter(|f| matches!(f, Form::Table(_) | Form::Tables(_) | Form::Named(_))) {
+                collect_form(key, form, path.clone(), found);
+            }
+        }
+        _ => found.push((path, key)),
+    }
+}
