@@ -295,7 +295,7 @@ fn scan() -> Result<(String, [f64; 2])> {
     let (problem, _) = problem(&case, Some(SCAN.0))?;
     let axis = || (0..=(1000.0 / SCAN.1) as usize).map(|i| i as f64 * SCAN.1).collect::<Vec<_>>();
     let parameters = [&problem.free[0].parameter, &problem.free[1].parameter];
-    let found = identify::scan(&problem, [(parameters[0], axis()), (parameters[1], axis())], &|| {})?;
+    let found = identify::scan(&problem, [(parameters[0], axis()), (parameters[1], axis())], &coldplate::Silent)?;
     let (i, j) = Scan::least(&found.misfit);
     let best = [found.axes[0][i], found.axes[1][j]];
     // The published criterion, with the readings as printed.

@@ -48,9 +48,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             }
             let progress = out.progress();
             let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: false };
-            let say = |what: &str| out.note(what);
             let folder = args.out.clone().unwrap_or_else(|| Path::new("out").join("charts"));
-            draw_all(definitions, &mut Results::new(&args.results, options, &say), &folder)?
+            draw_all(definitions, &mut Results::new(&args.results, options, &progress), &folder)?
         }
         [source] => of_surrogate(args, source)?,
         several => {

@@ -44,7 +44,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     out.note(&format!("{}: {} conditions on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.model.mesh.cells));
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
-    let summary = pipeline::run(&sweep, &folder, options, &|what| out.note(what))?;
+    let summary = pipeline::run(&sweep, &folder, options, &progress)?;
     for note in &summary.notes {
         out.note(note);
     }

@@ -19,6 +19,7 @@ use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{self, Swept};
+use crate::foundation::progress::Progress;
 use crate::foundation::table::Table;
 use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
 use crate::surrogate::fit::model::{PointModel, Surrogate};
@@ -97,7 +98,7 @@ pub struct Formula {
 ///
 /// # Errors
 /// Bad input; numerics that failed at every condition; a folder that cannot be written.
-pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, say: &'a dyn Fn(&str)) -> Result<Summary> {
+pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, progress: &'a dyn Progress) -> Result<Summary> {
     let clock = Instant::now();
     // Before the sweep, which takes its time: a mistake in a chart definition should show at once.
     let named = sweep.definition.charts.iter().map(Chart::read).collect::<Result<Vec<_>>>()?;
@@ -110,7 +111,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, s
     let sweep_seconds = clock.elapsed().as_secs_f64();
 
     let clock = Instant::now();
-    say("fitting");
+    progress.say("fitting");
     let result = Rc::new(SweepResult {
         plan: sweep.plan.clone(),
         machine: sweep.model.machine.name.clone(),
@@ -122,7 +123,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, s
     let fit_seconds = clock.elapsed().as_secs_f64();
 
     let clock = Instant::now();
-    say("drawing");
+    progress.say("drawing");
     let mut files = swept.files.clone();
     if let Some(fitted) = fitted {
         let path = folder.join(SURROGATE);
@@ -130,7 +131,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, s
         files.push(path);
     }
     let mut gallery = Gallery::new(&folder.join("charts"))?;
-    let mut results = Results::new(folder.parent().unwrap_or(Path::new(".")), options, say);
+    let mut results = Results::new(folder.parent().unwrap_or(Path::new(".")), options, progress);
     results.insert(sweep.definition.document().file(), Rc::clone(&result));
     for chart in &named {
         chart.draw(&mut results, &mut gallery)?;

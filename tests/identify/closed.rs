@@ -1,5 +1,6 @@
 //! A machine whose readings are known in closed form: estimates, intervals, open directions, bounds, priors, scans.
 
+use coldplate::Silent;
 use coldplate::evidence::identify::{IdentifyOptions, Scan, identify, next_tests, profile, scan};
 use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
 use coldplate::solve::sensitivity::Study;
@@ -38,7 +39,7 @@ fn a_single_reading_gives_one_conductance_and_its_interval() {
     let file = study(SERIES, None);
     let (data, u) = data(&file, &["motor"], &rise(2.0, 5.0)[..1]);
     let problem = problem(file, data, u, &[SECOND]);
-    let found = identify(&problem, &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem, &options(), &Silent).unwrap();
     assert!((found.values[0] / 500.0 - 1.0).abs() < 1e-4, "{:?}", found.values);
     // The motor stands 30 W / (5 W/K) = 6 K above the middle: that moves by 6 K per unit of the logarithm.
     let expected = ERRORS.iter().map(|e| e * e).sum::<f64>().sqrt() / 6.0;
@@ -58,7 +59,7 @@ fn a_single_reading_gives_one_conductance_and_its_interval() {
 fn only_the_sum_of_resistances_is_known() {
     let file = study(SERIES, None);
     let (data, u) = data(&file, &["motor"], &rise(2.0, 4.0)[..1]);
-    let found = identify(&problem(file, data, u, &[FIRST, SECOND]), &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem(file, data, u, &[FIRST, SECOND]), &options(), &Silent).unwrap();
     // 1/G1 + 1/G2 stands still where the logarithms move by G1 and -G2: 2 and -4.
     let [open] = found.undetermined.as_slice() else { panic!("{:?}", found.undetermined) };
     let length = 20f64.sqrt();
@@ -71,7 +72,7 @@ fn only_the_sum_of_resistances_is_known() {
     // A reading in between tells them apart, and that is what is advised.
     let file = study(SERIES, None);
     let (two, u) = data_of_both(&file);
-    let settled = identify(&problem(file, two, u, &[FIRST, SECOND]), &options(), &mut |_| {}).unwrap();
+    let settled = identify(&problem(file, two, u, &[FIRST, SECOND]), &options(), &Silent).unwrap();
     assert!(settled.undetermined.is_empty(), "{:?}", settled.undetermined);
 }
 
@@ -84,7 +85,7 @@ fn only_the_product_of_conductance_and_area_is_known() {
     let file = study(SERIES, None);
     let (data, u) = data_of_both(&file);
     let problem = problem(file, data, u, &[FIRST, SECOND, AREA]);
-    let found = identify(&problem, &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem, &options(), &Silent).unwrap();
     let [open] = found.undetermined.as_slice() else { panic!("{:?}", found.undetermined) };
     let half = 0.5f64.sqrt();
     assert!(open.weights[0].abs() < 1e-4 && (open.weights[1].abs() - half).abs() < 1e-4, "{open:?}");
@@ -102,7 +103,7 @@ fn only_the_product_of_conductance_and_area_is_known() {
 fn nothing_depends_on_a_capacity_in_a_steady_state() {
     let file = study(SERIES, None);
     let (data, u) = data_of_both(&file);
-    let found = identify(&problem(file, data, u, &[FIRST, "node.motor.capacity"]), &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem(file, data, u, &[FIRST, "node.motor.capacity"]), &options(), &Silent).unwrap();
     let [open] = found.undetermined.as_slice() else { panic!("{:?}", found.undetermined) };
     assert!(open.deviation.is_infinite() && open.text == "'node.motor.capacity' alone", "{open:?}");
     assert!((found.values[1] / 1000.0 - 1.0).abs() < 1e-12, "{:?}", found.values);
@@ -115,7 +116,7 @@ fn more_parameters_than_readings_leave_directions_open() {
     let file = study(SERIES, None);
     let (data, u) = data_of_both(&file);
     let free = [FIRST, SECOND, AREA, "source.motor.power"];
-    let found = identify(&problem(file, data, u, &free), &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem(file, data, u, &free), &options(), &Silent).unwrap();
     assert_eq!((found.undetermined.len(), found.freedom), (2, 0));
     assert!(found.misfit.1 < 1e-4, "{:?}", found.misfit);
 }
@@ -128,7 +129,7 @@ fn linear_parameters_are_judged_by_their_size() {
     let free = format!("{SECOND}=0 W/(m2 K)..1000 W/(m2 K)");
     let problem = problem(file, data, u, &[FIRST, &free]);
     assert!(!problem.free[1].is_logarithmic);
-    let found = identify(&problem, &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem, &options(), &Silent).unwrap();
     // 8 W/(m2 K) of 600 are known well, although it is more than one.
     assert!(found.deviations[1] > 5.0 && found.undetermined.is_empty(), "{:?} {:?}", found.deviations, found.undetermined);
     assert!((found.values[1] / 600.0 - 1.0).abs() < 1e-4, "{:?}", found.values);
@@ -139,7 +140,7 @@ fn bounds_hold_and_are_told() {
     let file = study(SERIES, None);
     let (data, u) = data_of_both(&file);
     let free = format!("{SECOND}=200 W/(m2 K)..550 W/(m2 K)");
-    let found = identify(&problem(file, data, u, &[FIRST, &free]), &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem(file, data, u, &[FIRST, &free]), &options(), &Silent).unwrap();
     assert!((found.values[1] - 550.0).abs() < 1e-9 && found.at_bound == [false, true], "{:?} {:?}", found.values, found.at_bound);
     // The motor is predicted 30/5.5 - 5 = 0.45 K too warm: both readings share it, their own errors being alike.
     let shared = 30.0 / (12.0 - 0.5 * (30.0 / 5.5 - 5.0));
@@ -153,7 +154,7 @@ fn a_prior_weighs_by_its_deviation() {
     let (data, u) = data(&file, &["motor"], &rise(2.0, 5.0)[..1]);
     let prior = format!("{SECOND}=400 W/(m2 K) +- 8 W/(m2 K)");
     let problem = problem(file, data, u, &[&prior]);
-    let found = identify(&problem, &options(), &mut |_| {}).unwrap();
+    let found = identify(&problem, &options(), &Silent).unwrap();
     // Least of ((30/g - 6)/s)² + ((ln g - ln 4)/0.02)², by golden section.
     let s = ERRORS.iter().map(|e| e * e).sum::<f64>().sqrt();
     let cost = |g: f64| ((30.0 / g - 6.0) / s).powi(2) + ((g / 4.0).ln() / 0.02).powi(2);
@@ -169,7 +170,7 @@ fn a_prior_weighs_by_its_deviation() {
     let file = study(SERIES, None);
     let (data, u) = data_of_both(&file);
     let prior = "node.motor.capacity=1200 J/K +- 60 J/K";
-    let found = identify(&super::common::problem(file, data, u, &[prior]), &options(), &mut |_| {}).unwrap();
+    let found = identify(&super::common::problem(file, data, u, &[prior]), &options(), &Silent).unwrap();
     assert!((found.values[0] - 1200.0).abs() < 0.1 && (found.deviations[0] - 0.05).abs() < 1e-6, "{found:?}");
 }
 
@@ -181,7 +182,7 @@ fn a_scan_is_least_at_the_planted_pair() {
     let [first, second] = [FIRST, SECOND].map(|name| problem.study.parameter(name).unwrap());
     let along: Vec<f64> = (0..9).map(|i| 1.5 + 0.25 * f64::from(i)).collect();
     let across: Vec<f64> = (0..11).map(|i| 100.0 * f64::from(i)).collect();
-    let found = scan(&problem, [(&first, along), (&second, across)], &|| {}).unwrap();
+    let found = scan(&problem, [(&first, along), (&second, across)], &Silent).unwrap();
     for table in [&found.misfit, &found.mean] {
         let (i, j) = Scan::least(table);
         assert_eq!((found.axes[0][i], found.axes[1][j]), (2.5, 600.0));
@@ -196,6 +197,6 @@ fn a_scan_is_least_at_the_planted_pair() {
             }
         }
     }
-    let twice = scan(&problem, [(&first, vec![1.0]), (&first, vec![1.0])], &|| {}).unwrap_err();
+    let twice = scan(&problem, [(&first, vec![1.0]), (&first, vec![1.0])], &Silent).unwrap_err();
     assert!(twice.to_string().contains("same parameter"), "{twice}");
 }

@@ -1,5 +1,6 @@
 //! Emissivity and conductance from a log: warming up, then standing.
 
+use coldplate::Silent;
 use coldplate::evidence::identify::{Free, IdentifyOptions, Problem, identify};
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::schedule::{self, Schedule};
@@ -54,7 +55,7 @@ fn truth(file: &Study, plan: &[(f64, coldplate::describe::machine::Condition)]) 
         every: Some(f64::INFINITY),
         ..simulate::SimulateOptions::default()
     };
-    let history = simulate::run(&file.model, &Schedule::from_rows(rows).unwrap(), &options, &mut |_| {}).unwrap();
+    let history = simulate::run(&file.model, &Schedule::from_rows(rows).unwrap(), &options, &Silent).unwrap();
     let at = |time: f64| history.times.iter().position(|t| (t - time).abs() < 1e-6).unwrap();
     plan.iter().map(|(time, _)| history.readings[at(*time)].clone()).collect()
 }
@@ -81,7 +82,7 @@ fn emissivity_and_conductance_come_from_warming_up_and_standing() {
         u.variables = vec![VariableUncertainty::default(); 4];
         let free = PLANTED.iter().map(|(name, _)| Free::parse(name, &coarse).unwrap()).collect();
         let problem = Problem { study: coarse.clone(), data, uncertainty: u, free, start: Start::Uniform(22.0 + 273.15) };
-        identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &mut |_| {}).unwrap()
+        identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &Silent).unwrap()
     };
     let found: Vec<_> = (0..SEEDS).into_par_iter().map(one).collect();
     for (k, (name, planted)) in PLANTED.iter().enumerate() {

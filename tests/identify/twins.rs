@@ -1,5 +1,6 @@
 //! Truth from another mesh with planted parameters and noise drawn from the stated covariance, over many seeds.
 
+use coldplate::Silent;
 use coldplate::describe::machine::Condition;
 use coldplate::evidence::identify::{IdentifyOptions, identify, profile, values};
 use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
@@ -69,7 +70,7 @@ fn intervals_cover_the_planted_values_at_their_stated_rate() {
         });
         let data = table(&coarse, &SENSORS, &rows.collect::<Vec<_>>());
         let problem = problem(coarse.clone(), data, u.clone(), &PLANTED.map(|(name, _)| name));
-        let found = identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &mut |_| {}).unwrap();
+        let found = identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &Silent).unwrap();
         assert_eq!(found.freedom, 12);
         let inside = |(low, high): (f64, f64), planted: f64| low <= planted && planted <= high;
         let covers = PLANTED.iter().zip(&found.intervals).map(|((_, planted), i)| inside(*i, *planted)).collect();
@@ -111,7 +112,7 @@ fn planted_values_come_back_without_noise() {
     let data = table(&file, &SENSORS, &rows);
     let u = uncertainty(&data, &file);
     let problem = problem(file, data, u, &PLANTED.map(|(name, _)| name));
-    let found = identify(&problem, &IdentifyOptions { starts: 3, seed: 3 }, &mut |_| {}).unwrap();
+    let found = identify(&problem, &IdentifyOptions { starts: 3, seed: 3 }, &Silent).unwrap();
     for ((name, planted), value) in PLANTED.iter().zip(&found.values) {
         println!("{name}: {:.1e}", value / planted - 1.0);
         assert!((value / planted - 1.0).abs() < 1e-4, "{name}: {value}");

@@ -10,6 +10,7 @@ use super::condition::pair_of;
 use super::measured;
 use super::output::Output;
 use crate::error::{Error, Result, did_you_mean};
+use crate::evidence::identify::record::HeldOut;
 use crate::evidence::identify::{self, Free, IdentifyOptions, Problem};
 use crate::evidence::measurement::Data;
 use crate::foundation::atomic_file;
@@ -92,7 +93,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         return scan::run(args, &problem, out);
     }
     let estimate =
-        identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &mut |what| out.note(what))?;
+        identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &out.progress())?;
     let (profiles, advice) = if args.brief {
         (Vec::new(), Vec::new())
     } else {
@@ -104,7 +105,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         Some(others) => {
             let study = problem.machine_at(&estimate.values)?;
             let before = identify::values(&problem.study, others, start)?;
-            Some((others, before, identify::values(&study, others, start)?))
+            Some(HeldOut { data: others.clone(), before, after: identify::values(&study, others, start)? })
         }
         None => None,
     };
@@ -119,7 +120,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         path: &path,
         seconds: clock.elapsed().as_secs_f64(),
     };
-    out.report(&found.text(), &found.json());
+    out.report(&found.text(), &found.record());
     Ok(0)
 }
 

@@ -1,10 +1,8 @@
 //! The misfit over a grid of two parameters.
 
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use super::super::output::Output;
 use super::Args;
@@ -17,6 +15,19 @@ use crate::figures::chart::valley::{Trace, ValleyFigure};
 use crate::solve::sensitivity::{Parameter, Study};
 use crate::units::{celsius, parse};
 
+/// The grid as outside programs read it, in the parameters' units; pairs without a steady state are `null`.
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct ScanRecord<'a> {
+    names: &'a [String; 2],
+    units: [String; 2],
+    axes: [Vec<f64>; 2],
+    misfit: &'a [Vec<f64>],
+    mean_difference_K: &'a [Vec<f64>],
+    least_misfit: [f64; 2],
+    least_mean_difference: [f64; 2],
+}
+
 /// The grid of two parameters.
 pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
     let clock = Instant::now();
@@ -27,17 +38,8 @@ pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
             .help("give --scan twice: KEY=LOW..HIGH/STEP"));
     };
     let axes = [axis(first, &problem.study)?, axis(second, &problem.study)?];
-    let target = if out.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let total = (axes[0].1.len() * axes[1].1.len()) as u64;
-    let bar = ProgressBar::with_draw_target(Some(total), target);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos} of {len} pairs, {elapsed} passed, {eta} left") {
-        bar.set_style(style);
-    }
-    let done = AtomicU64::new(0);
-    let found = identify::scan(problem, [(&axes[0].0, axes[0].1.clone()), (&axes[1].0, axes[1].1.clone())], &|| {
-        bar.set_position(done.fetch_add(1, Ordering::Relaxed) + 1);
-    })?;
-    bar.finish_and_clear();
+    let total = axes[0].1.len() * axes[1].1.len();
+    let found = identify::scan(problem, [(&axes[0].0, axes[0].1.clone()), (&axes[1].0, axes[1].1.clone())], &out.progress())?;
     let (i, j) = Scan::least(&found.misfit);
     let (m, n) = Scan::least(&found.mean);
     let shown = |k: usize, at: usize| axes[k].0.shown(found.axes[k][at]);
@@ -64,15 +66,16 @@ pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
         unit(1)
     );
     let values = |k: usize| found.axes[k].iter().map(|v| axes[k].0.shown(*v)).collect::<Vec<_>>();
-    let clean = |t: &Vec<Vec<f64>>| {
-        t.iter().map(|row| row.iter().map(|v| if v.is_finite() { json!(v) } else { Value::Null }).collect::<Vec<_>>()).collect::<Vec<_>>()
+    let record = ScanRecord {
+        names: &found.names,
+        units: [unit(0), unit(1)],
+        axes: [values(0), values(1)],
+        misfit: &found.misfit,
+        mean_difference_K: &found.mean,
+        least_misfit: [shown(0, i), shown(1, j)],
+        least_mean_difference: [shown(0, m), shown(1, n)],
     };
-    let json = json!({
-        "names": found.names, "units": [unit(0), unit(1)], "axes": [values(0), values(1)],
-        "misfit": clean(&found.misfit), "mean_difference_K": clean(&found.mean),
-        "least_misfit": [shown(0, i), shown(1, j)], "least_mean_difference": [shown(0, m), shown(1, n)],
-    });
-    out.report(&text, &json);
+    out.report(&text, &record);
     Ok(0)
 }
 

@@ -2,9 +2,8 @@
 
 use std::path::Path;
 
-use serde_json::{Map, Value, json};
-
 use super::super::text::table;
+use crate::evidence::identify::record::{HeldOut, IdentifyRecord};
 use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
 use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::numbers::significant;
@@ -16,7 +15,7 @@ pub(super) struct Found<'a> {
     pub(super) estimate: &'a Estimate,
     pub(super) profiles: &'a [Profile],
     pub(super) advice: &'a [Advice],
-    pub(super) held_out: Option<(&'a Data, Vec<f64>, Vec<f64>)>,
+    pub(super) held_out: Option<HeldOut>,
     pub(super) path: &'a Path,
     pub(super) seconds: f64,
 }
@@ -77,11 +76,11 @@ impl Found<'_> {
         text += "\n";
         let rows = reading_rows(&problem.data, &estimate.predictions.0, &estimate.predictions.1);
         text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &rows);
-        if let Some((others, before, after)) = &self.held_out {
+        if let Some(HeldOut { data: others, before, after }) = &self.held_out {
             text += &format!(
                 "\nnot used, predicted untouched (root mean square difference {:.3} K, {:.3} K before)\n\n",
-                rms(others, after),
-                rms(others, before)
+                whiten::rmse(others, after),
+                whiten::rmse(others, before)
             );
             text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &reading_rows(others, before, after));
         }
@@ -99,55 +98,16 @@ impl Found<'_> {
         text
     }
 
-    pub(super) fn json(&self) -> Value {
-        let (problem, estimate) = (self.problem, self.estimate);
-        let finite = |v: f64| if v.is_finite() { json!(v) } else { Value::Null };
-        let parameters: Map<String, Value> = (0..problem.free.len())
-            .map(|k| {
-                let p = &problem.free[k].parameter;
-                let profile = self.profiles.iter().find(|f| f.parameter == k);
-                let value = json!({
-                    "unit": p.unit, "before": p.shown(p.value), "value": p.shown(estimate.values[k]),
-                    "low": p.shown(estimate.intervals[k].0), "high": p.shown(estimate.intervals[k].1),
-                    "at_bound": estimate.at_bound[k],
-                    "profile": profile.map(|f| json!({
-                        "low": f.interval.0.map(|v| p.shown(v)), "high": f.interval.1.map(|v| p.shown(v)),
-                        "points": f.points.iter().map(|(v, rise)| json!([p.shown(*v), rise])).collect::<Vec<_>>(),
-                    })),
-                });
-                (p.name.clone(), value)
-            })
-            .collect();
-        let names: Vec<&str> = problem.free.iter().map(|f| f.parameter.name.as_str()).collect();
-        let n = names.len();
-        json!({
-            "parameters": parameters,
-            "correlation": {"names": names, "matrix": (0..n).map(|i| (0..n).map(|j| estimate.correlation[(i, j)]).collect::<Vec<_>>()).collect::<Vec<_>>()},
-            "misfit": {"before": estimate.misfit.0, "after": estimate.misfit.1, "dof": estimate.freedom, "p": estimate.probability},
-            "undetermined": estimate.undetermined.iter().map(|u| json!({"text": u.text, "weights": u.weights, "deviation": finite(u.deviation)})).collect::<Vec<_>>(),
-            "readings": reading_json(&problem.data, &estimate.predictions.0, &estimate.predictions.1),
-            "held_out": self.held_out.as_ref().map(|(data, before, after)| json!({
-                "rmse_before_K": rms(data, before), "rmse_after_K": rms(data, after), "readings": reading_json(data, before, after),
-            })),
-            "next_tests": self.advice.iter().take(5).map(|a| {
-                let condition = a.condition.by_name(&problem.study.model.machine);
-                json!({"condition": condition, "gain_nats": a.gain, "shrink": a.shrink})
-            }).collect::<Vec<_>>(),
-            "starts": estimate.ends,
-            "machine": self.path.display().to_string(),
-            "evaluations": estimate.evaluations,
-            "seconds": self.seconds,
-        })
+    pub(super) fn record(&self) -> IdentifyRecord {
+        let mut record = self.estimate.record(self.problem, self.profiles, self.advice, self.held_out.as_ref());
+        record.machine = self.path.display().to_string();
+        record.seconds = self.seconds;
+        record
     }
 }
 
 fn plural(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
-fn rms(data: &Data, predicted: &[f64]) -> f64 {
-    let readings = whiten::readings(data);
-    (readings.iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum::<f64>() / readings.len().max(1) as f64).sqrt()
 }
 
 /// Rows for a reader: of logs only the last of each test.
@@ -168,13 +128,4 @@ fn reading_rows(data: &Data, before: &[f64], after: &[f64]) -> Vec<Vec<String>> 
         })
     };
     places.iter().enumerate().filter_map(of).collect()
-}
-
-fn reading_json(data: &Data, before: &[f64], after: &[f64]) -> Vec<Value> {
-    let readings = whiten::readings(data);
-    let of = |(i, (r, k)): (usize, &(usize, usize))| {
-        json!({"test": data.rows[*r].test, "time_s": data.rows[*r].time, "sensor": data.names[*k], "measured_degC": celsius(readings[i]),
-            "before_degC": celsius(before[i]), "after_degC": celsius(after[i])})
-    };
-    whiten::places(data).iter().enumerate().map(of).collect()
 }

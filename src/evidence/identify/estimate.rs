@@ -7,6 +7,7 @@ use super::{Free, Problem};
 use crate::error::{Error, Result};
 use crate::evidence::measurement::Whitener;
 use crate::foundation::numbers::TWO_SIDED_95;
+use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;
 use crate::solve::sensitivity::Kind;
 
@@ -85,7 +86,7 @@ pub struct Estimate {
 ///
 /// # Errors
 /// Nothing to find, the same twice, or no data; the machine cannot be solved where the search begins.
-pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &mut dyn FnMut(&str)) -> Result<Estimate> {
+pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
     check(problem)?;
     let mut search = Search::new(problem);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
@@ -93,7 +94,7 @@ pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &mut dyn
     let mut noise = Random::new(options.seed);
     let mut ends: Vec<Point> = Vec::new();
     for s in 0..options.starts.max(1) {
-        progress(&format!("start {} of {}", s + 1, options.starts.max(1)));
+        progress.say(&format!("start {} of {}", s + 1, options.starts.max(1)));
         let from = if s == 0 { nominal.clone() } else { around(&mut search, &start, &whitener, &mut noise).unwrap_or(nominal.clone()) };
         ends.push(search.descend(from, &whitener));
     }

@@ -10,6 +10,7 @@ mod advice;
 mod estimate;
 mod predict;
 mod profile;
+pub mod record;
 mod scan;
 mod search;
 mod write;

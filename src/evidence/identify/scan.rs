@@ -1,10 +1,13 @@
 //! The misfit over a grid of two parameters: the published way to find them, and the shape of the valley.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::prelude::*;
 
 use super::search::square;
 use super::{Problem, values};
 use crate::error::{Error, Result};
+use crate::foundation::progress::Progress;
 use crate::evidence::measurement::{Whitener, whiten};
 use crate::solve::sensitivity::Parameter;
 
@@ -39,7 +42,7 @@ impl Scan {
 ///
 /// # Errors
 /// Too many points, or the machine cannot be solved at all.
-pub fn scan(problem: &Problem, pair: [(&Parameter, Vec<f64>); 2], passed: &(dyn Fn() + Sync)) -> Result<Scan> {
+pub fn scan(problem: &Problem, pair: [(&Parameter, Vec<f64>); 2], progress: &dyn Progress) -> Result<Scan> {
     let [(first, along), (second, across)] = pair;
     if along.is_empty() || across.is_empty() || along.len() * across.len() > MOST {
         return Err(Error::input(format!("a grid of {} by {} points", along.len(), across.len()))
@@ -52,9 +55,10 @@ pub fn scan(problem: &Problem, pair: [(&Parameter, Vec<f64>); 2], passed: &(dyn 
     let start = super::predict(&problem.study, &problem.data, &[], problem.start)?;
     let whitener = Whitener::of(&problem.data, &problem.uncertainty, &start.conditions);
     let readings = whiten::readings(&problem.data);
+    let (done, total) = (AtomicUsize::new(0), along.len() * across.len());
     let at = |a: &f64, b: &f64| -> Vec<f64> {
         let found = problem.study.with(&[(first, *a), (second, *b)]).and_then(|study| values(&study, &problem.data, problem.start));
-        passed();
+        progress.count(done.fetch_add(1, Ordering::Relaxed) + 1, total, "pairs");
         found.unwrap_or_else(|_| vec![f64::NAN; readings.len()])
     };
     let predictions: Vec<Vec<Vec<f64>>> = along.par_iter().map(|a| across.par_iter().map(|b| at(a, b)).collect()).collect();

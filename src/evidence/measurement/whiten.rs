@@ -100,6 +100,12 @@ pub fn places(data: &Data) -> Vec<(usize, usize)> {
     data.rows.iter().enumerate().flat_map(of_row).collect()
 }
 
+/// Root mean square of predictions (K, one per reading) less readings, K.
+pub fn rmse(data: &Data, predicted: &[f64]) -> f64 {
+    let readings = readings(data);
+    (readings.iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum::<f64>() / readings.len().max(1) as f64).sqrt()
+}
+
 /// The readings themselves in that order, K.
 pub fn readings(data: &Data) -> Vec<f64> {
     data.rows.iter().flat_map(|row| row.readings.iter().flatten().copied()).collect()

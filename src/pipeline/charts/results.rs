@@ -9,6 +9,7 @@ use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{Definition, Plan, SweepOptions};
+use crate::foundation::progress::Progress;
 use crate::foundation::table::Table;
 use crate::solve::meshed::MeshedMachine;
 
@@ -29,16 +30,16 @@ pub struct SweepResult {
 pub struct Results<'a> {
     root: PathBuf,
     options: SweepOptions<'a>,
-    say: &'a dyn Fn(&str),
+    progress: &'a dyn Progress,
     sweeps: BTreeMap<PathBuf, Rc<SweepResult>>,
     machines: BTreeMap<PathBuf, Rc<MeshedMachine>>,
 }
 
 impl<'a> Results<'a> {
-    /// Results of sweeps are looked for, and kept, in `root`/NAME after the name of the sweep file; `say` hears what is
+    /// Results of sweeps are looked for, and kept, in `root`/NAME after the name of the sweep file; `progress` hears what is
     /// being done.
-    pub fn new(root: &Path, options: SweepOptions<'a>, say: &'a dyn Fn(&str)) -> Self {
-        Self { root: root.to_path_buf(), options, say, sweeps: BTreeMap::new(), machines: BTreeMap::new() }
+    pub fn new(root: &Path, options: SweepOptions<'a>, progress: &'a dyn Progress) -> Self {
+        Self { root: root.to_path_buf(), options, progress, sweeps: BTreeMap::new(), machines: BTreeMap::new() }
     }
 
     /// Makes the results of a sweep known that have just been found.
@@ -61,7 +62,7 @@ impl<'a> Results<'a> {
         let (table, validation) = match finished(&folder, &plan, &machine)? {
             Some(found) => found,
             None => {
-                (self.say)(&format!("{}: solving what {} does not hold yet", path.display(), folder.display()));
+                self.progress.say(&format!("{}: solving what {} does not hold yet", path.display(), folder.display()));
                 let swept = Sweep::open(path, None, &[])?.run(&folder, self.options)?;
                 (swept.table, swept.validation)
             }

@@ -1,0 +1,189 @@
+//! An identification as outside programs read it: each field is a key of `coldplate identify --json`. Numbers are in the
+//! parameters' own units; what is not finite becomes `null`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use super::{Advice, Estimate, Problem, Profile};
+use crate::evidence::measurement::{Data, whiten};
+use crate::units::celsius;
+
+/// What was found.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct IdentifyRecord {
+    pub parameters: BTreeMap<String, ParameterRecord>,
+    pub correlation: CorrelationRecord,
+    pub misfit: MisfitRecord,
+    /// Combinations that the readings do not determine.
+    pub undetermined: Vec<UndeterminedRecord>,
+    pub readings: Vec<ReadingRecord>,
+    pub held_out: Option<HeldOutRecord>,
+    pub next_tests: Vec<NextTestRecord>,
+    /// Misfit that each start of the search ended with.
+    pub starts: Vec<f64>,
+    /// Where the identified machine is written.
+    pub machine: String,
+    pub evaluations: usize,
+    pub seconds: f64,
+}
+
+/// One parameter with its 95 % interval.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct ParameterRecord {
+    pub unit: String,
+    pub before: f64,
+    pub value: f64,
+    pub low: f64,
+    pub high: f64,
+    pub at_bound: bool,
+    pub profile: Option<ProfileRecord>,
+}
+
+/// The profile of the misfit along one parameter.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct ProfileRecord {
+    pub low: Option<f64>,
+    pub high: Option<f64>,
+    /// Values, and the misfit above the least one there.
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Correlations of all parameters.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct CorrelationRecord {
+    pub names: Vec<String>,
+    pub matrix: Vec<Vec<f64>>,
+}
+
+/// Chi-square before and after.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct MisfitRecord {
+    pub before: f64,
+    pub after: f64,
+    /// Degrees of freedom.
+    pub dof: usize,
+    pub p: f64,
+}
+
+/// A combination of parameters that the readings do not determine.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct UndeterminedRecord {
+    pub text: String,
+    pub weights: Vec<f64>,
+    pub deviation: f64,
+}
+
+/// One reading, and what was predicted.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct ReadingRecord {
+    pub test: String,
+    pub time_s: Option<f64>,
+    pub sensor: String,
+    pub measured_degC: f64,
+    pub before_degC: f64,
+    pub after_degC: f64,
+}
+
+/// Tests that took no part.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct HeldOutRecord {
+    pub rmse_before_K: f64,
+    pub rmse_after_K: f64,
+    pub readings: Vec<ReadingRecord>,
+}
+
+/// A test that would tell more.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct NextTestRecord {
+    pub condition: BTreeMap<String, String>,
+    pub gain_nats: f64,
+    pub shrink: Vec<f64>,
+}
+
+/// Data that took no part, with predictions before and after, K.
+#[derive(Debug, Clone)]
+pub struct HeldOut {
+    /// The readings.
+    pub data: Data,
+    /// Predictions of the machine file as it is.
+    pub before: Vec<f64>,
+    /// Predictions of the identified machine.
+    pub after: Vec<f64>,
+}
+
+impl Estimate {
+    /// The estimate for other programs, with the profiles and tests that were computed for it.
+    pub fn record(&self, problem: &Problem, profiles: &[Profile], advice: &[Advice], held_out: Option<&HeldOut>) -> IdentifyRecord {
+        let parameter = |k: usize| {
+            let p = &problem.free[k].parameter;
+            let profile = profiles.iter().find(|f| f.parameter == k).map(|f| ProfileRecord {
+                low: f.interval.0.map(|v| p.shown(v)),
+                high: f.interval.1.map(|v| p.shown(v)),
+                points: f.points.iter().map(|(v, rise)| [p.shown(*v), *rise]).collect(),
+            });
+            let record = ParameterRecord {
+                unit: p.unit.clone(),
+                before: p.shown(p.value),
+                value: p.shown(self.values[k]),
+                low: p.shown(self.intervals[k].0),
+                high: p.shown(self.intervals[k].1),
+                at_bound: self.at_bound[k],
+                profile,
+            };
+            (p.name.clone(), record)
+        };
+        let n = problem.free.len();
+        let next = |a: &Advice| NextTestRecord {
+            condition: a.condition.by_name(&problem.study.model.machine),
+            gain_nats: a.gain,
+            shrink: a.shrink.clone(),
+        };
+        let open = self.undetermined.iter();
+        IdentifyRecord {
+            parameters: (0..n).map(parameter).collect(),
+            correlation: CorrelationRecord {
+                names: problem.free.iter().map(|f| f.parameter.name.clone()).collect(),
+                matrix: (0..n).map(|i| (0..n).map(|j| self.correlation[(i, j)]).collect()).collect(),
+            },
+            misfit: MisfitRecord { before: self.misfit.0, after: self.misfit.1, dof: self.freedom, p: self.probability },
+            undetermined: open
+                .map(|u| UndeterminedRecord { text: u.text.clone(), weights: u.weights.clone(), deviation: u.deviation })
+                .collect(),
+            readings: readings(&problem.data, &self.predictions.0, &self.predictions.1),
+            held_out: held_out.map(|h| HeldOutRecord {
+                rmse_before_K: whiten::rmse(&h.data, &h.before),
+                rmse_after_K: whiten::rmse(&h.data, &h.after),
+                readings: readings(&h.data, &h.before, &h.after),
+            }),
+            next_tests: advice.iter().take(5).map(next).collect(),
+            starts: self.ends.clone(),
+            machine: String::new(),
+            evaluations: self.evaluations,
+            seconds: 0.0,
+        }
+    }
+}
+
+fn readings(data: &Data, before: &[f64], after: &[f64]) -> Vec<ReadingRecord> {
+    let measured = whiten::readings(data);
+    let of = |(i, (r, k)): (usize, &(usize, usize))| ReadingRecord {
+        test: data.rows[*r].test.clone(),
+        time_s: data.rows[*r].time,
+        sensor: data.names[*k].clone(),
+        measured_degC: celsius(measured[i]),
+        before_degC: celsius(before[i]),
+        after_degC: celsius(after[i]),
+    };
+    whiten::places(data).iter().enumerate().map(of).collect()
+}
