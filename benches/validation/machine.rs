@@ -70,7 +70,7 @@ pub fn identified(emissivity: bool, cells: Option<usize>) -> Result<(Problem, Es
     let keys: &[&str] = if emissivity { &[GAIN, HEAT, EMISSIVITY] } else { &[GAIN, HEAT] };
     let free = keys.iter().map(|key| Free::parse(key, &study)).collect::<Result<Vec<_>>>()?;
     let problem = Problem { study, data, uncertainty, free, start: Start::Steady };
-    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &mut |_| {})?;
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &coldplate::Silent)?;
     Ok((problem, estimate))
 }
 

@@ -92,7 +92,7 @@ fn problem(case: &Case, cells: Option<usize>) -> Result<(Problem, Data)> {
 /// Identifies one case and predicts both conditions.
 pub fn found(case: &Case, cells: Option<usize>) -> Result<Found> {
     let (problem, all) = problem(case, cells)?;
-    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &mut |_| {})?;
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &coldplate::Silent)?;
     let study = problem.machine_at(&estimate.values)?;
     let area = |name: &str| {
         let groups = study.model.network.contacts.iter();

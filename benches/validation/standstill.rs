@@ -123,7 +123,7 @@ fn problem(data: Data, cells: usize, keys: &[&str], mesh: f64) -> Result<Problem
 /// Recovers the planted emissivity; the search begins at the published 0.55.
 pub fn recovered(cells: (usize, usize), seed: u64) -> Result<(Problem, Estimate)> {
     let problem = problem(synthetic(cells.0, true, seed)?, cells.1, &[KEY], MESH)?;
-    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &mut |_| {})?;
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &coldplate::Silent)?;
     Ok((problem, estimate))
 }
 

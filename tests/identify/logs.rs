@@ -55,7 +55,7 @@ fn truth(file: &Study, plan: &[(f64, coldplate::describe::machine::Condition)]) 
         every: Some(f64::INFINITY),
         ..simulate::SimulateOptions::default()
     };
-    let history = simulate::run(&file.model, &Schedule::from_rows(rows).unwrap(), &options, &Silent).unwrap();
+    let history = simulate::run(&file.model, &Schedule::from_rows(rows).unwrap(), &options, &mut |_| {}).unwrap();
     let at = |time: f64| history.times.iter().position(|t| (t - time).abs() < 1e-6).unwrap();
     plan.iter().map(|(time, _)| history.readings[at(*time)].clone()).collect()
 }

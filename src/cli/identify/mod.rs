@@ -92,8 +92,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }
-    let estimate =
-        identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &out.progress())?;
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &out.progress())?;
     let (profiles, advice) = if args.brief {
         (Vec::new(), Vec::new())
     } else {

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::search::square;
 use super::{Problem, values};
 use crate::error::{Error, Result};
-use crate::foundation::progress::Progress;
 use crate::evidence::measurement::{Whitener, whiten};
+use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::Parameter;
 
 /// Most points of a grid.
