@@ -3,7 +3,8 @@
 use std::f64::consts::PI;
 
 use coldplate::describe::machine::{
-    BoundaryLaw, Condition, ContactLaw, Film, Layout, LimitKind, Machine, Place, Property, Reading, Shape, Side,
+    BoundaryLaw, Condition, Conductance, ContactLaw, Film, Layout, LimitKind, Machine, OfPressure, Place, Property, Reading, Shape, Side,
+    Total,
 };
 use coldplate::error::Kind;
 
@@ -52,13 +53,13 @@ fn every_table_is_read_into_si() {
     assert_eq!((m.parts[0].surface.area, m.parts[1].surface.emissivity, m.parts[4].surface.emissivity), (Some(0.055), 0.0, 0.55));
     assert!(close(m.parts[1].stated_flux_area.unwrap(), 0.04299));
 
-    assert_eq!(m.default_contact, Some(ContactLaw::Conductance(500.0)));
-    assert_eq!(m.contacts[0].law, ContactLaw::Conductance(560.0));
+    assert_eq!(m.default_contact, Some(ContactLaw::Conductance(Conductance(500.0))));
+    assert_eq!(m.contacts[0].law, ContactLaw::Conductance(Conductance(560.0)));
     assert_eq!(FULL.lines().nth(m.contacts[0].line - 1), Some("[contact.motor]"));
     let ContactLaw::Rough(rough) = &m.contacts[1].law else { panic!("not rough") };
     assert!(close(rough.roughness, 2.26e-6) && rough.gas.unwrap().pressure == 1.0 && rough.emissivity == Some([0.2, 0.3]));
-    assert!(matches!(&m.contacts[2].law, ContactLaw::OfPressure { table, pressure } if table.len() == 2 && *pressure == 4e5));
-    assert_eq!((m.contacts[3].between, &m.contacts[3].law), ([Place::Node(0), Place::Part(1)], &ContactLaw::Total(2.0)));
+    assert!(matches!(&m.contacts[2].law, ContactLaw::OfPressure(OfPressure { table, pressure }) if table.len() == 2 && *pressure == 4e5));
+    assert_eq!((m.contacts[3].between, &m.contacts[3].law), ([Place::Node(0), Place::Part(1)], &ContactLaw::Total(Total(2.0))));
 
     assert_eq!(
         m.circuits[0].layout,

@@ -2,6 +2,7 @@
 
 mod enclosures;
 mod formulas;
+mod laws;
 mod machines;
 mod overlaps;
 mod printed_schema;

@@ -1,7 +1,7 @@
 //! Candidates straight from the network: against the parameters of the file that mean the same, and against networks that
 //! hold the candidate.
 
-use coldplate::describe::machine::ContactLaw;
+use coldplate::describe::machine::{Conductance, ContactLaw};
 use coldplate::discretise::network::{ContactGroup, Joint, NONE, Network};
 use coldplate::solve::sensitivity::{Derivatives, Effect, Study};
 use coldplate::solve::{Solver, Tangent};
@@ -143,7 +143,7 @@ fn candidates_the_file_does_not_know() {
         let group = ContactGroup {
             of: None,
             name: "bridge".into(),
-            law: ContactLaw::Conductance(g),
+            law: ContactLaw::Conductance(Conductance(g)),
             between: ["bearing".into(), "screen".into()],
             area: 1.0,
             scale: 1.0,

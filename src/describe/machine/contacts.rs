@@ -1,16 +1,15 @@
 //! Contacts, boundaries and radiation links: what joins parts, nodes and surroundings.
 
+use super::Face;
 use super::condition::Symbols;
-use super::geometry::emissivity;
+use super::contact_law::{Bonded, ContactLaw, Insulated};
+use super::geometry::{emissivity, two_emissivities};
 use super::keys::joints as keys;
-use super::library::property;
 use super::names::Index;
 use super::variables::{formula, formula_or};
-use super::{Face, Property};
 use crate::error::Result;
 use crate::foundation::document::Section;
 use crate::foundation::formula::Formula;
-use crate::physics::contact::{AIR_MEAN_FREE_PATH, Asperities, Gas, Rough, rarefaction_length};
 use crate::units::Dimension;
 
 /// Something a contact, source or link can attach to.
@@ -38,30 +37,6 @@ pub struct Contact {
     pub area: Option<f64>,
     /// Line in the machine file.
     pub line: usize,
-}
-
-/// How heat crosses a contact.
-#[derive(Debug, Clone, PartialEq)]
-pub enum ContactLaw {
-    /// Perfect.
-    Bonded,
-    /// Constant conductance, W/(m² K).
-    Conductance(f64),
-    /// Total conductance, W/K, spread over the true area.
-    Total(f64),
-    /// Conductance (W/(m² K)) against mean interface temperature (K).
-    OfTemperature(Property),
-    /// Conductance against contact pressure (Pa), evaluated at `pressure`.
-    OfPressure {
-        /// Piecewise-linear table of (Pa, W/(m² K)).
-        table: Vec<(f64, f64)>,
-        /// Contact pressure, Pa.
-        pressure: f64,
-    },
-    /// Cooper-Mikic-Yovanovich solid spots with gap gas and radiation in parallel.
-    Rough(crate::physics::contact::Rough),
-    /// No heat crosses.
-    Insulated,
 }
 
 /// A prescribed thermal condition on faces.
@@ -108,25 +83,16 @@ pub(super) fn contacts(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Cont
     let mut found = Vec::new();
     for (name, section) in root.sections("contact")? {
         let between = pair(&section, index)?;
-        let Some(law) = law(&section)? else {
-            let help = format!("give one of: {}", keys::LAW_NAMES.join(", "));
+        let Some(law) = ContactLaw::read(&section)? else {
+            let help = format!("give one of: {}", ContactLaw::names().join(", "));
             return Err(section.error("this contact does not say how heat crosses it").help(help));
         };
         let area = section.opt_positive("area", Dimension::AREA)?;
-        if between.iter().any(|place| matches!(place, Place::Node(_))) {
-            let what = match &law {
-                ContactLaw::Bonded => Some("a lumped node cannot be bonded"),
-                ContactLaw::Rough(_) => Some("a lumped node has no conductivity for the law of rough surfaces"),
-                ContactLaw::Conductance(_) | ContactLaw::OfTemperature(_) | ContactLaw::OfPressure { .. } if area.is_none() => {
-                    Some("a contact with a lumped node needs its area")
-                }
-                _ => None,
-            };
-            if let Some(what) = what {
-                return Err(section.error(what).help("give total_conductance = \"7.3 W/K\", or conductance and area = \"143 cm2\""));
-            }
+        let has_node = between.iter().any(|place| matches!(place, Place::Node(_)));
+        if let Some(what) = law.refusal_at_node(area.is_some()).filter(|_| has_node) {
+            return Err(section.error(what).help("give total_conductance = \"7.3 W/K\", or conductance and area = \"143 cm2\""));
         }
-        if area.is_some() && matches!(law, ContactLaw::Total(_)) {
+        if area.is_some() && law.is_total() {
             return Err(section
                 .error_at("area", "a total conductance is spread over the true area")
                 .help("remove 'area', or give 'conductance' with it"));
@@ -144,12 +110,12 @@ pub(super) fn default_contact(root: &Section<'_>) -> Result<Option<ContactLaw>> 
     let found = match section.opt("default") {
         None => None,
         Some(value) if value.is_text() => {
-            Some([ContactLaw::Bonded, ContactLaw::Insulated][value.choice(&["bonded", "insulated"])?].clone())
+            Some([ContactLaw::Bonded(Bonded), ContactLaw::Insulated(Insulated)][value.choice(&["bonded", "insulated"])?].clone())
         }
         Some(value) => {
             let table = value.section()?;
-            let found = law(&table)?;
-            if found.is_none() || matches!(found, Some(ContactLaw::Total(_))) {
+            let found = ContactLaw::read(&table)?;
+            if found.as_ref().is_none_or(ContactLaw::is_total) {
                 let help = "write \"bonded\", \"insulated\" or { conductance = \"500 W/(m2 K)\" }";
                 return Err(value.error("this law cannot hold for every touching pair").help(help));
             }
@@ -183,89 +149,6 @@ fn pair(section: &Section<'_>, index: &Index<'_>) -> Result<[Place; 2]> {
             .help("name two different parts or nodes; blocks of one part are one piece"));
     }
     Ok(places)
-}
-
-/// The law a table gives, if any.
-fn law(section: &Section<'_>) -> Result<Option<ContactLaw>> {
-    let Some(key) = section.one_of(keys::LAW_NAMES)? else { return Ok(None) };
-    Ok(Some(match key {
-        "conductance" => ContactLaw::Conductance(section.positive(key, Dimension::FILM)?),
-        "total_conductance" => ContactLaw::Total(section.positive(key, Dimension::CONDUCTANCE)?),
-        "temperature_table" => ContactLaw::OfTemperature(property(&section.value(key)?, Dimension::FILM)?),
-        "pressure_table" => {
-            let table = section.curve(key, Dimension::PRESSURE, Dimension::FILM)?;
-            if table.iter().any(|(p, h)| *p < 0.0 || *h <= 0.0) {
-                return Err(section.error_at(key, "pressures cannot be negative, conductances must be larger than zero"));
-            }
-            let pressure = section.positive("pressure", Dimension::PRESSURE)?;
-            if pressure < table[0].0 || pressure > table[table.len() - 1].0 {
-                return Err(section
-                    .error_at("pressure", "the pressure lies outside the table")
-                    .help("extend the table or change the pressure"));
-            }
-            ContactLaw::OfPressure { table, pressure }
-        }
-        "rough" => ContactLaw::Rough(rough(section.section(key)?)?),
-        _ => {
-            if !section.flag(key)? {
-                return Err(section.error_at(key, format!("'{key}' can only be true")).help("remove it and give another law"));
-            }
-            if key == "bonded" { ContactLaw::Bonded } else { ContactLaw::Insulated }
-        }
-    }))
-}
-
-fn rough(section: Section<'_>) -> Result<Rough> {
-    let asperities = match section.one_of(&["hardness", "modulus"])? {
-        Some("hardness") => Asperities::Plastic { hardness: section.positive("hardness", Dimension::PRESSURE)? },
-        Some(_) => Asperities::Elastic { modulus: section.positive("modulus", Dimension::PRESSURE)? },
-        None => {
-            let help = "give the microhardness of the softer side, hardness = \"1.3 GPa\", or for elastic contact the effective modulus";
-            return Err(section.error_at("hardness", "'hardness' is missing").help(help));
-        }
-    };
-    let gas = match section.opt_section("gas")? {
-        None => None,
-        Some(gas) => {
-            let accommodation = keys::GAS_ACCOMMODATION.read(&gas)?;
-            if !(accommodation > 0.0 && accommodation <= 1.0) {
-                return Err(gas
-                    .error_at("accommodation", "an accommodation coefficient lies above 0 and at most at 1")
-                    .help("0.9 for machined metal in air"));
-            }
-            // Air: ratio of heat capacities 1.4, Prandtl number 0.71.
-            let of_air = rarefaction_length([accommodation; 2], 1.4, 0.71, AIR_MEAN_FREE_PATH);
-            let read = Gas {
-                conductivity: keys::GAS_CONDUCTIVITY.read(&gas)?,
-                pressure: gas.positive("pressure", Dimension::PRESSURE)?,
-                gap: gas.opt_positive("gap", Dimension::LENGTH)?,
-                rarefaction: gas.opt_positive("rarefaction", Dimension::LENGTH)?.unwrap_or(of_air),
-            };
-            gas.finish()?;
-            Some(read)
-        }
-    };
-    let radiating = match section.opt_list("emissivity")? {
-        None => None,
-        Some(list) => Some(two_emissivities(&section, &list)?),
-    };
-    let read = Rough {
-        roughness: section.positive("roughness", Dimension::LENGTH)?,
-        slope: section.positive("slope", Dimension::NUMBER)?,
-        asperities,
-        pressure: section.positive("pressure", Dimension::PRESSURE)?,
-        gas,
-        emissivity: radiating,
-    };
-    section.finish()?;
-    Ok(read)
-}
-
-fn two_emissivities(section: &Section<'_>, list: &[crate::foundation::document::Value<'_>]) -> Result<[f64; 2]> {
-    let [first, second] = list else {
-        return Err(section.error_at("emissivity", "two emissivities are wanted here").help("write emissivity = [0.2, 0.3]"));
-    };
-    Ok([emissivity(first)?, emissivity(second)?])
 }
 
 /// Reads `[boundary.NAME]`.
@@ -312,7 +195,7 @@ pub(super) fn radiation_links(root: &Section<'_>, index: &Index<'_>) -> Result<V
             let help = "the share of what leaves the first surface that reaches the second; two parallel squares a tenth of their side apart: 0.83";
             return Err(section.error_at("view_factor", "a view factor lies above 0 and at most at 1").help(help));
         }
-        let emissivity = two_emissivities(&section, &section.list("emissivity")?)?;
+        let emissivity = two_emissivities(&section.value("emissivity")?)?;
         let area = section.opt_positive("area", Dimension::AREA)?;
         if area.is_none() && matches!(between[0], Place::Node(_)) {
             return Err(section

@@ -349,6 +349,15 @@ pub(super) fn emissivity(value: &Value<'_>) -> Result<f64> {
     Err(value.error("an emissivity lies above 0 and at most at 1").help("machined steel 0.15..0.35, anodised aluminium 0.8"))
 }
 
+/// Two emissivities in a list.
+pub(super) fn two_emissivities(value: &Value<'_>) -> Result<[f64; 2]> {
+    let list = value.list()?;
+    let [first, second] = list.as_slice() else {
+        return Err(value.error("two emissivities are wanted here").help("write emissivity = [0.2, 0.3]"));
+    };
+    Ok([emissivity(first)?, emissivity(second)?])
+}
+
 /// Reads `[part.NAME.surface]` or `surface = "none"`; without either the usual one.
 fn surface(section: &Section<'_>, part: usize, parts: &[Part], usual: &Surface) -> Result<Surface> {
     let Some(value) = section.opt("surface") else { return Ok(usual.clone()) };

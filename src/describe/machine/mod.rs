@@ -7,6 +7,7 @@ use crate::foundation::formula::Formula;
 
 mod channels;
 mod condition;
+mod contact_law;
 mod contacts;
 mod enclosures;
 mod geometry;
@@ -22,7 +23,8 @@ mod variables;
 
 pub use channels::{Channel, Circuit, Film, Layout};
 pub use condition::Condition;
-pub use contacts::{Boundary, BoundaryLaw, Contact, ContactLaw, Place, RadiationLink};
+pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Slope, Total};
+pub use contacts::{Boundary, BoundaryLaw, Contact, Place, RadiationLink};
 pub use enclosures::{Enclosure, EnclosureSurface, Views};
 pub use keys::SCHEMA;
 pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};

@@ -20,8 +20,7 @@ pub use load::{BoundaryState, Load};
 pub use stream::{Stream, StreamState};
 pub use surface::Surface;
 
-use crate::describe::machine::{ContactLaw, Property};
-use crate::physics::contact;
+use crate::describe::machine::{ContactLaw, Interface, Property, Slope};
 
 /// Marks "no such index".
 pub const NONE: u32 = u32::MAX;
@@ -258,33 +257,21 @@ impl Network {
     /// Specific resistance (m² K/W) of a joint's contact at a mean temperature (K), with its slope.
     fn contact_resistance(&self, joint: &Joint, mean: f64) -> (f64, f64) {
         let group = &self.contacts[joint.contact as usize];
-        let (h, slope) = match &group.law {
-            ContactLaw::Bonded => return (0.0, 0.0),
-            ContactLaw::Insulated => return (f64::INFINITY, 0.0),
-            ContactLaw::Conductance(h) => (*h, 0.0),
-            ContactLaw::Total(total) => (total / group.area, 0.0),
-            ContactLaw::OfTemperature(table) => table.with_slope(mean),
-            ContactLaw::OfPressure { table, pressure } => (Property::Table(table.clone()).at(*pressure), 0.0),
-            ContactLaw::Rough(rough) => {
-                let k = |property: u32| (property != NONE).then(|| self.properties[property as usize].with_slope(mean));
-                // A lumped side has no conductivity of its own: the spots are those of the other metal.
-                let (a, b) = (k(joint.property_a), k(joint.property_b));
-                let either = a.or(b).unwrap_or((f64::INFINITY, 0.0));
-                contact::conductance_with_slope(rough, a.unwrap_or(either), b.unwrap_or(either), mean)
-            }
+        let conductivity = |property: u32| {
+            let (value, slope) = self.properties.get(property as usize)?.with_slope(mean);
+            Some(Slope { value, slope })
         };
-        let h = h * group.scale;
-        (1.0 / h, -slope * group.scale / (h * h))
+        let conductivities = [conductivity(joint.property_a), conductivity(joint.property_b)];
+        let found = group.law.conductance(&Interface { area: group.area, temperature: mean, conductivities });
+        let h = found.value * group.scale;
+        if h == 0.0 || h.is_infinite() {
+            return (1.0 / h, 0.0);
+        }
+        (1.0 / h, -found.slope * group.scale / (h * h))
     }
 
     /// Whether no conductance changes with temperature; otherwise the Jacobian is not symmetric.
     pub fn is_linear_conduction(&self) -> bool {
-        let varies = |law: &ContactLaw| match law {
-            ContactLaw::OfTemperature(property) => !property.is_constant(),
-            // Gap gas and radiation across the gap follow the temperature.
-            ContactLaw::Rough(rough) => rough.gas.is_some() || rough.emissivity.is_some(),
-            _ => false,
-        };
-        self.properties.iter().all(Property::is_constant) && !self.contacts.iter().any(|c| varies(&c.law))
+        self.properties.iter().all(Property::is_constant) && !self.contacts.iter().any(|c| c.law.follows_temperature())
     }
 }

@@ -8,7 +8,6 @@ use super::MeshedMachine;
 use crate::describe::machine::Condition;
 use crate::discretise::network::{Load, NONE};
 use crate::error::Result;
-use crate::physics::contact;
 use crate::solve::balance::contact_flows;
 use crate::units::{Celsius, Kelvin};
 
@@ -276,9 +275,7 @@ fn warn_about_contacts(model: &MeshedMachine, found: &mut Inventory) {
         ));
     }
     for group in &model.network.contacts {
-        if let crate::describe::machine::ContactLaw::Rough(rough) = &group.law
-            && let Some(note) = contact::note(rough)
-        {
+        if let Some(note) = group.law.note() {
             found.warnings.push(format!("contact '{}': {note}", group.name));
         }
     }

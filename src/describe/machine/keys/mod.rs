@@ -22,12 +22,10 @@ const AREA: Unit = Unit::of(Dimension::AREA, "m2");
 const CELSIUS: Unit = Unit::of(Dimension::TEMPERATURE, "degC");
 const KELVIN: Unit = Unit::of(Dimension::DIFFERENCE, "K");
 const FILM: Unit = Unit::of(Dimension::FILM, "W/(m2 K)");
-const CONDUCTANCE: Unit = Unit::of(Dimension::CONDUCTANCE, "W/K");
 const CONDUCTIVITY: Unit = Unit::of(Dimension::CONDUCTIVITY, "W/(m K)");
 const DENSITY: Unit = Unit::of(Dimension::DENSITY, "kg/m3");
 const SPECIFIC_HEAT: Unit = Unit::of(Dimension::SPECIFIC_HEAT, "J/(kg K)");
 const PASCALS: Unit = Unit::of(Dimension::PRESSURE, "Pa");
-const MEGAPASCALS: Unit = Unit::of(Dimension::PRESSURE, "MPa");
 
 /// A property: a constant, or a table against temperature.
 const PROPERTY_OF_CONDUCTION: Form = Form::Either(&[Form::Quantity(CONDUCTIVITY), Form::Curve(CELSIUS, CONDUCTIVITY)]);

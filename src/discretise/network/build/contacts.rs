@@ -2,7 +2,7 @@
 
 use super::joints::{Crossing, joint_between, reversed};
 use super::{Builder, Foot};
-use crate::describe::machine::{Contact, ContactLaw, Face, Place, Side};
+use crate::describe::machine::{Bonded, Contact, ContactLaw, Face, Place, Side};
 use crate::discretise::mesh::Interface;
 use crate::discretise::mesh::grid::{Grid, tangents};
 use crate::discretise::network::{ContactGroup, Joint, NONE, Reach};
@@ -33,7 +33,7 @@ impl Builder<'_> {
     /// Joints where blocks touch.
     pub(super) fn interfaces(&mut self) -> Result<()> {
         // Interfaces that share a contact form one group: sort them by the contact they belong to.
-        let default = self.machine.default_contact.clone().unwrap_or(ContactLaw::Bonded);
+        let default = self.machine.default_contact.clone().unwrap_or(ContactLaw::Bonded(Bonded));
         let mut named: Vec<Vec<Crossing>> = vec![Vec::new(); self.machine.contacts.len()];
         let mut unnamed: Vec<((usize, usize), Vec<Crossing>)> = Vec::new();
         let mut add_unnamed = |pa: usize, pb: usize, crossing: Crossing| {
@@ -69,9 +69,8 @@ impl Builder<'_> {
         for (index, list) in named.into_iter().enumerate() {
             let contact = &self.machine.contacts[index];
             if list.is_empty() {
-                let stated = contact.area.is_some()
-                    || matches!(contact.law, ContactLaw::Total(_))
-                    || contact.between.iter().any(|p| matches!(p, Place::Node(_)));
+                let stated =
+                    contact.area.is_some() || contact.law.is_total() || contact.between.iter().any(|p| matches!(p, Place::Node(_)));
                 if !stated {
                     return Err(Error::input(format!("the contact '{}' joins faces that do not touch", contact.name))
                         .at_line(contact.line)
@@ -81,10 +80,8 @@ impl Builder<'_> {
                 continue; // joined by its stated area later
             }
             let true_area: f64 = list.iter().map(|crossing| crossing.area).sum();
-            let scale = match (&contact.law, contact.area) {
-                (ContactLaw::Total(_), _) | (_, None) => 1.0,
-                (_, Some(stated)) => stated / true_area,
-            };
+            let stated = contact.area.filter(|_| !contact.law.is_total());
+            let scale = stated.map_or(1.0, |stated| stated / true_area);
             let names = contact.between.map(|p| self.place_name(p));
             self.group(Some(index), contact.name.clone(), contact.law.clone(), names, true_area, scale, list);
         }
@@ -115,9 +112,7 @@ impl Builder<'_> {
             self.network.joints.extend(crossing.joints.iter().copied().map(within));
         }
         let joints = start..self.network.joints.len();
-        // Where the law follows the temperature of the interface, that of one side alone would not do: pairs are as
-        // accurate there, to second order.
-        if !matches!(law, ContactLaw::OfTemperature(_) | ContactLaw::Insulated) {
+        if law.joins_along() {
             self.network.joints.extend(crossings.iter().flat_map(|c| &c.along).copied().map(within));
         }
         self.network.contacts.push(ContactGroup { of, name, law, between, area, scale, is_half: false, joints });
@@ -207,7 +202,7 @@ impl Builder<'_> {
             let is_node = contact.between.map(|p| matches!(p, Place::Node(_)));
             if is_node == [true, true] {
                 let area = contact.area.unwrap_or(1.0);
-                if contact.area.is_none() && !matches!(contact.law, ContactLaw::Total(_)) {
+                if contact.area.is_none() && !contact.law.is_total() {
                     return Err(Error::input("two lumped nodes have no faces to take the area from")
                         .at_line(contact.line)
                         .at_key(key)

@@ -127,7 +127,7 @@ impl Builder<'_> {
     /// The joints of pieces of a touch under a law, from the imported side to the other (or crossed).
     pub(super) fn crossing(&self, touch: &Touch, pieces: &[&Piece], law: &ContactLaw, crossed: bool) -> Crossing {
         let tetra = &self.mesh.tetra[touch.tetra];
-        let is_bonded = *law == ContactLaw::Bonded;
+        let is_bonded = law.is_bonded();
         let mut crossing = Crossing::default();
         // Of each cell the vertices that face it, with their shares.
         let mut cells: BTreeMap<u32, Vec<Joint>> = BTreeMap::new();

@@ -1,0 +1,60 @@
+//! Every contact law, from a machine file to temperatures.
+
+use coldplate::describe::machine::{ContactLaw, Interface, Machine, Slope};
+use coldplate::solve::meshed::MeshedMachine;
+
+/// Every law as lines of a contact between two steel blocks.
+const LAWS: [(&str, &str); 7] = [
+    ("conductance", "conductance = \"500 W/(m2 K)\""),
+    ("total_conductance", "total_conductance = \"5 W/K\""),
+    ("temperature_table", "temperature_table = [[\"0 degC\", \"300 W/(m2 K)\"], [\"100 degC\", \"900 W/(m2 K)\"]]"),
+    ("pressure_table", "pressure_table = [[\"0.1 MPa\", \"300 W/(m2 K)\"], [\"1 MPa\", \"900 W/(m2 K)\"]]\npressure = \"0.4 MPa\""),
+    (
+        "rough",
+        "rough = { roughness = \"1 um\", slope = 0.1, hardness = \"2 GPa\", pressure = \"1 MPa\", gas = { pressure = \"10 Pa\" }, emissivity = \
+         [0.2, 0.3] }",
+    ),
+    ("bonded", "bonded = true"),
+    ("insulated", "insulated = true"),
+];
+
+fn machine(law: &str) -> Machine {
+    let text = format!(
+        "name = \"two blocks\"\n[variables]\ncoolant_flow = \"1 L/min\"\ncoolant_temperature = \"20 degC\"\nmotor_speed = \"0 rpm\"\n\
+         ambient_temperature = \"20 degC\"\n\
+         [part.low]\nmaterial = \"steel\"\nbox = [\"0.1 m\", \"0.1 m\", \"20 mm\"]\n\
+         [part.high]\nmaterial = \"steel\"\nbox = [\"0.1 m\", \"0.1 m\", \"20 mm\"]\non = \"low.+z\"\n\
+         [contact.joint]\nbetween = [\"low.+z\", \"high.-z\"]\n{law}\n\
+         [boundary.cold]\nfaces = [\"low.-z\"]\ntemperature = \"20 degC\"\n[boundary.hot]\nfaces = [\"high.+z\"]\ntemperature = \"80 degC\"\n\
+         [sensor.low]\nface = \"low.+z\"\n[sensor.high]\nface = \"high.-z\"\n"
+    );
+    text.parse().unwrap()
+}
+
+#[test]
+fn every_contact_law_runs_from_a_machine_file() {
+    assert_eq!(LAWS.map(|(name, _)| name), ContactLaw::names(), "every law has its lines here");
+    for (name, lines) in LAWS {
+        let machine = machine(lines);
+        let law = machine.contacts[0].law.clone();
+        let steel = |temperature: f64| machine.materials[0].conductivity[0].with_slope(temperature);
+        let at = |temperature: f64| {
+            let (value, slope) = steel(temperature);
+            law.conductance(&Interface { area: 0.01, temperature, conductivities: [Some(Slope { value, slope }); 2] })
+        };
+        let (here, step) = (at(323.0), 0.01);
+        let difference = (at(323.0 + step).value - at(323.0 - step).value) / (2.0 * step);
+        if here.value.is_finite() {
+            assert!((here.slope - difference).abs() <= 1e-6 * here.value, "{name}: {} and {difference}", here.slope);
+            assert!(law.follows_temperature() || here.slope == 0.0, "{name}");
+        }
+        // One-dimensional: steel, contact, steel in series.
+        let expected = 60.0 / (2.0 * 0.02 / (steel(323.15).0 * 0.01) + 1.0 / (at(323.15).value * 0.01));
+        let model = MeshedMachine::new(machine, Some(200)).unwrap();
+        let condition = model.machine.condition(&[]).unwrap();
+        let state = model.solve(&model.solver(&condition).unwrap(), &condition).unwrap();
+        let joints = model.network.contacts[0].joints.clone();
+        let heat: f64 = model.network.joints[joints].iter().map(|j| model.network.joint_heat(j, &state.solution.temperatures)).sum();
+        assert!((heat.abs() - expected).abs() <= 1e-3 * expected.abs() + 1e-9, "{name}: {heat} W and {expected} W");
+    }
+}
