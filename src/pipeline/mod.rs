@@ -151,8 +151,8 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
         }
     }
     for check in &checked {
-        gallery.add(&format!("measured_{}", file_name(&check.name)), "measured", &check.figure)?;
-        gallery.add(&format!("heat_{}", file_name(&check.name)), "heat", &check.heat)?;
+        gallery.add(&format!("measured_{}", file_name(&check.name)), "state", &check.figure)?;
+        gallery.add(&format!("heat_{}", file_name(&check.name)), "state heat", &check.heat)?;
     }
     let formulas = formulas(sweep, &one_factor)?;
     let points = fitted.map(|f| point_summaries(&f.fit, &f.comparison)).unwrap_or_default();

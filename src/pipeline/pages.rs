@@ -36,7 +36,11 @@ pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
         slices(report.section("The surrogate along each variable"), material.gallery);
         accuracy(report.section("How far the surrogate can be trusted"), material);
     }
-    inventory(report.section("The machine"), material);
+    let machine = report.section("The machine");
+    for topic in ["machine", "sankey", "heat", "measured", "scan"] {
+        figures(machine, material.gallery, topic);
+    }
+    inventory(machine, material);
     assumptions(report.section("What was assumed"), material);
     provenance(report.section("Where the numbers come from"), material);
     report.write(path)
@@ -48,7 +52,8 @@ fn text(value: impl Into<String>) -> Cell {
 
 fn figures(section: &mut Section, gallery: &Gallery, topic: &str) {
     for entry in gallery.of(topic) {
-        section.svg(&entry.svg, &entry.title);
+        // The title stands in the picture.
+        section.svg(&entry.svg, "");
     }
 }
 
@@ -122,8 +127,7 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
         table.row(cells);
     }
     section.table(table);
-    section.heading("For the wall");
-    figures(section, material.gallery, "operator_sheet");
+    section.folded("The sheet for the wall", |inside| figures(inside, material.gallery, "operator_sheet"));
     Ok(())
 }
 
@@ -131,7 +135,7 @@ fn measured(section: &mut Section, material: &Material<'_>) {
     section
         .paragraph("Every measured state of the machine file, solved in full at its own condition. This run fits nothing; \
              where a number of the machine file was chosen with readings in view, the assumptions below say so, and agreement there is no proof.");
-    let figures: Vec<_> = material.gallery.of("measured").zip(material.gallery.of("heat")).collect();
+    let figures: Vec<_> = material.gallery.of("state").zip(material.gallery.of("state heat")).collect();
     for (check, (figure, heat)) in material.checked.iter().zip(figures) {
         section.heading(format!("{}: {}", check.machine, check.name));
         section.paragraph(format!("At {}.", check.condition));
@@ -153,13 +157,17 @@ fn measured(section: &mut Section, material: &Material<'_>) {
             ];
             table.row(cells);
         }
+        let rows = check.rows.len();
+        if rows > 6 {
+            table.folded(format!("{rows} sensors, number by number"));
+        }
         section.table(table);
         if !check.note.is_empty() {
             section.note(Tone::Plain, check.note.trim());
         }
-        section.svg(&figure.svg, &figure.title);
         let (into, out, open) = check.balance;
-        section.svg(&heat.svg, format!("{}: {into:.3} W in, {out:.3} W out, {open:.0e} of it open", heat.title));
+        section.svg(&figure.svg, "");
+        section.svg(&heat.svg, format!("{into:.3} W in, {out:.3} W out, {open:.0e} of it open."));
     }
 }
 
@@ -182,8 +190,8 @@ fn one_factor(section: &mut Section, material: &Material<'_>) {
             ]);
         }
     }
-    for (heading, table) in tables {
-        section.heading(heading);
+    for (heading, mut table) in tables {
+        table.folded(heading);
         section.table(table);
     }
     figures(section, material.gallery, "one_factor");
@@ -192,7 +200,8 @@ fn one_factor(section: &mut Section, material: &Material<'_>) {
 
 fn slices(section: &mut Section, gallery: &Gallery) {
     section.paragraph("Lines through the middle of the fitted range; the shaded band covers 95 % of new conditions.");
-    figures(section, gallery, "slices");
+    let count = gallery.of("slices").count();
+    section.folded(format!("{count} figures, one variable after the other"), |inside| figures(inside, gallery, "slices"));
 }
 
 fn accuracy(section: &mut Section, material: &Material<'_>) {
@@ -222,6 +231,9 @@ fn accuracy(section: &mut Section, material: &Material<'_>) {
             held(|h| h.1),
             inside,
         ]);
+    }
+    if material.summary.points.len() > 12 {
+        table.folded(format!("{} points, number by number", material.summary.points.len()));
     }
     section.table(table);
     section.paragraph(
@@ -302,6 +314,7 @@ fn assumptions(section: &mut Section, material: &Material<'_>) {
     for assumption in assumed {
         table.row([text(&assumption.key), text(&assumption.value), text(&assumption.reason)]);
     }
+    table.folded(format!("{} numbers of the machine file, each with its reason", assumed.len()));
     section.table(table);
 }
 

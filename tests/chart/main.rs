@@ -28,6 +28,8 @@ macro_rules! every_figure {
         $check("residuals", &samples::residuals());
         $check("errors", &samples::errors());
         $check("heat", &samples::heat());
+        $check("sankey", &samples::sankey());
+        $check("machine", &samples::machine());
         $check("measured", &samples::measured());
         $check("panels", &samples::panels());
         $check("sheet", &samples::sheet());
@@ -493,4 +495,20 @@ fn the_canvas_takes_any_coordinates() {
     // Dashes 9 on, 5 off along 84 pixels: six dashes.
     let text = to_svg_string(&Lines(vec![(0.0, 25.0), (84.0, 25.0)])).unwrap();
     assert_eq!(text.matches("<polyline").count(), 6);
+}
+
+#[test]
+fn names_in_any_script_are_seen_in_a_png() {
+    let ink = |name: &str| {
+        let figure =
+            coldplate::figures::chart::heat::HeatFigure { title: String::new(), sources: vec![(name.into(), 100.0)], ..Default::default() };
+        let (pixels, _) = to_pixels(&figure).unwrap();
+        pixels.chunks(3).filter(|p| p.iter().all(|b| *b < 60)).count()
+    };
+    let nothing = ink("");
+    for name in ["двигатель", "κινητήρας", "电动机", "電動機モーター"] {
+        assert!(ink(name) > nothing + 150, "{name} vanishes");
+        let figure = coldplate::figures::chart::heat::HeatFigure { sources: vec![(name.into(), 1.0)], ..Default::default() };
+        assert!(to_svg_string(&figure).unwrap().contains(name));
+    }
 }

@@ -5,6 +5,7 @@ use coldplate::figures::chart::balance::{BalanceFigure, HeatPair};
 use coldplate::figures::chart::before_after::BeforeAfter;
 use coldplate::figures::chart::error_overview::{ErrorOverview, PointErrors};
 use coldplate::figures::chart::heat::HeatFigure;
+use coldplate::figures::chart::machine::{MachineFigure, Piece, Pipe, Probe};
 use coldplate::figures::chart::measured::{MeasuredFigure, SensorRow};
 use coldplate::figures::chart::missing::{Interval, IntervalFigure};
 use coldplate::figures::chart::one_factor::{Curve, OneFactorFigure};
@@ -15,6 +16,7 @@ use coldplate::figures::chart::ranking::{Ranked, RankingFigure, Standing};
 use coldplate::figures::chart::residual_panels::ResidualPanels;
 use coldplate::figures::chart::residual_sheet::ResidualSheet;
 use coldplate::figures::chart::residuals::ResidualFigure;
+use coldplate::figures::chart::sankey::{Band, SankeyFigure, Stage, Station};
 use coldplate::figures::chart::style::Quantity;
 
 /// A deterministic scatter in [-1, 1].
@@ -216,6 +218,58 @@ pub fn heat() -> HeatFigure {
         ],
         fixed: fixed(),
         notes: vec![],
+    }
+}
+
+/// Heat of two sources through two parts into water and wall.
+pub fn sankey() -> SankeyFigure {
+    let station = |name: &str, stage| Station { name: name.into(), stage };
+    let band = |from, to, watts| Band { from, to, watts };
+    SankeyFigure {
+        title: "The ways of the heat".into(),
+        stations: vec![
+            station("motor", Stage::Source),
+            station("reducer", Stage::Source),
+            station("motor housing", Stage::Part),
+            station("water-cooling plate", Stage::Part),
+            station("coolant", Stage::Sink),
+            station("chamber wall", Stage::Sink),
+        ],
+        bands: vec![band(0, 2, 113.7), band(1, 3, 51.2), band(2, 3, 110.0), band(2, 5, 3.7), band(3, 4, 160.5), band(3, 5, 0.7)],
+        fixed: vec![(Quantity::new("motor_speed", "rpm"), 2500.0)],
+        notes: Vec::new(),
+    }
+}
+
+/// A cube with a channel and a sensor.
+pub fn machine() -> MachineFigure {
+    let face = |d: usize, high: bool| {
+        let corner = |a: f64, b: f64| {
+            let mut at = [if high { 0.1 } else { 0.0 }; 3];
+            (at[(d + 1) % 3], at[(d + 2) % 3]) = (a, b);
+            at
+        };
+        let mut outward = [0.0; 3];
+        outward[d] = if high { 1.0 } else { -1.0 };
+        Piece {
+            body: 0,
+            corners: vec![corner(0.0, 0.0), corner(0.1, 0.0), corner(0.1, 0.1), corner(0.0, 0.1)],
+            edges: vec![true; 4],
+            outward,
+            temperature: 20.0 + 5.0 * d as f64,
+        }
+    };
+    MachineFigure {
+        title: "Motor: temperatures".into(),
+        quantity: Quantity::new("temperature", "degC"),
+        pieces: (0..3).flat_map(|d| [face(d, false), face(d, true)]).collect(),
+        pipes: vec![Pipe { name: "plate".into(), path: vec![[0.0, 0.02, 0.02], [0.1, 0.02, 0.02]] }],
+        probes: vec![
+            Probe { name: "motor shell".into(), at: [0.05, 0.05, 0.1], reading: Some(42.2) },
+            Probe { name: "seat of the bearing".into(), at: [0.1, 0.05, 0.05], reading: None },
+        ],
+        place_name: "proposed".into(),
+        ..MachineFigure::default()
     }
 }
 

@@ -13,6 +13,8 @@ const AROUND: f64 = 36.0;
 pub struct Facet {
     /// Index of the part.
     pub part: usize,
+    /// Number of the block or imported volume it belongs to.
+    pub body: usize,
     /// Corners one after the other, m.
     pub corners: Vec<[f64; 3]>,
     /// For each side, from its corner to the next, whether it is an edge of the block.
@@ -28,17 +30,18 @@ impl Mesh {
     /// of a block. Faces that touch others are in it too, since what touches them hides them.
     pub fn hull(&self, most: usize) -> Vec<Facet> {
         let mut facets = Vec::new();
-        for grid in &self.grids {
+        for (body, grid) in self.grids.iter().enumerate() {
             for d in 0..3 {
                 for high in [false, true] {
-                    side(grid, (d, high), most, &mut facets);
+                    side((body, grid), (d, high), most, &mut facets);
                 }
             }
         }
-        for tetra in &self.tetra {
+        for (i, tetra) in self.tetra.iter().enumerate() {
             for (face, corners) in tetra.body.faces.iter().enumerate() {
                 facets.push(Facet {
                     part: tetra.part,
+                    body: self.grids.len() + i,
                     corners: tetra.triangle(face).to_vec(),
                     edges: vec![false; 3],
                     outward: tetra.face_normal(face),
@@ -71,7 +74,7 @@ fn ends(grid: &Grid, d: usize) -> (f64, f64) {
 }
 
 /// The face of a grid at one end of its axis `d`.
-fn side(grid: &Grid, (d, high): (usize, bool), most: usize, facets: &mut Vec<Facet>) {
+fn side((body, grid): (usize, &Grid), (d, high): (usize, bool), most: usize, facets: &mut Vec<Facet>) {
     let radial = !matches!(grid.frame, Frame::Cartesian) && d == 0;
     // Angles have no face where the turn is complete, and a solid has none at its axis.
     if grid.wraps(d) || radial && !high && ends(grid, 0).0 == 0.0 || grid.is_spherical() && d > 0 {
@@ -112,6 +115,7 @@ fn side(grid: &Grid, (d, high): (usize, bool), most: usize, facets: &mut Vec<Fac
             let bounds = |axis: usize, at_end: bool| at_end && !grid.wraps(axis);
             facets.push(Facet {
                 part: grid.part,
+                body,
                 corners: corners.iter().map(|(a, b)| grid.to_machine(local(*a, *b, end))).collect(),
                 edges: vec![bounds(q, j == 0), bounds(p, i + 1 == np), bounds(q, j + 1 == nq), bounds(p, i == 0)],
                 outward: [0, 1, 2].map(|k| here[k] - behind[k]),

@@ -56,10 +56,17 @@ pub fn register() -> Result<()> {
 pub fn width(text: &str, size: f64, weight: Weight) -> f64 {
     let Ok(face) = face(weight) else { return 0.6 * size * text.chars().count() as f64 };
     let per_em = face.units_per_em().map_or(2048.0, f64::from);
-    text.chars().map(|c| f64::from(face.h_advance_unscaled(face.glyph_id(c)))).sum::<f64>() * size / per_em
+    text.chars().map(|c| advance(face, c, per_em)).sum::<f64>() * size
 }
 
-/// Whether the font has this sign in both weights; one it lacks is drawn as a box in a PNG.
+/// Width of one sign, in em. One the font lacks is as wide as an ideograph: in an SVG the viewer's font has it, in a PNG
+/// its code point stands there.
+fn advance(face: &FontRef<'_>, c: char, per_em: f64) -> f64 {
+    let id = face.glyph_id(c);
+    if id.0 == 0 { 1.0 } else { f64::from(face.h_advance_unscaled(id)) / per_em }
+}
+
+/// Whether the font has this sign in both weights; one it lacks is drawn in a PNG as a box with its code point.
 pub fn has(sign: char) -> bool {
     [Weight::Regular, Weight::Bold].into_iter().all(|weight| face(weight).is_ok_and(|face| face.glyph_id(sign).0 != 0))
 }

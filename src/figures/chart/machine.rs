@@ -1,7 +1,10 @@
 //! A picture of the machine: its parts in parallel projection, coloured by temperature, with channels and sensors.
 
+use std::collections::BTreeMap;
+
 use super::Figure;
 use super::canvas::{Canvas, Place, Stroke, Text};
+use super::depth::{Around, order};
 use super::fonts::{self, Weight};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::style::{AXIS, BLUE, INK, MUTED, Marker, Quantity, Rgb, VERMILLION, WHITE, fixed, sequential, size, unit_symbol};
@@ -12,6 +15,8 @@ use crate::error::{Error, Result};
 /// A flat piece of a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
+    /// Which body it belongs to: bodies are painted as wholes.
+    pub body: usize,
     /// Corners one after the other, m.
     pub corners: Vec<[f64; 3]>,
     /// For each side, from its corner to the next, whether an edge is drawn there.
@@ -174,27 +179,27 @@ impl MachineFigure {
     /// What is seen, the farthest first, so that the nearer hides it.
     fn paint_pieces<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection, range: Range) -> Result<()> {
         let eye = projection.axes[2];
-        let mut seen: Vec<(f64, &Piece)> = (self.pieces.iter())
-            .filter(|p| dot(p.outward, eye) > 1e-12 && p.temperature.is_finite())
-            .map(|p| (p.corners.iter().map(|c| dot(*c, eye)).sum::<f64>() / p.corners.len().max(1) as f64, p))
-            .collect();
-        seen.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, piece) in seen {
+        let depth = |p: &Piece| p.corners.iter().map(|c| dot(*c, eye)).sum::<f64>() / p.corners.len().max(1) as f64;
+        let mut bodies: BTreeMap<usize, Vec<&Piece>> = BTreeMap::new();
+        for piece in self.pieces.iter().filter(|p| p.temperature.is_finite()) {
+            bodies.entry(piece.body).or_default().push(piece);
+        }
+        let around = |pieces: &Vec<&Piece>| Around::of(pieces.iter().flat_map(|p| p.corners.iter().copied()));
+        let (boxes, bodies): (Vec<Around>, Vec<Vec<&Piece>>) =
+            bodies.into_values().filter_map(|pieces| Some((around(&pieces)?, pieces))).unzip();
+        let painted = order(&boxes, eye).into_iter().flat_map(|body| {
+            let mut seen: Vec<(f64, &Piece)> =
+                bodies[body].iter().filter(|p| dot(p.outward, eye) > 1e-12).map(|p| (depth(p), *p)).collect();
+            seen.sort_by(|a, b| a.0.total_cmp(&b.0));
+            seen
+        });
+        for (_, piece) in painted {
             let colour = sequential((piece.temperature - range.low) / range.length());
             let places: Vec<Place> = piece.corners.iter().map(|c| projection.at(*c)).collect();
-            canvas.polygon(&places, colour, 1.0)?;
-            // A hairline of the same colour closes the seam that two smoothed edges leave.
-            for i in 0..places.len() {
-                let ends = [places[i], places[(i + 1) % places.len()]];
-                let edge = piece.edges.get(i).copied().unwrap_or(false);
-                let (colour, width) = if !edge {
-                    (colour, 0.5)
-                } else if colour.luminance() < 0.16 {
-                    (Rgb(190, 190, 190), 0.8)
-                } else {
-                    (Rgb(50, 50, 50), 0.8)
-                };
-                canvas.line(&ends, Stroke::solid(colour, width))?;
+            canvas.polygon(&widened(&places), colour, 1.0)?;
+            let ink = if colour.luminance() < 0.16 { Rgb(190, 190, 190) } else { Rgb(50, 50, 50) };
+            for i in (0..places.len()).filter(|i| piece.edges.get(*i).copied().unwrap_or(false)) {
+                canvas.line(&[places[i], places[(i + 1) % places.len()]], Stroke::solid(ink, 0.8))?;
             }
         }
         Ok(())
@@ -203,13 +208,16 @@ impl MachineFigure {
     fn paint_pipes<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection) -> Result<()> {
         for pipe in &self.pipes {
             let places: Vec<Place> = pipe.path.iter().map(|p| projection.at(*p)).collect();
-            canvas.line(&places, Stroke::solid(WHITE, 3.6))?;
-            canvas.line(&places, Stroke::solid(PIPE, 2.0))?;
+            // A channel that is small on the page would otherwise fill its plate.
+            let extent = |of: fn(&Place) -> f64| Range::of(places.iter().map(of)).map_or(0.0, |r| r.length());
+            let size = (extent(|p| p.0).hypot(extent(|p| p.1)) / 160.0).clamp(0.35, 1.0);
+            canvas.line(&places, Stroke::solid(WHITE, 3.6 * size))?;
+            canvas.line(&places, Stroke::solid(PIPE, 2.0 * size))?;
             if let [first, .., last] = places.as_slice() {
-                canvas.disc(*first, 5.0, WHITE)?;
-                canvas.disc(*first, 3.6, BLUE)?;
-                canvas.disc(*last, 5.0, WHITE)?;
-                canvas.disc(*last, 3.6, PIPE)?;
+                for (place, colour) in [(first, BLUE), (last, PIPE)] {
+                    canvas.disc(*place, 5.0 * size, WHITE)?;
+                    canvas.disc(*place, 3.6 * size, colour)?;
+                }
             }
         }
         Ok(())
@@ -219,8 +227,11 @@ impl MachineFigure {
     fn paint_probes<S: Surface>(&self, canvas: &mut Canvas<S>, projection: &Projection, top: f64) -> Result<()> {
         let mut probes: Vec<(&Probe, Place)> = self.probes.iter().map(|p| (p, projection.at(p.at))).collect();
         probes.sort_by(|a, b| a.1.0.total_cmp(&b.1.0));
-        let half = probes.len().div_ceil(2);
-        let (left, right) = probes.split_at_mut(half);
+        // To the nearer side, as far as there is room.
+        let middle = WIDTH / 2.0;
+        let most = ((projection.height / LABEL) as usize).max(probes.len().div_ceil(2));
+        let nearer = probes.partition_point(|p| p.1.0 < middle).clamp(probes.len().saturating_sub(most), most).min(probes.len());
+        let (left, right) = probes.split_at_mut(nearer);
         for (column, is_left) in [(left, true), (right, false)] {
             column.sort_by(|a, b| a.1.1.total_cmp(&b.1.1));
             for ((probe, at), y) in column.iter().zip(apart(column.iter().map(|c| c.1.1), top, projection.height)) {
@@ -283,6 +294,18 @@ impl MachineFigure {
         }
         Ok(())
     }
+}
+
+/// The piece a little larger, so that no seam shows between it and its neighbours.
+fn widened(places: &[Place]) -> Vec<Place> {
+    let count = places.len().max(1) as f64;
+    let middle = places.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / count, sum.1 + p.1 / count));
+    let away = |p: &Place| {
+        let (dx, dy) = (p.0 - middle.0, p.1 - middle.1);
+        let more = 0.45 / dx.hypot(dy).max(0.45);
+        (p.0 + more * dx, p.1 + more * dy)
+    };
+    places.iter().map(away).collect()
 }
 
 /// Rising places, moved as little as it takes to keep a label's height between them, inside the plot where they fit.

@@ -25,6 +25,7 @@ pub mod balance;
 pub mod before_after;
 pub mod canvas;
 pub mod contour;
+pub mod depth;
 pub mod error_overview;
 pub mod fonts;
 pub mod heat;

@@ -2,7 +2,7 @@
 //!
 //! Drawn at twice the resolution it is written at and averaged down, so that edges are smooth.
 
-use ab_glyph::{Font, Glyph, GlyphId, Point, PxScale};
+use ab_glyph::{Font, Glyph, Point, PxScale};
 use plotters::backend::{BitMapBackend, DrawingBackend};
 use plotters::style::{Color, RGBAColor, RGBColor};
 
@@ -49,6 +49,47 @@ impl<'a> Raster<'a> {
             return Ok(());
         }
         self.backend.draw_rect((from, y), (to + 1, y + 1), &colour, true).map_err(failed)
+    }
+}
+
+/// Where a point of a text lies that stands this far along and above its place.
+fn turned(at: Pixel, upwards: bool, x: i32, y: i32) -> Pixel {
+    if upwards { (at.0 + y, at.1 - x) } else { (at.0 + x, at.1 + y) }
+}
+
+impl Raster<'_> {
+    /// One sign of the font, `along` pixels behind the beginning of its text.
+    fn glyph(&mut self, at: Pixel, lettering: &Lettering, c: char, along: f64, scale: PxScale) -> Result<()> {
+        let face = fonts::face(lettering.weight)?;
+        let glyph = Glyph { id: face.glyph_id(c), scale, position: Point { x: along as f32, y: 0.0 } };
+        let Some(outline) = face.outline_glyph(glyph) else { return Ok(()) };
+        let corner = outline.px_bounds().min;
+        let mut dots = Vec::new();
+        outline.draw(|x, y, coverage| dots.push((x as i32 + corner.x as i32, y as i32 + corner.y as i32, coverage)));
+        let (width, height) = self.size;
+        for (x, y, coverage) in dots {
+            let (x, y) = turned(at, lettering.upwards, x, y);
+            if coverage > 0.0 && x >= 0 && y >= 0 && x < width && y < height {
+                let dot = paint(lettering.colour, f64::from(coverage.min(1.0)));
+                self.backend.draw_pixel((x, y), dot.to_backend_color()).map_err(failed)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// A sign that the font lacks: its code point in a box, so that it does not vanish.
+    fn code_point(&mut self, at: Pixel, lettering: &Lettering, c: char, along: f64) -> Result<()> {
+        let em = lettering.size;
+        let place = |x: f64, y: f64| turned(at, lettering.upwards, (along + x * em).round() as i32, (-y * em).round() as i32);
+        let frame = [place(0.08, -0.12), place(0.92, -0.12), place(0.92, 0.8), place(0.08, 0.8), place(0.08, -0.12)];
+        self.line(&frame, lettering.colour, (em * 0.05).round().max(1.0) as u32)?;
+        let code = format!("{:04X}", u32::from(c));
+        let (above, below) = code.split_at(code.len() / 2);
+        for (line, y) in [(above, 0.4), (below, -0.02)] {
+            let small = Lettering { text: line, size: 0.36 * em, anchor: Anchor::Middle, ..*lettering };
+            self.text(place(0.5, y), &small)?;
+        }
+        Ok(())
     }
 }
 
@@ -118,22 +159,13 @@ impl Surface for Raster<'_> {
             Anchor::Middle => -length / 2.0,
             Anchor::End => -length,
         };
-        let (width, height) = self.size;
         for c in lettering.text.chars() {
-            let id: GlyphId = face.glyph_id(c);
-            let glyph = Glyph { id, scale, position: Point { x: along as f32, y: 0.0 } };
-            along += f64::from(face.h_advance_unscaled(id)) * lettering.size / f64::from(per_em);
-            let Some(outline) = face.outline_glyph(glyph) else { continue };
-            let corner = outline.px_bounds().min;
-            let mut dots = Vec::new();
-            outline.draw(|x, y, coverage| dots.push((x as i32 + corner.x as i32, y as i32 + corner.y as i32, coverage)));
-            for (x, y, coverage) in dots {
-                let (x, y) = if lettering.upwards { (at.0 + y, at.1 - x) } else { (at.0 + x, at.1 + y) };
-                if coverage > 0.0 && x >= 0 && y >= 0 && x < width && y < height {
-                    let dot = paint(lettering.colour, f64::from(coverage.min(1.0)));
-                    self.backend.draw_pixel((x, y), dot.to_backend_color()).map_err(failed)?;
-                }
+            if fonts::has(c) {
+                self.glyph(at, lettering, c, along, scale)?;
+            } else {
+                self.code_point(at, lettering, c, along)?;
             }
+            along += fonts::width(c.encode_utf8(&mut [0; 4]), lettering.size, lettering.weight);
         }
         Ok(())
     }

@@ -3,7 +3,8 @@
 use super::Figure;
 use super::axis::{Axis, Frame};
 use super::canvas::{Canvas, Place, Stroke, Text};
-use super::contour::Grid;
+use super::contour::{Grid, around, label_place};
+use super::fonts::{self, Weight};
 use super::legend::{Legend, Swatch};
 use super::page::{MARGIN, Page};
 use super::style::{BLUE, DASHED, INK, Marker, Quantity, Rgb, VERMILLION, number, series, size};
@@ -46,6 +47,8 @@ pub struct ValleyFigure {
 }
 
 const WIDTH: f64 = 1000.0;
+/// Font size of the levels.
+const LABEL: f64 = 11.0;
 const MAP: f64 = 520.0;
 const CURVES: f64 = 330.0;
 const MARKS: [(Marker, Rgb); 3] = [(Marker::Diamond, VERMILLION), (Marker::Disc, INK), (Marker::Square, BLUE)];
@@ -95,16 +98,23 @@ impl ValleyFigure {
                 canvas.rectangle(a.0, a.1, b.0 - a.0 + 0.6, b.1 - a.1 + 0.6, shade(level, self.levels.len()), 1.0)?;
             }
         }
+        let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
+        let mut labels: Vec<(Place, String)> = Vec::new();
+        let mut taken = Vec::new();
         for level in &self.levels {
             for line in grid.contour(*level) {
                 let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
                 canvas.line(&places, Stroke::solid(INK, 0.9))?;
-                if let Some(at) = places.get(places.len() / 2)
-                    && places.len() > 12
-                {
-                    canvas.plate(*at, &Text::new(&number(*level)).size(11.0).middle())?;
+                let text = number(*level);
+                let room = (fonts::width(&text, LABEL, Weight::Regular) + 6.0, LABEL * 1.15);
+                if let Some(at) = label_place(&places, room, bounds, &taken) {
+                    taken.push(around(at, room));
+                    labels.push((at, text));
                 }
             }
+        }
+        for (at, text) in &labels {
+            canvas.plate(*at, &Text::new(text).size(LABEL))?;
         }
         for (i, (_, [x, y])) in self.marks.iter().enumerate() {
             let (marker, colour) = MARKS[i % MARKS.len()];

@@ -34,9 +34,7 @@ pub fn page(report: &Report) -> String {
     out.push_str("<main>\n");
     for (index, section) in report.sections.iter().enumerate() {
         let _ = write!(out, "<section id=\"{}\">\n<h2>{}</h2>\n", anchor(index, section), text(&section.title));
-        for piece in &section.blocks {
-            block(&mut out, piece);
-        }
+        pieces(&mut out, &section.blocks);
         out.push_str("</section>\n");
     }
     out.push_str("</main>\n");
@@ -58,6 +56,20 @@ fn anchor(index: usize, section: &Section) -> String {
     let words: String = section.title.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
     let words: Vec<&str> = words.split('-').filter(|w| !w.is_empty()).collect();
     format!("s{}-{}", index + 1, words.join("-"))
+}
+
+/// The pieces in their order; figures that follow each other stand side by side where there is room.
+fn pieces(out: &mut String, blocks: &[Block]) {
+    let is_figure = |b: &Block| matches!(b, Block::Svg { .. });
+    for run in blocks.chunk_by(|a, b| is_figure(a) && is_figure(b)) {
+        if run.len() > 1 {
+            out.push_str("<div class=\"figures\">\n");
+        }
+        run.iter().for_each(|piece| block(out, piece));
+        if run.len() > 1 {
+            out.push_str("</div>\n");
+        }
+    }
 }
 
 fn block(out: &mut String, block: &Block) {
@@ -93,6 +105,11 @@ fn block(out: &mut String, block: &Block) {
         Block::KeyFigures(figures) => key_figures(out, figures),
         Block::Note(tone, words) => {
             let _ = writeln!(out, "<p class=\"note {}\">{}</p>", class(*tone), text(words));
+        }
+        Block::Folded(summary, blocks) => {
+            let _ = writeln!(out, "<details>\n<summary>{}</summary>", text(summary));
+            pieces(out, blocks);
+            out.push_str("</details>\n");
         }
         Block::Code(words) => {
             let _ = writeln!(out, "<pre><code>{}</code></pre>", text(words));

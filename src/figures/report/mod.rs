@@ -79,6 +79,7 @@ enum Block {
     KeyFigures(Vec<KeyFigure>),
     Note(Tone, String),
     Code(String),
+    Folded(String, Vec<Block>),
 }
 
 /// A section under its own heading. Every method adds one piece and returns the section again.
@@ -135,6 +136,13 @@ impl Section {
     /// Text kept as it is, in a fixed-width font: commands and their output.
     pub fn code(&mut self, text: impl Into<String>) -> &mut Self {
         self.add(Block::Code(text.into()))
+    }
+
+    /// Hides pieces behind this line until the reader opens it; they are printed. None adds nothing.
+    pub fn folded(&mut self, summary: impl Into<String>, fill: impl FnOnce(&mut Section)) -> &mut Self {
+        let mut inside = Section::default();
+        fill(&mut inside);
+        if inside.blocks.is_empty() { self } else { self.add(Block::Folded(summary.into(), inside.blocks)) }
     }
 
     /// A figure, drawn into the page.

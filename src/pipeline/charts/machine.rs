@@ -53,7 +53,13 @@ impl MachinePicture {
         let hull = model.mesh.hull(self.detail);
         let pieces = hull.into_iter().filter(|f| parts.contains(&f.part)).map(|facet| {
             let mean = facet.nodes.iter().map(|n| temperatures[*n]).sum::<f64>() / facet.nodes.len().max(1) as f64;
-            Piece { corners: facet.corners, edges: facet.edges, outward: facet.outward, temperature: Celsius::from(Kelvin(mean)).0 }
+            Piece {
+                body: facet.body,
+                corners: facet.corners,
+                edges: facet.edges,
+                outward: facet.outward,
+                temperature: Celsius::from(Kelvin(mean)).0,
+            }
         });
         let readings = model.readings(&state);
         let probe = |sensor: &usize| {
