@@ -78,10 +78,10 @@ fn main() {
                 .take(2)
                 .map(|e| {
                     let parts: Vec<String> = e
-                        .parts
+                        .causes
                         .iter()
                         .map(|p| {
-                            format!("{} at {} {} ({:.3})", p.hypothesis.kind, p.hypothesis.place, p.hypothesis.law.words(), p.amplitude)
+                            format!("{} at {} {} ({:.3})", p.hypothesis.kind(), p.hypothesis.place, p.hypothesis.law.words(), p.amplitude)
                         })
                         .collect();
                     format!("{:.2} {}", e.probability, parts.join(" + "))
@@ -102,12 +102,12 @@ fn main() {
             );
         }
         if score.covered == Some(false) {
-            let part = &found.explanations[0].parts[0];
+            let part = &found.explanations[0].causes[0];
             println!(
                 "seed {seed} {} d {:.1}: {} at {}: true {:.4}, found {:.4} +- {:.4}, off by {:.1} deviations",
                 case.machine,
                 score.d,
-                part.hypothesis.kind,
+                part.hypothesis.kind(),
                 part.hypothesis.place,
                 case.hidden[0].amplitude,
                 part.amplitude,

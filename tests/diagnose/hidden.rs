@@ -1,7 +1,7 @@
 //! Readings of a machine with lines of its file changed, on another mesh, with noise: what is to be found is written in the test.
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Discrepancy, Problem};
+use coldplate::evidence::diagnose::Problem;
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
@@ -82,16 +82,8 @@ impl Hidden<'_> {
             timing: 0.0,
             file: None,
         };
-        Problem {
-            study,
-            data,
-            uncertainty,
-            uncertain: Vec::new(),
-            openness: Discrepancy::default(),
-            user: Vec::new(),
-            start: Start::Steady,
-            seed: self.seed,
-            without: Vec::new(),
-        }
+        let mut problem = Problem::new(study, data);
+        (problem.uncertainty, problem.seed) = (uncertainty, self.seed);
+        problem
     }
 }

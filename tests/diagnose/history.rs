@@ -1,6 +1,6 @@
 //! Signatures of logs, followed in a few unknowns, beside differences of whole runs.
 
-use coldplate::evidence::diagnose::{Act, Scales, hypotheses, signatures};
+use coldplate::evidence::diagnose::{Effect, Leak, Radiation, Scales, hypotheses, signatures};
 use coldplate::evidence::identify;
 use coldplate::explore::simulate::Start;
 
@@ -25,7 +25,7 @@ fn compare(start: Start) {
     for (h, column) in catalogue.iter().zip(&found.columns).filter(|(h, _)| !h.is_sensor()) {
         let at = |step: f64| h.sets(&study, &scales, &[], step).unwrap().map(|sets| run(&study.edited(&sets).unwrap()));
         // Gas saturates: it is followed over the whole of its prior.
-        let step = if h.act == Act::Gas { h.scale } else { STEP * h.scale };
+        let step = if h.effect == Effect::Radiation(Radiation::Gas) { h.scale } else { STEP * h.scale };
         let (Some(more), Some(less)) = (at(step), if h.is_signed { at(-step) } else { at(0.0) }) else { continue };
         let width = if h.is_signed { 2.0 * step } else { step };
         let slope: Vec<f64> = more.iter().zip(&less).map(|(a, b)| (a - b) / width).collect();
@@ -36,11 +36,12 @@ fn compare(start: Start) {
         followed += 1;
         let apart = slope.iter().zip(column).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt() * h.scale / size;
         let own = column.iter().map(|s| s * s).sum::<f64>().sqrt() * h.scale;
-        println!("{apart:.4} of {size:.2} K, followed {own:.2} K: {} at {} {}", h.kind, h.place, h.law.words());
+        println!("{apart:.4} of {size:.2} K, followed {own:.2} K: {} at {} {}", h.kind(), h.place, h.law.words());
         // What is spread over a part in the screen enters over its surface in the file.
-        let is_loose = matches!(h.act, Act::Leak(_) | Act::Link(..) | Act::Radiate(..));
+        let is_loose =
+            matches!(h.effect, Effect::Leak(Leak::Surroundings(_) | Leak::Link(..)) | Effect::Radiation(Radiation::Exchange(..)));
         if apart / if is_loose { LOOSE } else { 1.0 } > worst.0 {
-            worst = (apart, format!("{} at {} {}", h.kind, h.place, h.law.words()));
+            worst = (apart, format!("{} at {} {}", h.kind(), h.place, h.law.words()));
         }
     }
     assert!(followed > 20, "{followed}");

@@ -8,7 +8,7 @@ use super::hidden::Hidden;
 use super::twin::SMALL;
 
 fn in_set(found: &Diagnosis, kind: &str, place: &str) -> bool {
-    found.set.iter().any(|i| found.explanations[*i].parts.iter().any(|p| p.hypothesis.kind == kind && p.hypothesis.place == place))
+    found.set.iter().any(|i| found.explanations[*i].causes.iter().any(|p| p.hypothesis.kind() == kind && p.hypothesis.place == place))
 }
 
 fn machine_with(changes: &[(&str, &str)], base: Document) -> Document {
@@ -36,8 +36,8 @@ fn an_uneven_split() {
     println!("{:?} {:?} {:?}", found.verdict, found.level, best);
     assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell));
     assert!(best.is_fitted && in_set(&found, "uneven split", "second"));
-    assert_eq!((best.parts[0].hypothesis.kind, best.parts[0].hypothesis.place.as_str()), ("uneven split", "second"));
-    let (low, high) = best.parts[0].interval();
+    assert_eq!((best.causes[0].hypothesis.kind(), best.causes[0].hypothesis.place.as_str()), ("uneven split", "second"));
+    let (low, high) = best.causes[0].interval();
     assert!(low < 20.0 && 20.0 < high && low > 10.0, "{low} {high}");
     let sets = found.sets.unwrap();
     assert_eq!(sets[0].0, "channel.second.minor_loss");
@@ -56,9 +56,9 @@ fn a_loss_that_grows_with_the_temperature() {
         seed: 10,
     };
     let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
-    let best = &found.explanations[0].parts[0];
+    let best = &found.explanations[0].causes[0];
     println!("{:?} {:?} {:?}", found.verdict, found.level, found.explanations[0]);
-    assert_eq!((best.hypothesis.kind, best.hypothesis.place.as_str(), best.hypothesis.law), ("source factor", "motor", Law::Temperature));
+    assert_eq!((best.hypothesis.kind(), best.hypothesis.place.as_str(), best.hypothesis.law), ("source factor", "motor", Law::Temperature));
     let (low, high) = best.interval();
     assert!(low < 0.039 && 0.039 < high && low > 0.02, "{low} {high}");
     assert_eq!(found.sets.unwrap()[0].0, "source.motor.temperature_coefficient");
@@ -81,13 +81,13 @@ fn a_missing_radiative_link() {
     let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
     for i in &found.set {
         let e = &found.explanations[*i];
-        println!("{:.3} {:.1} {} at {}", e.probability, e.misfit, e.parts[0].hypothesis.kind, e.parts[0].hypothesis.place);
+        println!("{:.3} {:.1} {} at {}", e.probability, e.misfit, e.causes[0].hypothesis.kind(), e.causes[0].hypothesis.place);
     }
     println!("{:?} {:?}", found.verdict, found.level);
     assert!(in_set(&found, "radiative link", "motor - bearing") || in_set(&found, "conductive link", "motor - bearing"));
-    let link = found.explanations.iter().find(|e| e.parts[0].hypothesis.kind == "radiative link" && e.parts.len() == 1).unwrap();
-    assert!(link.parts[0].hypothesis.place == "motor - bearing" && link.is_fitted, "{link:?}");
+    let link = found.explanations.iter().find(|e| e.causes[0].hypothesis.kind() == "radiative link" && e.causes.len() == 1).unwrap();
+    assert!(link.causes[0].hypothesis.place == "motor - bearing" && link.is_fitted, "{link:?}");
     // The area of the motor's face that radiates to the bearing, times the view factor and both emissivities: about 0.016 x 0.25 x 0.8.
-    let area = link.parts[0].amplitude;
+    let area = link.causes[0].amplitude;
     assert!((0.002..0.006).contains(&area), "{area}");
 }

@@ -1,7 +1,7 @@
 //! Twins over time: nothing where there is nothing, a wrong heat capacity and a slow sensor by name.
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Diagnosis, Discrepancy, Problem, Verdict, diagnose};
+use coldplate::evidence::diagnose::{Diagnosis, Problem, Verdict, diagnose};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
@@ -184,23 +184,14 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
         timing: 0.6,
         file: None,
     };
-    let problem = Problem {
-        study: model,
-        data: coarse,
-        uncertainty,
-        uncertain: Vec::new(),
-        openness: Discrepancy::default(),
-        user: Vec::new(),
-        start: Start::Steady,
-        seed,
-        without: Vec::new(),
-    };
+    let mut problem = Problem::new(model, coarse);
+    (problem.uncertainty, problem.seed) = (uncertainty, seed);
     diagnose(&problem, &mut |_| {}).unwrap_or_else(|e| panic!("seed {seed}: {e}"))
 }
 
 fn told(seed: u64, found: &Diagnosis) -> String {
     let best = found.explanations.iter().take(2).map(|e| {
-        let parts: Vec<_> = e.parts.iter().map(|p| (p.hypothesis.kind, p.hypothesis.place.clone(), p.amplitude, p.deviation)).collect();
+        let parts: Vec<_> = e.causes.iter().map(|p| (p.hypothesis.kind(), p.hypothesis.place.clone(), p.amplitude, p.deviation)).collect();
         (e.probability, e.misfit, parts)
     });
     let best: Vec<_> = best.collect();
@@ -210,10 +201,10 @@ fn told(seed: u64, found: &Diagnosis) -> String {
 
 /// The first explanation is this cause alone, and nearly all of the probability is with explanations that hold it.
 fn is_named(found: &Diagnosis, kind: &str, place: &str) -> bool {
-    let is_this = |p: &coldplate::evidence::diagnose::Part| p.hypothesis.kind == kind && p.hypothesis.place == place;
-    let with: f64 = found.explanations.iter().filter(|e| e.parts.iter().any(is_this)).map(|e| e.probability).sum();
+    let is_this = |p: &coldplate::evidence::diagnose::Cause| p.hypothesis.kind() == kind && p.hypothesis.place == place;
+    let with: f64 = found.explanations.iter().filter(|e| e.causes.iter().any(is_this)).map(|e| e.probability).sum();
     let first = &found.explanations[0];
-    matches!(found.verdict, Verdict::Explained | Verdict::CannotTell) && first.parts.len() == 1 && is_this(&first.parts[0]) && with > 0.9
+    matches!(found.verdict, Verdict::Explained | Verdict::CannotTell) && first.causes.len() == 1 && is_this(&first.causes[0]) && with > 0.9
 }
 
 #[test]
@@ -233,7 +224,7 @@ fn a_wrong_heat_capacity() {
         let found = found(seed, &Hidden { lines: vec![line], lag: None });
         println!("{}", told(seed, &found));
         assert!(is_named(&found, "heat capacity", "motor"), "{}", told(seed, &found));
-        let part = found.explanations[0].parts.iter().find(|p| p.hypothesis.kind == "heat capacity").unwrap();
+        let part = found.explanations[0].causes.iter().find(|p| p.hypothesis.kind() == "heat capacity").unwrap();
         let hidden = 0.96e-3 * 7400.0 * 440.0 * (factor - 1.0);
         assert!((part.amplitude / hidden - 1.0).abs() < 0.2, "{hidden} J/K: {}", told(seed, &found));
         let gain = found.gain.unwrap();
@@ -247,7 +238,7 @@ fn a_slow_sensor() {
         let found = found(seed, &Hidden { lines: Vec::new(), lag: Some((0, lag)) });
         println!("{}", told(seed, &found));
         assert!(is_named(&found, "sensor lag", "motor"), "{}", told(seed, &found));
-        let part = found.explanations[0].parts.iter().find(|p| p.hypothesis.kind == "sensor lag").unwrap();
+        let part = found.explanations[0].causes.iter().find(|p| p.hypothesis.kind() == "sensor lag").unwrap();
         assert!((part.amplitude / lag - 1.0).abs() < 0.25, "{}", told(seed, &found));
     }
 }
@@ -269,7 +260,7 @@ fn a_worse_contact_a_leak_and_a_heat() {
         let found = found(seed, &Hidden { lines, lag: None });
         println!("{}", told(seed, &found));
         assert!(is_named(&found, kind, place), "{}", told(seed, &found));
-        let part = &found.explanations[0].parts[0];
+        let part = &found.explanations[0].causes[0];
         let (low, high) = part.interval();
         let off = (part.amplitude - amplitude).abs();
         assert!((low..=high).contains(&amplitude) || off < 0.1 * amplitude.abs(), "{amplitude}: {}", told(seed, &found));

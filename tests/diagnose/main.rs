@@ -1,6 +1,7 @@
 //! Hidden effects must be found, and nothing where there is nothing. `cargo bench --bench diagnosis` runs many more.
 
 mod command;
+mod derivatives;
 mod hidden;
 mod history;
 mod kinds;
@@ -11,7 +12,7 @@ mod refused;
 #[allow(dead_code)] // the benchmark uses all of it
 mod twin;
 
-use coldplate::evidence::diagnose::{Act, Scales, Verdict, diagnose, hypotheses, signatures};
+use coldplate::evidence::diagnose::{Effect, Leak, Radiation, Scales, Verdict, diagnose, hypotheses, signatures};
 use coldplate::evidence::identify;
 use coldplate::explore::simulate::Start;
 use twin::score::score;
@@ -82,7 +83,7 @@ fn signatures_are_slopes_of_the_edits() {
     let (mut checked, mut wrong) = (0, Vec::new());
     for (h, column) in all.iter().zip(&found.columns) {
         // Residual gas saturates within a pascal: it is followed along the secant over its prior.
-        let step = if h.act == Act::Gas { h.scale } else { 0.02 * h.scale };
+        let step = if h.effect == Effect::Radiation(Radiation::Gas) { h.scale } else { 0.02 * h.scale };
         let Some(sets) = h.sets(study, &scales, &[], step).unwrap() else { continue };
         if sets.is_empty() {
             continue;
@@ -93,7 +94,7 @@ fn signatures_are_slopes_of_the_edits() {
         let (own, other, both) = (dot(column, column).sqrt(), dot(&slope, &slope).sqrt(), dot(column, &slope));
         // What is spread over a part in the screen enters over its surface in the file: between places of nearly one
         // temperature that decides the sign, so only what shows is held to it.
-        let loose = matches!(h.act, Act::Leak(_) | Act::Link(..) | Act::Radiate(..));
+        let loose = matches!(h.effect, Effect::Leak(Leak::Surroundings(_) | Leak::Link(..)) | Effect::Radiation(Radiation::Exchange(..)));
         if other * h.scale < if loose { 0.3 } else { 1e-3 } {
             continue; // shows nowhere
         }
@@ -102,7 +103,7 @@ fn signatures_are_slopes_of_the_edits() {
         if !(cosine > alike && (ratio - 1.0).abs() < size) {
             wrong.push(format!(
                 "{} at {} {:?}: cosine {cosine:.4}, ratio {ratio:.3}, size {:.2} K",
-                h.kind,
+                h.kind(),
                 h.place,
                 h.law,
                 other * h.scale

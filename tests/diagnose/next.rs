@@ -46,8 +46,8 @@ fn the_proposed_test_decides() {
     // Made, it refutes the heat that stays the same; what grows with the speed is the same data as the source's own.
     let stays = |d: &Diagnosis| {
         d.set.iter().any(|i| {
-            let h = &d.explanations[*i].parts[0].hypothesis;
-            h.kind == "heat source" && h.place == "bearing" && h.law == Law::Constant
+            let h = &d.explanations[*i].causes[0].hypothesis;
+            h.kind() == "heat source" && h.place == "bearing" && h.law == Law::Constant
         })
     };
     let steady = before.next.iter().find(|n| n.trial == Trial::Steady).unwrap();
@@ -55,6 +55,6 @@ fn the_proposed_test_decides() {
     let after = found(&hidden.problem());
     println!("{} explanations before, {} after, {:?}", before.set.len(), after.set.len(), after.level);
     assert!(stays(&before) && !stays(&after));
-    let best = &after.explanations[0].parts[0].hypothesis;
+    let best = &after.explanations[0].causes[0].hypothesis;
     assert_eq!(best.place, "bearing", "{best:?}");
 }

@@ -3,13 +3,13 @@
 
 use coldplate::describe::machine::{Conductance, ContactLaw};
 use coldplate::discretise::network::{ContactGroup, Joint, NONE, Network};
-use coldplate::solve::sensitivity::{Derivatives, Effect, Study};
+use coldplate::solve::sensitivity::{Derivatives, Disturbance, Study};
 use coldplate::solve::{Solver, Tangent};
 
 use crate::common::{ENCLOSED, EVERYTHING, condition, study, study_of};
 
 /// A candidate against `scale` times the derivative with respect to a parameter, on every sensor.
-fn same(at: &Derivatives<'_>, effect: &Effect, name: &str, scale: f64) {
+fn same(at: &Derivatives<'_>, effect: &Disturbance, name: &str, scale: f64) {
     let parameter = at.study.parameter(name).unwrap();
     let targets = at.study.sensors();
     let table = at.jacobian(&targets, &[parameter]).unwrap();
@@ -110,7 +110,7 @@ fn candidates_the_file_does_not_know() {
     let at = study.at(&condition(&study.model.machine, [3.0, 20.0, 2000.0, 22.0])).unwrap();
     let screen = at.screen();
     let adjoints: Vec<_> = study.sensors().iter().map(|s| at.adjoint(*s).unwrap()).collect();
-    let check = |effect: &Effect, changed: &dyn Fn(f64) -> Network, size: f64, what: &str| {
+    let check = |effect: &Disturbance, changed: &dyn Fn(f64) -> Network, size: f64, what: &str| {
         // Second differences from one side, since a conductance has no negative.
         let f = [0.0, 1.0, 2.0, 3.0].map(|k| readings(&changed(k * size), &at));
         for (s, adjoint) in adjoints.iter().enumerate() {

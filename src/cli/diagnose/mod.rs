@@ -8,7 +8,7 @@ use super::condition::pair_of;
 use super::measured;
 use super::output::Output;
 use crate::error::{Error, Result};
-use crate::evidence::diagnose::{Discrepancy, Problem};
+use crate::evidence::diagnose::Problem;
 use crate::foundation::atomic_file;
 use crate::pipeline::diagnosis::input::{kind_named, uncertain, user_kinds};
 use crate::pipeline::{diagnosis, refit};
@@ -81,7 +81,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         None => Vec::new(),
     };
     let without = args.without.iter().map(|kind| kind_named(kind, &study, &data, &user)).collect::<Result<Vec<_>>>()?;
-    let problem = Problem { study, data, uncertainty, uncertain, openness: Discrepancy::default(), user, start, seed: 1, without };
+    let mut problem = Problem::new(study, data);
+    (problem.uncertainty, problem.uncertain, problem.user) = (uncertainty, uncertain, user);
+    (problem.start, problem.without) = (start, without);
     let found = diagnosis::examine(&problem, &path, args.surrogate.as_deref(), &out.progress())?;
     // Everything is made before anything is written.
     let report = args.report.as_ref().map(|_| found.report()).transpose()?;

@@ -1,7 +1,7 @@
 //! A diagnosis as text.
 
 use super::super::text::table;
-use crate::evidence::diagnose::Verdict;
+use crate::evidence::diagnose::{ExtraSensor, Verdict};
 use crate::foundation::numbers::short;
 use crate::pipeline::diagnosis::{Findings, next_test_in_words, words};
 
@@ -19,9 +19,9 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     );
     text += &format!(
         "  misfit {:.1} over {} readings, p = {:.2e}; best of {} causes that could show ({} tried), p = {:.2e}\n",
-        misfit.chi2, misfit.freedom, misfit.probability, diagnosis.tried.1, diagnosis.tried.0, misfit.look_elsewhere
+        misfit.chi2, misfit.freedom, misfit.probability, diagnosis.tried.visible, diagnosis.tried.all, misfit.look_elsewhere
     );
-    text += &format!("  nothing wrong {:.3}, something else {:.3}\n\n", diagnosis.others.0, diagnosis.others.1);
+    text += &format!("  nothing wrong {:.3}, something else {:.3}\n\n", diagnosis.others.nothing, diagnosis.others.something_else);
     if diagnosis.verdict != Verdict::Consistent {
         let rows: Vec<Vec<String>> = found
             .ranked(12)
@@ -41,8 +41,8 @@ pub(super) fn text(found: &Findings<'_>) -> String {
                 gain.before,
                 gain.after,
                 gain.before - gain.after,
-                gain.interval.0,
-                gain.interval.1,
+                gain.low,
+                gain.high,
                 gain.noise_floor
             );
         }
@@ -52,8 +52,8 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         let test = next_test_in_words(&problem.study.model.machine, next);
         let before = if i == 0 { "\nwhat to measure next:\n  " } else { "  or " };
         text += &format!("{before}{test}: sets them {:.1} standard deviations apart", next.mean);
-        if let Some((sensor, d)) = &next.sensor {
-            text += &format!("; a sensor at {sensor} alone {d:.1}");
+        if let Some(ExtraSensor { name, separation }) = &next.sensor {
+            text += &format!("; a sensor at {name} alone {separation:.1}");
         }
         text += "\n";
     }

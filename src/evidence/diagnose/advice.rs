@@ -2,15 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::catalogue::{Scales, hypotheses};
-use super::refine::Bench;
-use super::signature::signatures;
-use super::trial::{Trial, trials};
-use super::view::{is_open, open_factors};
-use super::{Act, Explanation, Hypothesis, Problem, Verdict};
+use super::effects::Scales;
+use super::outlook::{Outlook, all_sensors, moved, open_causes};
+use super::refine::Predictor;
+use super::trial::{ExtraSensor, Next, Trial, trials};
+use super::view::open_factors;
+use super::{Explanation, Hypothesis, Problem, Verdict, signatures};
 use crate::describe::machine::Condition;
 use crate::error::Result;
-use crate::evidence::measurement::{Data, Row, Whitener};
 
 /// Most explanations that are told apart.
 const MOST: usize = 6;
@@ -21,75 +20,20 @@ const PROPOSED: usize = 3;
 /// Least distance worth a test, in standard deviations.
 const TELLING: f64 = 1.0;
 
-/// A test worth making.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Next {
-    /// What is done.
-    pub trial: Trial,
-    /// The condition it is done at, or begins with.
-    pub condition: Condition,
-    /// Distance of the two explanations it tells apart least, in standard deviations, over all sensors of the data.
-    pub separation: f64,
-    /// The probability-weighted mean distance.
-    pub mean: f64,
-    /// A sensor of the machine that the data lack and that would add most there, with the distance it alone gives.
-    pub sensor: Option<(String, f64)>,
-}
-
-/// What a test would show of the explanations, reading by reading, K.
-#[derive(Debug, Clone)]
-pub(super) struct Outlook {
-    /// Readings under each explanation, counted from any common base.
-    pub shown: Vec<Vec<f64>>,
-    /// What the amplitudes of each explanation leave open in them, one column per part.
-    pub open: Vec<Vec<Vec<f64>>>,
-    /// Standard deviation of each reading's own error.
-    pub deviation: Vec<f64>,
-    /// Errors that readings share, each of unit variance.
-    pub common: Vec<Vec<f64>>,
-}
-
-impl Outlook {
-    /// Distance of two explanations over some readings, in standard deviations: what their amplitudes could still make up for
-    /// does not count.
-    fn distance(&self, (a, b): (usize, usize), readings: &[usize]) -> f64 {
-        let pick = |v: &Vec<f64>| readings.iter().map(|i| v[*i]).collect::<Vec<f64>>();
-        let shared = self.common.iter().chain(&self.open[a]).chain(&self.open[b]).map(pick).collect::<Vec<_>>();
-        let whitener = Whitener::new(&pick(&self.deviation), &shared);
-        let apart: Vec<f64> = readings.iter().map(|i| self.shown[a][*i] - self.shown[b][*i]).collect();
-        whitener.apply(&apart).iter().map(|v| v * v).sum::<f64>().sqrt()
-    }
-
-    /// The least distance of two explanations, and the mean one, weighted with their probabilities.
-    pub fn apart(&self, probabilities: &[f64], readings: &[usize]) -> (f64, f64) {
-        let (mut least, mut sum, mut weight) = (f64::INFINITY, 0.0, 0.0);
-        for a in 0..self.shown.len() {
-            for b in a + 1..self.shown.len() {
-                let distance = self.distance((a, b), readings);
-                let both = probabilities[a] * probabilities[b];
-                least = least.min(distance);
-                sum += both * distance;
-                weight += both;
-            }
-        }
-        (least, if weight > 0.0 { sum / weight } else { 0.0 })
-    }
-}
-
 /// Ranks feasible tests, the most telling first; empty where fewer than two explanations survive, or no test tells them apart. Interventions are only proposed
 /// where one of the explanations is right: they are solved with each in force.
 ///
 /// # Errors
 /// As [`signatures`].
-pub(super) fn next(bench: &Bench<'_>, problem: &Problem, verdict: Verdict, explanations: &[&Explanation]) -> Result<Vec<Next>> {
-    let is_finite = |e: &&Explanation| e.parts.iter().all(|p| p.deviation.is_finite());
+pub(super) fn next(predictor: &Predictor<'_>, problem: &Problem, verdict: Verdict, explanations: &[&Explanation]) -> Result<Vec<Next>> {
+    let is_finite = |e: &&Explanation| e.causes.iter().all(|p| p.deviation.is_finite());
     let alive: Vec<&Explanation> = explanations.iter().copied().take(MOST).filter(is_finite).collect();
     if alive.len() < 2 {
         return Ok(Vec::new());
     }
-    let mut found = best(steady(problem, &alive, bench.scales)?);
+    let mut found = best(steady(problem, &alive, predictor.scales)?);
     if verdict == Verdict::CannotTell {
-        found.extend(best(trials(bench, problem, &alive)));
+        found.extend(best(trials(predictor, problem, &alive)));
         found.sort_by(|a, b| b.mean.total_cmp(&a.mean));
     }
     Ok(found)
@@ -114,13 +58,13 @@ fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<
     }
     let rows = conditions.iter().enumerate().map(|(i, c)| (format!("candidate {i}"), None, c.clone()));
     let data = all_sensors(problem, rows);
-    let parts = alive.iter().flat_map(|e| &e.parts);
+    let parts = alive.iter().flat_map(|e| &e.causes);
     let mut wanted: Vec<Hypothesis> = parts.map(|p| moved(p.hypothesis.clone(), problem)).collect();
     let (own, open) = (wanted.len(), open_causes(problem, &data));
     wanted.extend(open.iter().cloned());
     let found = signatures(&problem.study, &data, problem.start, &[], &wanted, scales, &problem.user)?;
     let (columns, factors) = found.columns.split_at(own);
-    let factors = open_factors(&problem.openness, &open, factors, data.count());
+    let factors = open_factors(&problem.discrepancy, &open, factors, data.count());
     let sensors = data.sensors.len();
     let deviation = deviations(problem);
     let probabilities: Vec<f64> = alive.iter().map(|e| e.probability).collect();
@@ -130,7 +74,7 @@ fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<
         let (mut shown, mut open) = (Vec::new(), Vec::new());
         for e in alive {
             let (mut sum, mut own) = (vec![0.0; sensors], Vec::new());
-            for (part, column) in e.parts.iter().zip(columns.by_ref()) {
+            for (part, column) in e.causes.iter().zip(columns.by_ref()) {
                 sum.iter_mut().zip(column).for_each(|(s, v)| *s += part.amplitude * v);
                 own.push(column.iter().map(|v| part.deviation * v).collect());
             }
@@ -145,55 +89,22 @@ fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<
         let own = &problem.data.sensors;
         let (separation, mean) = outlook.apart(&probabilities, own);
         let extra = (0..sensors).filter(|s| !own.contains(s)).map(|s| (outlook.distance((0, 1), &[s]), s));
-        let sensor = extra.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|(d, _)| *d > 0.5).map(|(d, s)| (machine.sensors[s].name.clone(), d));
+        let sensor = extra
+            .max_by(|a, b| a.0.total_cmp(&b.0))
+            .filter(|(d, _)| *d > 0.5)
+            .map(|(separation, s)| ExtraSensor { name: machine.sensors[s].name.clone(), separation });
         Next { trial: Trial::Steady, condition: conditions[c].clone(), separation, mean, sensor }
     };
     Ok((0..conditions.len()).into_par_iter().map(rate).collect())
-}
-
-/// What every model leaves open: all films, heats and emissivities.
-pub(super) fn open_causes(problem: &Problem, data: &Data) -> Vec<Hypothesis> {
-    let mut found = hypotheses(&problem.study, data, &[]);
-    found.retain(|h| is_open(h, &problem.openness));
-    found
-}
-
-/// Rows (test, time, condition) to be predicted for all of the machine's sensors.
-pub(super) fn all_sensors(problem: &Problem, rows: impl Iterator<Item = (String, Option<f64>, Condition)>) -> Data {
-    let machine = &problem.study.model.machine;
-    let sensors: Vec<usize> = (0..machine.sensors.len()).collect();
-    let names = machine.sensors.iter().map(|s| s.name.clone()).collect();
-    let row = |(test, time, condition): (String, Option<f64>, Condition)| Row {
-        test,
-        time,
-        condition,
-        readings: vec![Some(300.0); sensors.len()],
-        line: None,
-    };
-    let rows = rows.map(row).collect();
-    Data { source: String::new(), sensors, names, rows, notes: Vec::new() }
 }
 
 /// Standard deviation of a reading of each of the machine's sensors: noise, its own error, and what every model leaves open, K.
 fn deviations(problem: &Problem) -> Vec<f64> {
     let of = |s: usize| {
         let k = problem.data.sensors.iter().position(|own| *own == s).unwrap_or(0);
-        problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(problem.openness.model)
+        problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(problem.discrepancy.model)
     };
     (0..problem.study.model.machine.sensors.len()).map(of).collect()
-}
-
-/// A sensor's own error refers to the columns of the data; here all of the machine's sensors are columns.
-pub(super) fn moved(mut h: Hypothesis, problem: &Problem) -> Hypothesis {
-    let to = |k: usize| problem.data.sensors[k];
-    h.act = match h.act {
-        Act::Bias(k) => Act::Bias(to(k)),
-        Act::Gain(k) => Act::Gain(to(k)),
-        Act::Lag(k) => Act::Lag(to(k)),
-        Act::Swap(a, b) => Act::Swap(to(a), to(b)),
-        other => other,
-    };
-    h
 }
 
 /// Ends and middle of every range, one variable at a time and in the corners.

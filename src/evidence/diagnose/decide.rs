@@ -1,7 +1,7 @@
 //! From probabilities to an answer: consistent, explained, something else, or cannot tell.
 
 use super::probability::Posterior;
-use super::{Explanation, Misfit, Part, SET_95};
+use super::{Cause, Explanation, Misfit, SET_95};
 use crate::evidence::identify::chi_square_tail;
 
 /// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
@@ -14,6 +14,7 @@ const CERTAIN: f64 = 0.9;
 
 /// What a diagnosis comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Verdict {
     /// The data do not contradict the machine as it is.
     Consistent,
@@ -37,11 +38,48 @@ impl Verdict {
     }
 }
 
-/// How far up the ladder an answer is certain: what is said, and its probability.
+/// What of an answer is certain, from most to least.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Certainty {
+    /// Kind, place and law of every cause.
+    Law,
+    /// Kind and place of every cause.
+    Kind,
+    /// Kind and place of one of two causes.
+    OneOfTwo,
+    /// The place of every cause.
+    Place,
+    /// A part that the cause touches.
+    Region,
+    /// Nothing.
+    Nothing,
+}
+
+impl Certainty {
+    /// As outside programs read it.
+    pub fn code(self) -> &'static str {
+        match self {
+            Self::Law => "law",
+            Self::Kind => "kind",
+            Self::OneOfTwo => "one",
+            Self::Place => "place",
+            Self::Region => "region",
+            Self::Nothing => "nothing",
+        }
+    }
+
+    /// Whether it is enough to name the cause.
+    fn names_the_cause(self) -> bool {
+        matches!(self, Self::Law | Self::Kind)
+    }
+}
+
+/// What is certain of an answer, and its probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Level {
-    /// `law`, `kind`, `one` (of two causes, with its kind), `place`, `region` or `nothing`.
-    pub name: &'static str,
+    /// How much.
+    pub certainty: Certainty,
     /// What is certain on that level.
     pub what: String,
     /// Its probability.
@@ -55,41 +93,41 @@ pub fn is_wrong(misfit: &Misfit) -> bool {
 
 /// Verdict, level of certainty, and which explanations the data cannot refute, the first one always among them.
 pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation]) -> (Verdict, Level, Vec<usize>) {
-    let none = |probability: f64| Level { name: "nothing", what: String::new(), probability };
+    let none = |probability: f64| Level { certainty: Certainty::Nothing, what: String::new(), probability };
     if !is_wrong(misfit) {
         return (Verdict::Consistent, none(posterior.nothing), Vec::new());
     }
     let Some(best) = explanations.first() else {
         return (Verdict::SomethingElse, none(posterior.something_else), Vec::new());
     };
-    // Causes with fewer parts are held against the best of their own number: two always fit better than one.
-    let least = explanations.iter().filter(|e| e.parts.len() == best.parts.len()).map(|e| e.misfit).fold(f64::INFINITY, f64::min);
+    // One cause competes with the best single one, two with the best two: two always fit better than one.
+    let least = explanations.iter().filter(|e| e.causes.len() == best.causes.len()).map(|e| e.misfit).fold(f64::INFINITY, f64::min);
     let is_alive = |e: &Explanation| {
-        e.parts.len() == best.parts.len() && e.misfit - least < SET_95 && e.probability > (1e-3 * best.probability).max(1e-4)
+        e.causes.len() == best.causes.len() && e.misfit - least < SET_95 && e.probability > (1e-3 * best.probability).max(1e-4)
     };
     let set = (0..explanations.len()).filter(|i| *i == 0 || is_alive(&explanations[*i])).collect();
-    let left = chi_square_tail(best.misfit, misfit.freedom.saturating_sub(best.parts.len()).max(1));
+    let left = chi_square_tail(best.misfit, misfit.freedom.saturating_sub(best.causes.len()).max(1));
     if left < LEFT_OVER || posterior.something_else > 0.5 {
         return (Verdict::SomethingElse, region(explanations, 0.0), set);
     }
     // As many numbers as readings fit anything: the prior alone would choose.
-    let is_judged = misfit.freedom > best.parts.len();
+    let is_judged = misfit.freedom > best.causes.len();
     let level = if is_judged { ladder(explanations) } else { region(explanations, CERTAIN) };
-    let verdict = if matches!(level.name, "kind" | "law") { Verdict::Explained } else { Verdict::CannotTell };
+    let verdict = if level.certainty.names_the_cause() { Verdict::Explained } else { Verdict::CannotTell };
     (verdict, level, set)
 }
 
-/// Names of an explanation's parts at a depth: law, kind, place.
-fn names(e: &Explanation, depth: &str) -> Vec<String> {
-    let name = |p: &Part| {
+/// Names of an explanation's causes: by law, kind or place.
+fn names(e: &Explanation, depth: Certainty) -> Vec<String> {
+    let name = |p: &Cause| {
         let h = &p.hypothesis;
         match depth {
-            "law" => format!("{} at {}, {}", h.kind, h.place, h.law.words()),
-            "kind" => format!("{} at {}", h.kind, h.place),
+            Certainty::Law => format!("{} at {}, {}", h.kind(), h.place, h.law.words()),
+            Certainty::Kind => format!("{} at {}", h.kind(), h.place),
             _ => h.place.clone(),
         }
     };
-    let mut names: Vec<String> = e.parts.iter().map(name).collect();
+    let mut names: Vec<String> = e.causes.iter().map(name).collect();
     names.sort();
     names
 }
@@ -97,43 +135,43 @@ fn names(e: &Explanation, depth: &str) -> Vec<String> {
 /// What is certain of the best explanation. What counts is the probability that its causes act, alone or with others.
 fn ladder(explanations: &[Explanation]) -> Level {
     let Some(best) = explanations.first() else { return region(explanations, CERTAIN) };
-    let acting = |what: &[String], depth: &str| -> f64 {
+    let acting = |what: &[String], depth: Certainty| -> f64 {
         let has_all = |e: &&Explanation| what.iter().all(|w| names(e, depth).contains(w));
         explanations.iter().filter(has_all).map(|e| e.probability).sum()
     };
-    for depth in ["law", "kind"] {
+    for depth in [Certainty::Law, Certainty::Kind] {
         let what = names(best, depth);
         let probability = acting(&what, depth);
         if probability >= CERTAIN {
-            return Level { name: depth, what: what.join("; "), probability };
+            return Level { certainty: depth, what: what.join("; "), probability };
         }
     }
     // One of two.
-    for what in names(best, "kind") {
-        let probability = acting(std::slice::from_ref(&what), "kind");
-        if best.parts.len() > 1 && probability >= CERTAIN {
-            return Level { name: "one", what, probability };
+    for what in names(best, Certainty::Kind) {
+        let probability = acting(std::slice::from_ref(&what), Certainty::Kind);
+        if best.causes.len() > 1 && probability >= CERTAIN {
+            return Level { certainty: Certainty::OneOfTwo, what, probability };
         }
     }
-    let what = names(best, "place");
-    let probability = acting(&what, "place");
+    let what = names(best, Certainty::Place);
+    let probability = acting(&what, Certainty::Place);
     if probability >= CERTAIN {
-        return Level { name: "place", what: what.join("; "), probability };
+        return Level { certainty: Certainty::Place, what: what.join("; "), probability };
     }
     region(explanations, CERTAIN)
 }
 
 /// The part that most of the probability touches.
 fn region(explanations: &[Explanation], least: f64) -> Level {
-    let mut parts: Vec<&String> = explanations.iter().flat_map(|e| e.parts.iter().flat_map(|p| &p.hypothesis.parts)).collect();
+    let mut parts: Vec<&String> = explanations.iter().flat_map(|e| e.causes.iter().flat_map(|p| &p.hypothesis.parts)).collect();
     parts.sort();
     parts.dedup();
     let share = |part: &String| -> f64 {
-        explanations.iter().filter(|e| e.parts.iter().any(|p| p.hypothesis.parts.contains(part))).map(|e| e.probability).sum()
+        explanations.iter().filter(|e| e.causes.iter().any(|p| p.hypothesis.parts.contains(part))).map(|e| e.probability).sum()
     };
     let best = parts.into_iter().map(|p| (share(p), p)).max_by(|a, b| a.0.total_cmp(&b.0));
     match best {
-        Some((probability, part)) if probability >= least => Level { name: "region", what: part.clone(), probability },
-        _ => Level { name: "nothing", what: String::new(), probability: 0.0 },
+        Some((probability, part)) if probability >= least => Level { certainty: Certainty::Region, what: part.clone(), probability },
+        _ => Level { certainty: Certainty::Nothing, what: String::new(), probability: 0.0 },
     }
 }

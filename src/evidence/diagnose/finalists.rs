@@ -4,13 +4,12 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::Problem;
-use super::catalogue::{Hypothesis, hypotheses};
+use super::effects::{Hypothesis, hypotheses};
 use super::probability::{self, Candidate, Posterior};
-use super::refine::{Bench, Extended, Fitted, Used, fit};
+use super::refine::{Extended, FitData, Fitted, Predictor, fit};
 use super::screen::Screened;
-use super::signature::signatures;
-use super::view::{Held, View, add_mesh_share};
+use super::view::{Comparison, ScreenInput, add_mesh_share};
+use super::{Cause, Explanation, Problem, signatures};
 use crate::error::Result;
 use crate::evidence::identify::chi_square_tail;
 
@@ -29,15 +28,15 @@ const MOST_TURNS: usize = 3;
 const ROUNDS: usize = 2;
 
 /// What fitting needs.
-pub struct Finals<'a> {
+pub struct Finalists<'a> {
     /// Machine and data.
     pub problem: &'a Problem,
     /// Predictions with causes in force.
-    pub bench: &'a Bench<'a>,
+    pub predictor: &'a Predictor<'a>,
     /// All causes.
     pub catalogue: &'a [Hypothesis],
     /// The machine as it is.
-    pub base: &'a View,
+    pub base: &'a Comparison,
     /// The first screen.
     pub screened: &'a Screened,
     /// Prior of every cause in it.
@@ -61,7 +60,38 @@ pub struct Outcome {
     pub mesh: Vec<f64>,
 }
 
-impl Finals<'_> {
+impl Outcome {
+    /// Predictions with the most probable explanation on the finer mesh, K; none where it was not fitted.
+    pub fn leading_predictions(&self) -> Option<Vec<f64>> {
+        let leading = self.posterior.candidates.first()?;
+        let (_, fitted) = self.fitted.iter().find(|(members, _)| *members == leading.members)?;
+        Some(fitted.values.iter().zip(&self.mesh).map(|(v, m)| v + m).collect())
+    }
+}
+
+impl Finalists<'_> {
+    /// The most probable explanations: as fitted, or from slopes.
+    pub fn explanations(&self, outcome: &Outcome, most: usize) -> Vec<Explanation> {
+        let one = |c: &Candidate| {
+            let known = outcome.fitted.iter().find(|(members, _)| *members == c.members).map(|(_, fitted)| fitted);
+            let linear = outcome.screened.deviations(&c.members);
+            let cause = |(i, j): (usize, &usize)| {
+                let hypothesis = self.of(*j).clone();
+                let scale = hypothesis.scale;
+                let (amplitude, deviation) =
+                    known.map_or((c.amplitudes[i] * scale, linear[i] * scale), |f| (f.amplitudes[i], f.deviations[i]));
+                Cause { hypothesis, amplitude, deviation }
+            };
+            Explanation {
+                causes: c.members.iter().enumerate().map(cause).collect(),
+                probability: c.probability,
+                misfit: known.map_or(outcome.screened.misfit() - c.gain, |f| f.misfit),
+                is_fitted: known.is_some(),
+            }
+        };
+        outcome.posterior.candidates.iter().take(most).map(one).collect()
+    }
+
     /// Fits the most probable causes and pairs, looks for a second cause where one alone leaves too much, and puts the
     /// evidence of the fits in place of the linear one. Covariance and mesh are taken anew about the best explanation: what
     /// is common to all films or heats acts on what the cause adds too.
@@ -82,7 +112,7 @@ impl Finals<'_> {
                 view = about_best;
                 let base = &self.base.found;
                 let (residual, columns, places) = (&base.residual, &base.columns, &self.places);
-                let held = Held { residual, columns, whitener: &view.whitener, catalogue: self.catalogue, places };
+                let held = ScreenInput { residual, columns, whitener: &view.whitener, catalogue: self.catalogue, places };
                 now.screened = held.screen_of(&self.screened.visible);
                 now.mesh.clone_from(&view.mesh);
                 // In logs, whose fits are runs, a second cause is looked for beside the first only where one leaves too much.
@@ -110,17 +140,17 @@ impl Finals<'_> {
 
     /// Covariance and mesh with an explanation in force; `None` where they are those already taken, or the machine file has no words
     /// for it.
-    fn about(&self, (members, fitted): &Entry, round: usize) -> Result<Option<View>> {
+    fn about(&self, (members, fitted): &Entry, round: usize) -> Result<Option<Comparison>> {
         let members: Vec<(&Hypothesis, f64)> = members.iter().map(|j| self.of(*j)).zip(fitted.amplitudes.iter().copied()).collect();
         if members.iter().all(|(h, _)| h.is_sensor()) {
             return Ok((round > 0).then(|| self.base.clone()));
         }
-        let Some(Extended { study, .. }) = self.bench.extended(&members)? else { return Ok(None) };
-        View::about(self.problem, &study, self.catalogue, self.bench.scales).map(Some)
+        let Some(Extended { study, .. }) = self.predictor.extended(&members)? else { return Ok(None) };
+        Comparison::about(self.problem, &study, self.catalogue, self.predictor.scales).map(Some)
     }
 
     /// Fits what slopes put ahead of all that is fitted, until what leads is fitted.
-    fn settle(&self, now: &mut Outcome, view: &View) {
+    fn settle(&self, now: &mut Outcome, view: &Comparison) {
         for _ in 0..MOST_TURNS {
             let is_open = |c: &&Candidate| c.probability > LEAST && !now.fitted.iter().any(|(m, _)| *m == c.members);
             let open: Vec<Candidate> = now.posterior.candidates.iter().take(FINALISTS).filter(is_open).cloned().collect();
@@ -175,7 +205,7 @@ impl Finals<'_> {
     }
 
     /// Fits, from amplitudes found before where there are any.
-    fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &View) -> Vec<Entry> {
+    fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &Comparison) -> Vec<Entry> {
         let all: Vec<usize> = (0..view.readings.len()).collect();
         let attempt = |c: &Candidate| -> Option<Entry> {
             let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
@@ -184,10 +214,10 @@ impl Finals<'_> {
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
             fit(
-                self.bench,
+                self.predictor,
                 &members,
                 &guess,
-                Used { which: &all, readings: &view.readings, mesh: &view.mesh, places: &self.places, whitener: &view.whitener },
+                FitData { which: &all, readings: &view.readings, mesh: &view.mesh, places: &self.places, whitener: &view.whitener },
             )
             .ok()
             .map(|f| (c.members.clone(), f))
@@ -208,7 +238,7 @@ impl Finals<'_> {
     }
 
     /// Pairs of the best single causes with whatever could act beside them.
-    fn seconds(&self, now: &Outcome, view: &View) -> Result<Vec<Candidate>> {
+    fn seconds(&self, now: &Outcome, view: &Comparison) -> Result<Vec<Candidate>> {
         let mut singles: Vec<&Entry> = now.fitted.iter().filter(|(members, _)| members.len() == 1).collect();
         singles.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
         let mut pairs: Vec<Candidate> = Vec::new();
@@ -223,14 +253,14 @@ impl Finals<'_> {
     }
 
     /// What could act beside a cause: all causes screened again about the machine with it in force, its own amplitude free.
-    fn beside(&self, first: usize, fitted: &Fitted, now: &Outcome, view: &View) -> Result<Vec<Candidate>> {
+    fn beside(&self, first: usize, fitted: &Fitted, now: &Outcome, view: &Comparison) -> Result<Vec<Candidate>> {
         let (h, problem) = (self.of(first), self.problem);
-        let Some(Extended { study, .. }) = self.bench.extended(&[(h, fitted.amplitudes[0])])? else { return Ok(Vec::new()) };
+        let Some(Extended { study, .. }) = self.predictor.extended(&[(h, fitted.amplitudes[0])])? else { return Ok(Vec::new()) };
         let mut again = hypotheses(&study, &problem.data, &problem.user);
-        let name = |h: &Hypothesis| (h.kind, h.place.clone(), h.law);
+        let name = |h: &Hypothesis| (h.kind(), h.place.clone(), h.law);
         let known: HashMap<_, usize> = (0..self.screened.visible.len()).map(|j| (name(self.of(j)), j)).collect();
         again.retain(|h| known.contains_key(&name(h)));
-        let found = signatures(&study, &problem.data, problem.start, &[], &again, self.bench.scales, &problem.user)?;
+        let found = signatures(&study, &problem.data, problem.start, &[], &again, self.predictor.scales, &problem.user)?;
         let left: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
         let relabelled = h.relabelled(&self.places);
         let residual = relabelled
@@ -248,7 +278,8 @@ impl Finals<'_> {
         };
         let mut columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
         add_mesh_share(&again, &mut columns, &view.mesh, &self.places);
-        let held = Held { residual: &residual, columns: &columns, whitener: &view.whitener, catalogue: &again, places: &self.places };
+        let held =
+            ScreenInput { residual: &residual, columns: &columns, whitener: &view.whitener, catalogue: &again, places: &self.places };
         let mut second = held.screen();
         let position: Vec<usize> = second.visible.iter().map(|i| known[&name(&again[*i])]).collect();
         let Some(own) = position.iter().position(|j| *j == first) else { return Ok(Vec::new()) };
@@ -298,7 +329,7 @@ pub fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<C
     let share = 1.0 / left.max(1.0);
     let is_probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
     let mut chosen: Vec<Candidate> = candidates.iter().filter(is_probable).take(most).cloned().collect();
-    // Two must be held against the stronger one alone, which slopes put far behind where its effect bends.
+    // A pair competes with its stronger cause alone, which slopes put far behind where its effect bends.
     for pair in chosen.clone().iter().filter(|c| c.members.len() > 1) {
         let alone = candidates.iter().filter(|c| c.members.len() == 1 && pair.members.contains(&c.members[0]));
         if let Some(single) = alone.max_by(|a, b| a.gain.total_cmp(&b.gain))

@@ -7,16 +7,15 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::catalogue::{Act, Hypothesis, Law, Scales, UserKind};
-use super::effect::Acting;
-use super::signature::{Signatures, acts, difference, position};
+use super::effects::{EffectDerivatives, Hypothesis, Law, Scales, UserKind};
+use super::signature::{Signatures, difference};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::Result;
 use crate::evidence::identify::{self, Prediction};
 use crate::evidence::measurement::{Data, whiten};
 use crate::explore::simulate::Start;
-use crate::solve::sensitivity::{Basis, Course, Derivatives, Moment, Parameter, Study, Variation};
+use crate::solve::sensitivity::{Basis, Course, Derivatives, Disturbance, Moment, Parameter, Study, Variation};
 
 /// Amplitudes of differences of runs, as a share of the prior's scale: what acts one way only, or moves a front, is followed
 /// along a secant about as long as it is likely to be; the rest along a slope.
@@ -90,7 +89,7 @@ struct Logs<'a> {
 impl Logs<'_> {
     /// What a hypothesis does per unit of its amplitude: the difference of a run with it and one of the machine as it is.
     fn run(&self, h: &Hypothesis, values: &[f64], residual: &[f64]) -> Vec<f64> {
-        if !matches!(h.act, Act::Capacity(_)) {
+        if !h.is_bent() {
             return self.along(h, h.scale * if h.is_signed { STEP } else { SECANT }, values);
         }
         // More and less bend differently: the secant of the sign that the readings ask for.
@@ -123,28 +122,32 @@ impl Logs<'_> {
         let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
         let variations: Vec<Variation> = uncertain.iter().chain(&variables).map(|p| study.variation(p)).collect::<Result<_>>()?;
         let basis = Basis::new(study, &data.sensors, &histories.iter().flatten().collect::<Vec<_>>(), rates(data))?;
-        let acts = acts(hypotheses);
-        let acting = Acting::new(study, hypotheses, self.user);
+        let derivatives = EffectDerivatives::new(study, hypotheses, self.user);
         let linearised = |moment: &Moment| -> Result<At> {
             let at = Derivatives::at(study, &moment.condition, &moment.temperatures)?;
             let screen = at.screen();
-            let of_act = |(act, drifts): &(Act, bool)| -> Option<Disturbance> {
-                let effect = acting.effect(&at, &screen, *act, *drifts)?;
+            let of_effect = |effect: Option<Disturbance>| -> Option<Projected> {
+                let effect = effect?;
                 // Through the temperatures it goes later; at once it changes what sensors in inlets read.
                 let direct = |s: &usize| effect.direct(study.model.network.sensors[*s].inlet);
                 let rows = effect.rows.iter().map(|(n, r)| (*n as usize, *r));
-                Some(Disturbance { residual: basis.project(rows), direct: data.sensors.iter().map(direct).collect() })
+                Some(Projected { residual: basis.project(rows), direct: data.sensors.iter().map(direct).collect() })
             };
-            let along = |variation: &Variation| -> Result<Option<Disturbance>> {
+            let along = |variation: &Variation| -> Result<Option<Projected>> {
                 let partial = at.partial_of(variation)?;
                 let rows = partial.residual.iter().copied().enumerate().filter(|(_, r)| *r != 0.0);
-                Ok(Some(Disturbance { residual: basis.project(rows), direct: data.sensors.iter().map(|s| partial.readings[*s]).collect() }))
+                Ok(Some(Projected { residual: basis.project(rows), direct: data.sensors.iter().map(|s| partial.readings[*s]).collect() }))
             };
-            let disturbances = acts.iter().map(|act| Ok(of_act(act))).chain(variations.iter().map(along)).collect::<Result<_>>()?;
+            let disturbances = derivatives
+                .disturbances(&at, &screen)
+                .into_iter()
+                .map(|effect| Ok(of_effect(effect)))
+                .chain(variations.iter().map(along))
+                .collect::<Result<_>>()?;
             Ok(At { time: moment.time, condition: moment.condition.clone(), matrix: basis.matrix(&at), disturbances })
         };
-        let of_hypothesis = |h: &Hypothesis| (position(&acts, h).unwrap_or(usize::MAX), h.law);
-        let of_parameter = |p: usize| (acts.len() + p, Law::Constant);
+        let of_hypothesis = |h: &Hypothesis| (derivatives.position(h).unwrap_or(usize::MAX), h.law);
+        let of_parameter = |p: usize| (derivatives.count() + p, Law::Constant);
         let wanted: Vec<(usize, Law)> = hypotheses.iter().map(of_hypothesis).chain((0..variations.len()).map(of_parameter)).collect();
         let count = data.count();
         let mut columns: Vec<Option<Vec<f64>>> = vec![None; wanted.len()];
@@ -226,11 +229,11 @@ struct At {
     condition: Condition,
     matrix: DMatrix<f64>,
     /// What each act and then each parameter does; `None` for what acts on no node.
-    disturbances: Vec<Option<Disturbance>>,
+    disturbances: Vec<Option<Projected>>,
 }
 
 /// A change of the residual, projected, and what reaches the sensors of the data at once, K.
-struct Disturbance {
+struct Projected {
     residual: DVector<f64>,
     direct: Vec<f64>,
 }

@@ -1,7 +1,7 @@
 //! Where heat is missing or in excess: what every part alone would have to give or take.
 //! Of the laws such heat can follow, each part has the one that fits best.
 
-use super::catalogue::{Act, Hypothesis, Law};
+use super::effects::{Effect, Heat, Hypothesis, Law};
 use super::screen::Screened;
 
 /// Heat into one part that fits the residual best.
@@ -23,7 +23,7 @@ pub struct MissingHeat {
 pub(super) fn missing(screened: &Screened, catalogue: &[Hypothesis]) -> Vec<MissingHeat> {
     let of = |(j, h): (usize, &usize)| {
         let hypothesis = &catalogue[*h];
-        if !matches!(hypothesis.act, Act::Heat(_)) {
+        if !matches!(hypothesis.effect, Effect::Heat(Heat::Into(_))) {
             return None;
         }
         let (amplitude, explained) = screened.single(j);

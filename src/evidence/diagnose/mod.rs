@@ -5,26 +5,24 @@
 //!               -> the set that cannot be told apart -> next measurement, extended machine, gain on what was kept out
 //! ```
 //!
-//! The covariance of the residual decides everything: reading noise, each sensor's own error, the errors of every
-//! condition, and what any model of such a machine leaves open ([`Discrepancy`]). The machine's numbers that the user calls
-//! uncertain join it with their priors, so that a cause is never named for what calibration may still move.
+//! Everything is judged by the covariance of the residual: reading noise, each sensor's own error, the errors of every
+//! condition, and the discrepancy of any such model ([`Discrepancy`]). Numbers of the machine that the user calls uncertain
+//! join it with their priors. So no cause is named for what calibration may still move.
 
 mod advice;
-mod catalogue;
 mod decide;
-mod edits;
-mod effect;
+mod effects;
 mod finalists;
 mod gain;
 mod history;
 mod missing;
+mod outlook;
 mod probability;
 mod refine;
 mod screen;
 mod signature;
 mod trial;
 mod view;
-mod words;
 
 use std::path::Path;
 use std::time::Instant;
@@ -34,27 +32,27 @@ use crate::evidence::measurement::{Data, Uncertainty, Whitener, whiten};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::{Parameter, Study};
 
-pub use advice::Next;
-pub use catalogue::{Act, Hypothesis, Law, Scales, UserKind, hypotheses};
-pub use decide::{Level, Verdict};
-pub use gain::Gain;
+pub use decide::{Certainty, Level, Verdict};
+pub use effects::{CommonFactor, Effect, Hypothesis, Law, Scales, Shown, UserKind, hypotheses, sentence};
+pub use effects::{Contact, Flow, Heat, Leak, Radiation, Sensor, Storage, User};
+pub use gain::{Gain, HeldOutReading};
 pub use missing::MissingHeat;
-pub use refine::{Bench, Extended, Fitted, fit};
-pub use signature::{Signatures, signatures};
-pub use trial::Trial;
-pub use words::{Shown, sentence};
+pub use refine::{Extended, Fitted, Predictor, fit};
+pub use signature::Signatures;
+pub use trial::{ExtraSensor, Next, Trial};
 
-use finalists::{Finals, Outcome};
-use probability::Candidate;
+use finalists::{Finalists, Outcome};
 use screen::Screened;
-use view::View;
+use view::Comparison;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
+/// Explanations that are kept.
+const MOST_EXPLANATIONS: usize = 200;
 /// Half width of a 90 % interval in standard deviations.
 const TWO_SIDED_90: f64 = 1.644_854;
 
-/// What any model of such a machine leaves open, as standard deviations of common factors, and its own noise.
+/// The discrepancy of any model of such a machine: standard deviations of factors that many effects share, and its own noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Discrepancy {
     /// Of all films together: correlations of channels.
@@ -75,19 +73,29 @@ impl Default for Discrepancy {
     }
 }
 
-/// What is to be diagnosed.
+/// A number of the machine file that is uncertain itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainNumber {
+    /// Which.
+    pub parameter: Parameter,
+    /// Its standard deviation, SI.
+    pub deviation: f64,
+}
+
+/// What is to be diagnosed: [`Problem::new`], then whatever differs from the usual.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Problem {
     /// The machine as its file has it.
     pub study: Study,
     /// What was measured.
     pub data: Data,
-    /// How well.
+    /// Standard deviations of readings and conditions.
     pub uncertainty: Uncertainty,
-    /// Numbers of the file that are uncertain, with the standard deviation of each, SI.
-    pub uncertain: Vec<(Parameter, f64)>,
-    /// What every model leaves open.
-    pub openness: Discrepancy,
+    /// Numbers of the file that are uncertain.
+    pub uncertain: Vec<UncertainNumber>,
+    /// The model's own discrepancy.
+    pub discrepancy: Discrepancy,
     /// The user's own kinds.
     pub user: Vec<UserKind>,
     /// The state logs begin with.
@@ -107,7 +115,7 @@ impl Problem {
             study,
             data,
             uncertain: Vec::new(),
-            openness: Discrepancy::default(),
+            discrepancy: Discrepancy::default(),
             user: Vec::new(),
             start: Start::Steady,
             seed: 1,
@@ -144,7 +152,7 @@ pub struct Misfit {
 
 /// One cause (or one of two).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Part {
+pub struct Cause {
     /// Which.
     pub hypothesis: Hypothesis,
     /// Its amplitude, in the hypothesis' unit.
@@ -153,7 +161,7 @@ pub struct Part {
     pub deviation: f64,
 }
 
-impl Part {
+impl Cause {
     /// 90 % interval of the amplitude.
     pub fn interval(&self) -> (f64, f64) {
         let (low, high) = (self.amplitude - TWO_SIDED_90 * self.deviation, self.amplitude + TWO_SIDED_90 * self.deviation);
@@ -164,8 +172,8 @@ impl Part {
 /// An explanation: one cause, or two together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
-    /// Its parts.
-    pub parts: Vec<Part>,
+    /// Its causes.
+    pub causes: Vec<Cause>,
     /// Its probability.
     pub probability: f64,
     /// Misfit left.
@@ -174,8 +182,27 @@ pub struct Explanation {
     pub is_fitted: bool,
 }
 
+/// Probabilities of what is no cause of the catalogue.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Others {
+    /// Nothing is wrong.
+    pub nothing: f64,
+    /// Something else is.
+    pub something_else: f64,
+}
+
+/// Numbers of hypotheses.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Tried {
+    /// In the catalogue of this machine.
+    pub all: usize,
+    /// Large enough to show in these data.
+    pub visible: usize,
+}
+
 /// The answer.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Diagnosis {
     /// Misfit of the machine as it is.
     pub misfit: Misfit,
@@ -183,16 +210,16 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// How far up the ladder the answer is certain.
     pub level: Level,
-    /// Probability that nothing is wrong, and that it is something else.
-    pub others: (f64, f64),
+    /// Probabilities of what is no cause of the catalogue.
+    pub others: Others,
     /// Explanations, most probable first.
     pub explanations: Vec<Explanation>,
     /// Which of them the data cannot refute, as indices.
     pub set: Vec<usize>,
-    /// Hypotheses tried, and those that could show in these data.
-    pub tried: (usize, usize),
+    /// How many hypotheses were tried.
+    pub tried: Tried,
     /// Predictions of the machine as it is, residuals (K) and whitened residuals.
-    pub sheet: Sheet,
+    pub residuals: Residuals,
     /// Predictions with the best explanation, K.
     pub explained: Option<Vec<f64>>,
     /// Gain on conditions kept out of the selection; none with fewer than three.
@@ -211,7 +238,7 @@ pub struct Diagnosis {
 
 /// Residuals, reading by reading.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sheet {
+pub struct Residuals {
     /// Predictions, K.
     pub predicted: Vec<f64>,
     /// Readings less predictions, K.
@@ -222,7 +249,26 @@ pub struct Sheet {
     pub deviation: Vec<f64>,
 }
 
-/// Diagnoses.
+/// What each hypothesis would do to every reading, to first order, beside the predictions of the machine as it is.
+///
+/// # Errors
+/// The machine as it is cannot be solved at the data's conditions.
+pub fn signatures(
+    study: &Study,
+    data: &Data,
+    start: Start,
+    uncertain: &[Parameter],
+    hypotheses: &[Hypothesis],
+    scales: &Scales,
+    user: &[UserKind],
+) -> Result<Signatures> {
+    if data.is_transient() {
+        return history::logs(study, data, start, uncertain, hypotheses, scales, user);
+    }
+    signature::steady(study, data, uncertain, hypotheses, scales, user)
+}
+
+/// Diagnoses: screens all causes, fits the most probable ones, decides, and says what is gained and what to measure next.
 ///
 /// # Errors
 /// The machine as it is cannot be solved at the data's conditions.
@@ -231,9 +277,9 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let (study, data) = (&problem.study, &problem.data);
     let scales = Scales::of(data, &study.model.machine);
     let mut catalogue = hypotheses(study, data, &problem.user);
-    catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind));
-    progress(&format!("{} readings, {} causes to hold against them", data.count(), catalogue.len()));
-    let base = View::of(problem, study, &catalogue, &scales)?;
+    catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind()));
+    progress(&format!("{} readings, {} causes that could act", data.count(), catalogue.len()));
+    let base = Comparison::of(problem, study, &catalogue, &scales)?;
     let screened = base.screen(&catalogue, data);
     let misfit = misfit(&screened, problem.seed);
     let prior = probability::prior(&screened, &catalogue);
@@ -241,65 +287,50 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
     let posterior = probability::posterior(&screened, &prior, !data.is_transient());
     let is_wrong = decide::is_wrong(&misfit);
     let predicted = &base.found.prediction.values;
-    let bench =
-        Bench { study, data, predicted, fields: &base.found.fields, start: problem.start, scales: &scales, user: &problem.user, fronts };
-    let sheet = Sheet {
+    let predictor = Predictor {
+        study,
+        data,
+        predicted,
+        fields: &base.found.fields,
+        start: problem.start,
+        scales: &scales,
+        user: &problem.user,
+        fronts,
+    };
+    let residuals = Residuals {
         predicted: predicted.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
         whitened: screened.residual.clone(),
         deviation: base.errors.marginal(),
         residual: base.found.residual.clone(),
     };
-    let finals = Finals {
+    let finals = Finalists {
         problem,
-        bench: &bench,
+        predictor: &predictor,
         catalogue: &catalogue,
         base: &base,
         screened: &screened,
         prior: &prior,
         places: whiten::places(data),
     };
-    let Outcome { posterior, fitted, screened: weighed, mesh } = match is_wrong {
+    let outcome = match is_wrong {
         true => finals.fit(posterior, progress)?,
         false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), mesh: base.mesh.clone() },
     };
-    let explanation = |c: &Candidate| -> Explanation {
-        let known = fitted.iter().find(|(members, _)| *members == c.members);
-        let linear = weighed.deviations(&c.members);
-        let parts = c.members.iter().enumerate().map(|(i, j)| {
-            let hypothesis = catalogue[screened.visible[*j]].clone();
-            let linear = linear[i] * hypothesis.scale;
-            let (amplitude, deviation) = match known {
-                Some((_, f)) => (f.amplitudes[i], f.deviations[i]),
-                None => (c.amplitudes[i] * hypothesis.scale, linear),
-            };
-            Part { hypothesis, amplitude, deviation }
-        });
-        Explanation {
-            parts: parts.collect(),
-            probability: c.probability,
-            misfit: known.map_or(weighed.misfit() - c.gain, |(_, f)| f.misfit),
-            is_fitted: known.is_some(),
-        }
-    };
-    let explanations: Vec<Explanation> = posterior.candidates.iter().take(200).map(explanation).collect();
-    let (verdict, level, set) = decide::decide(&misfit, &posterior, &explanations);
+    let explanations = finals.explanations(&outcome, MOST_EXPLANATIONS);
+    let posterior = &outcome.posterior;
+    let (verdict, level, set) = decide::decide(&misfit, posterior, &explanations);
     let best = explanations.first().filter(|_| matches!(verdict, Verdict::Explained | Verdict::CannotTell));
-    let members = best.map(|e| e.parts.iter().map(|p| (&p.hypothesis, p.amplitude)).collect::<Vec<_>>());
-    let explained = best.and_then(|_| {
-        fitted
-            .iter()
-            .find(|(m, _)| *m == posterior.candidates[0].members)
-            .map(|(_, f)| f.values.iter().zip(&mesh).map(|(v, m)| v + m).collect())
-    });
+    let members = best.map(|e| e.causes.iter().map(|p| (&p.hypothesis, p.amplitude)).collect::<Vec<_>>());
+    let explained = best.and_then(|_| outcome.leading_predictions());
     let sets = match &members {
-        Some(members) => bench.extended(members)?.map(|extended| extended.sets),
+        Some(members) => predictor.extended(members)?.map(|extended| extended.sets),
         None => None,
     };
     progress("gain on conditions kept out");
-    let gain = gain::gain(problem, &bench, &catalogue, &base, best.is_some());
+    let gain = gain::gain(problem, &predictor, &catalogue, &base, best.is_some());
     let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
         progress("what to measure next");
-        advice::next(&bench, problem, verdict, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>())?
+        advice::next(&predictor, problem, verdict, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>())?
     } else {
         Vec::new()
     };
@@ -307,10 +338,10 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         misfit,
         verdict,
         level,
-        others: (posterior.nothing, posterior.something_else),
+        others: Others { nothing: posterior.nothing, something_else: posterior.something_else },
         set,
-        tried: (catalogue.len(), screened.visible.len()),
-        sheet,
+        tried: Tried { all: catalogue.len(), visible: screened.visible.len() },
+        residuals,
         explained,
         gain,
         next,
@@ -331,7 +362,7 @@ fn of_the_whole(screened: &Screened) -> Misfit {
     Misfit { chi2, freedom, probability: crate::evidence::identify::chi_square_tail(chi2, freedom), look_elsewhere: 1.0 }
 }
 
-/// Whether a screen raises the alarm; noise is simulated only where the misfit of the whole does not.
+/// Whether a screen raises the alarm. The Monte Carlo test runs only if the chi-square test does not already reject.
 fn is_wrong(screened: &Screened, seed: u64) -> bool {
     decide::is_wrong(&of_the_whole(screened)) || decide::is_wrong(&misfit(screened, seed))
 }

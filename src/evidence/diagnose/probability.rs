@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
-use super::catalogue::Hypothesis;
+use super::effects::Hypothesis;
 use super::screen::{Relabelled, Screened};
 
 /// Prior of nothing, one cause, two causes, something else.
@@ -54,13 +54,13 @@ pub fn prior(screened: &Screened, hypotheses: &[Hypothesis]) -> Vec<f64> {
     let mut places: HashMap<&str, usize> = HashMap::new();
     let all = || screened.visible.iter().map(|i| &hypotheses[*i]);
     for h in all() {
-        let of_place = laws.entry((h.kind, &h.place)).or_default();
+        let of_place = laws.entry((h.kind(), &h.place)).or_default();
         if *of_place == 0 {
-            *places.entry(h.kind).or_default() += 1;
+            *places.entry(h.kind()).or_default() += 1;
         }
         *of_place += 1;
     }
-    all().map(|h| 1.0 / (places.len() * places[h.kind] * laws[&(h.kind, h.place.as_str())]) as f64).collect()
+    all().map(|h| 1.0 / (places.len() * places[h.kind()] * laws[&(h.kind(), h.place.as_str())]) as f64).collect()
 }
 
 /// Logarithm of the prior of one cause or two.

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::catalogue::{Hypothesis, Scales, UserKind};
+use super::effects::{Hypothesis, Scales, UserKind};
 use super::history::TIME_TOLERANCE;
 use crate::error::{Error, Result};
 use crate::evidence::identify;
@@ -27,9 +27,9 @@ const STEP_OF_LOGS: f64 = 0.1;
 /// The same to both sides of where fronts run, which are known to a part of a station and of a time step only.
 const STEP_OF_FRONTS: f64 = 0.25;
 
-/// What is needed to predict with a hypothesis in force.
+/// Predicts readings with hypotheses in force.
 #[derive(Debug, Clone, Copy)]
-pub struct Bench<'a> {
+pub struct Predictor<'a> {
     /// The machine as it is.
     pub study: &'a Study,
     /// The data.
@@ -57,7 +57,7 @@ pub struct Extended {
     pub sets: Vec<(String, String)>,
 }
 
-impl Bench<'_> {
+impl Predictor<'_> {
     /// The machine with several hypotheses in force at once; `None` where its file has no words for one.
     ///
     /// # Errors
@@ -130,7 +130,7 @@ pub struct Fitted {
 
 /// Readings that a fit may use.
 #[derive(Debug, Clone, Copy)]
-pub struct Used<'a> {
+pub struct FitData<'a> {
     /// Which, as positions among all readings.
     pub which: &'a [usize],
     /// These readings less what a finer mesh changes in their predictions, K.
@@ -139,7 +139,7 @@ pub struct Used<'a> {
     pub mesh: &'a [f64],
     /// Row and sensor of each.
     pub places: &'a [(usize, usize)],
-    /// What makes their residuals independent.
+    /// Their whitening.
     pub whitener: &'a Whitener,
 }
 
@@ -169,9 +169,9 @@ struct Slope {
 
 /// The fit of one explanation.
 struct Fit<'a> {
-    bench: &'a Bench<'a>,
+    predictor: &'a Predictor<'a>,
     members: &'a [&'a Hypothesis],
-    used: Used<'a>,
+    used: FitData<'a>,
 }
 
 impl Fit<'_> {
@@ -180,7 +180,7 @@ impl Fit<'_> {
     }
 
     fn at(&self, amplitudes: Vec<f64>, near: &[Vec<f64>]) -> Result<Point> {
-        let solved = self.bench.solve_near(&self.with(&amplitudes), near)?;
+        let solved = self.predictor.solve_near(&self.with(&amplitudes), near)?;
         Ok(self.seen(amplitudes, solved))
     }
 
@@ -188,7 +188,7 @@ impl Fit<'_> {
     fn seen(&self, amplitudes: Vec<f64>, solved: (Vec<f64>, Vec<Vec<f64>>)) -> Point {
         // Sensors read what the machine comes to on a finer mesh.
         let finer = solved.0.iter().zip(self.used.mesh).map(|(v, m)| v + m).collect();
-        let read = self.bench.read(&self.with(&amplitudes), finer);
+        let read = self.predictor.read(&self.with(&amplitudes), finer);
         let values: Vec<f64> = read.iter().zip(self.used.mesh).map(|(v, m)| v - m).collect();
         let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
         let residual = self.used.whitener.apply(&self.put_back(apart));
@@ -211,13 +211,13 @@ impl Fit<'_> {
         if h.is_fixed() {
             return 1.0;
         }
-        let most = if h.unit.starts_with("ln") { 4.0 } else { 50.0 * h.scale };
+        let most = h.largest();
         amplitude.clamp(if h.is_signed { -most } else { 0.0 }, most)
     }
 
     fn slopes(&self, here: &Point) -> Result<Slopes> {
-        let fronts = self.bench.fronts;
-        let share = match (fronts, self.bench.data.is_transient()) {
+        let fronts = self.predictor.fronts;
+        let share = match (fronts, self.predictor.data.is_transient()) {
             (true, _) => STEP_OF_FRONTS,
             (false, true) => STEP_OF_LOGS,
             (false, false) => STEP,
@@ -312,7 +312,7 @@ impl Fit<'_> {
     /// Where to begin: the guess, nearer to nothing where the machine cannot be solved with it.
     fn begin(&self, guess: &[f64]) -> Result<Point> {
         let mut at: Vec<f64> = guess.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect();
-        let near = self.bench.fields;
+        let near = self.predictor.fields;
         let mut here = self.at(at.clone(), near);
         for _ in 0..4 {
             if here.is_ok() {
@@ -322,7 +322,7 @@ impl Fit<'_> {
             here = self.at(at.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect(), near);
         }
         let here = here?;
-        if !self.bench.fronts {
+        if !self.predictor.fronts {
             return Ok(here);
         }
         // A front that is off by more than its width gives a slope that leads nowhere: the prior's scale may lie nearer.
@@ -335,11 +335,11 @@ impl Fit<'_> {
 /// Fits amplitudes by Gauss and Newton's method from a first guess.
 ///
 /// # Errors
-/// As [`Bench::predict`].
-pub fn fit(bench: &Bench<'_>, members: &[&Hypothesis], guess: &[f64], used: Used<'_>) -> Result<Fitted> {
-    let fit = Fit { bench, members, used };
+/// As [`Predictor::predict`].
+pub fn fit(predictor: &Predictor<'_>, members: &[&Hypothesis], guess: &[f64], used: FitData<'_>) -> Result<Fitted> {
+    let fit = Fit { predictor, members, used };
     let mut here = fit.begin(guess)?;
-    let (renewals, steps) = if bench.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
+    let (renewals, steps) = if predictor.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
     let mut covariance = DMatrix::identity(members.len(), members.len());
     for _ in 0..renewals {
         let slopes = fit.slopes(&here)?;

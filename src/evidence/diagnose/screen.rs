@@ -1,4 +1,4 @@
-//! All hypotheses, and all pairs of them, held against the whitened residual; the look-elsewhere effect paid for.
+//! All hypotheses and all pairs of them beside the whitened residual, with the look-elsewhere effect.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -27,11 +27,11 @@ pub struct Screened {
     pub gram: DMatrix<f64>,
     /// Whether a negative amplitude means something.
     pub signed: Vec<bool>,
-    /// Where there is no amplitude, but it is so or not (exchanged sensors): what is left when it is so.
+    /// For swaps, which have no amplitude: the residual with the readings permuted.
     pub relabelled: Vec<Option<Relabelled>>,
 }
 
-/// What is left when two sensors are exchanged.
+/// The residual with two sensors swapped.
 #[derive(Debug, Clone)]
 pub struct Relabelled {
     /// Its whitened misfit.
@@ -66,7 +66,7 @@ impl Screened {
         Self { residual, visible, columns: matrix, along, gram, signed, relabelled }
     }
 
-    /// Whether a hypothesis has no amplitude.
+    /// Whether a hypothesis is a swap, without an amplitude.
     pub fn is_fixed(&self, j: usize) -> bool {
         self.relabelled[j].is_some()
     }

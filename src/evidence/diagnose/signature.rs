@@ -5,14 +5,11 @@
 
 use rayon::prelude::*;
 
-use super::catalogue::{Act, Hypothesis, Law, Scales, UserKind};
-use super::effect::Acting;
-use super::history::logs;
+use super::effects::{EffectDerivatives, Hypothesis, Scales, UserKind};
 use crate::error::Result;
 use crate::evidence::identify::{Prediction, conditions, states};
 use crate::evidence::measurement::{Data, whiten};
-use crate::explore::simulate::Start;
-use crate::solve::sensitivity::{Adjoint, Derivatives, Study, Target};
+use crate::solve::sensitivity::{Adjoint, Derivatives, Disturbance, Parameter, Study, Target};
 
 /// Relative residual of adjoint fields: causes are compared, and what is named is fitted.
 const ADJOINT: f64 = 1e-9;
@@ -29,33 +26,18 @@ pub struct Signatures {
     pub columns: Vec<Vec<f64>>,
 }
 
-/// Computes them.
-///
-/// # Errors
-/// The machine as it is cannot be solved at the data's conditions.
-pub fn signatures(
-    study: &Study,
-    data: &Data,
-    start: Start,
-    uncertain: &[crate::solve::sensitivity::Parameter],
-    hypotheses: &[Hypothesis],
-    scales: &Scales,
-    user: &[UserKind],
-) -> Result<Signatures> {
-    if data.is_transient() {
-        return logs(study, data, start, uncertain, hypotheses, scales, user);
-    }
-    steady(study, data, uncertain, hypotheses, scales, user)
-}
-
 pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-fn steady(
+/// Signatures in steady state.
+///
+/// # Errors
+/// The machine as it is cannot be solved at the data's conditions.
+pub fn steady(
     study: &Study,
     data: &Data,
-    uncertain: &[crate::solve::sensitivity::Parameter],
+    uncertain: &[Parameter],
     hypotheses: &[Hypothesis],
     scales: &Scales,
     user: &[UserKind],
@@ -64,8 +46,7 @@ fn steady(
     let states = states(study, &distinct)?;
     let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
     let wanted: Vec<_> = uncertain.iter().chain(&variables).cloned().collect();
-    let acts = acts(hypotheses);
-    let acting = Acting::new(study, hypotheses, user);
+    let derivatives = EffectDerivatives::new(study, hypotheses, user);
     struct At {
         values: Vec<f64>,
         slopes: Vec<Vec<f64>>,
@@ -83,14 +64,12 @@ fn steady(
             .collect::<Result<Vec<Vec<f64>>>>()?;
         let screen = at.screen();
         let network = &study.model.network;
-        let effects = acts
-            .par_iter()
-            .map(|(act, drifts)| {
-                let effect = acting.effect(at, &screen, *act, *drifts);
-                let inlet = |k: usize| network.sensors[data.sensors[k]].inlet;
-                adjoints.iter().enumerate().map(|(k, adjoint)| effect.as_ref().map_or(0.0, |e| e.on(&adjoint.field, inlet(k)))).collect()
-            })
-            .collect();
+        let inlet = |k: usize| network.sensors[data.sensors[k]].inlet;
+        let on_all = |effect: Option<Disturbance>| -> Vec<f64> {
+            let on = |(k, adjoint): (usize, &Adjoint)| effect.as_ref().map_or(0.0, |e| e.on(&adjoint.field, inlet(k)));
+            adjoints.iter().enumerate().map(on).collect()
+        };
+        let effects = derivatives.disturbances(at, &screen).into_par_iter().map(on_all).collect();
         let values = data.sensors.iter().map(|s| network.sensors[*s].read(&at.state.solution.temperatures, &at.state.load)).collect();
         Ok(At { values, slopes, effects })
     };
@@ -109,23 +88,10 @@ fn steady(
         if h.is_sensor() {
             return difference(&h.read(data, &prediction.values, 1.0), &prediction.values);
         }
-        let Some(at) = position(&acts, h) else { return vec![0.0; places.len()] };
+        let Some(at) = derivatives.position(h) else { return vec![0.0; places.len()] };
         places.iter().map(|(r, k)| all[index[*r]].effects[at][*k] * scales.factor(h.law, &data.rows[*r].condition)).collect()
     };
     let columns = hypotheses.par_iter().map(column).collect();
     let fields = states.iter().map(|at| at.state.solution.temperatures.clone()).collect();
     Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, fields, columns })
-}
-
-/// The acts of hypotheses and whether they drift: different laws share what the act does.
-pub(super) fn acts(hypotheses: &[Hypothesis]) -> Vec<(Act, bool)> {
-    let mut acts: Vec<(Act, bool)> = hypotheses.iter().map(|h| (h.act, h.law == Law::Temperature)).collect();
-    acts.sort_by_key(|a| format!("{a:?}"));
-    acts.dedup();
-    acts
-}
-
-/// Where the act of a hypothesis stands among them.
-pub(super) fn position(acts: &[(Act, bool)], h: &Hypothesis) -> Option<usize> {
-    acts.binary_search_by_key(&format!("{:?}", (h.act, h.law == Law::Temperature)), |a| format!("{a:?}")).ok()
 }

@@ -3,12 +3,11 @@
 
 use rayon::prelude::*;
 
-use super::advice::{Next, Outlook, all_sensors, moved, open_causes};
 use super::history::TIME_TOLERANCE;
-use super::refine::{Bench, Extended, in_order};
-use super::signature::signatures;
+use super::outlook::{Outlook, all_sensors, moved, open_causes};
+use super::refine::{Extended, Predictor, in_order};
 use super::view::open_factors;
-use super::{Explanation, Hypothesis, Problem};
+use super::{Explanation, Hypothesis, Problem, signatures};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
@@ -112,11 +111,36 @@ impl Trial {
     }
 }
 
+/// A test worth making.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Next {
+    /// What is done.
+    pub trial: Trial,
+    /// The condition it is done at, or begins with.
+    pub condition: Condition,
+    /// Distance of the two explanations it tells apart least, in standard deviations, over all sensors of the data.
+    pub separation: f64,
+    /// The probability-weighted mean distance.
+    pub mean: f64,
+    /// A sensor of the machine that the data lack and that would add most there.
+    pub sensor: Option<ExtraSensor>,
+}
+
+/// A sensor that the data lack.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExtraSensor {
+    /// Its name in the machine file.
+    pub name: String,
+    /// Distance of the two most probable explanations by it alone, in standard deviations.
+    pub separation: f64,
+}
+
 /// Interventions with what each tells; those that cannot be run with an explanation in force are left out.
-pub(super) fn trials(bench: &Bench<'_>, problem: &Problem, alive: &[&Explanation]) -> Vec<Next> {
+pub(super) fn trials(predictor: &Predictor<'_>, problem: &Problem, alive: &[&Explanation]) -> Vec<Next> {
     let alive = &alive[..alive.len().min(MOST)];
     let base = &problem.data.rows[problem.data.rows.len() / 2].condition;
-    let rate = |trial: Trial| outlook(bench, problem, alive, &trial, base).map(|outlook| rated(problem, alive, trial, base, &outlook)).ok();
+    let rate =
+        |trial: Trial| outlook(predictor, problem, alive, &trial, base).map(|outlook| rated(problem, alive, trial, base, &outlook)).ok();
     candidates(problem, alive, base).into_par_iter().filter_map(rate).collect()
 }
 
@@ -151,7 +175,7 @@ fn candidates(problem: &Problem, alive: &[&Explanation], base: &Condition) -> Ve
     }
     let heat = Load::at(machine, base).map_or(0.0, |load| load.powers.iter().map(|p| p.abs()).sum::<f64>());
     let mut parts: Vec<&String> = Vec::new();
-    for part in alive.iter().flat_map(|e| e.parts.iter().flat_map(|p| &p.hypothesis.parts)) {
+    for part in alive.iter().flat_map(|e| e.causes.iter().flat_map(|p| &p.hypothesis.parts)) {
         if !parts.contains(&part) && machine.parts.iter().any(|p| p.name == *part) {
             parts.push(part);
         }
@@ -167,7 +191,7 @@ fn candidates(problem: &Problem, alive: &[&Explanation], base: &Condition) -> Ve
 
 /// Times (s) and readings of an intervention under each explanation.
 fn outlook(
-    bench: &Bench<'_>,
+    predictor: &Predictor<'_>,
     problem: &Problem,
     alive: &[&Explanation],
     trial: &Trial,
@@ -182,7 +206,7 @@ fn outlook(
     let run = |study: &Study| identify::values_within(study, &data, Start::Steady, TIME_TOLERANCE);
     let without = run(&plain)?;
     let with = |members: &[(&Hypothesis, f64)]| -> Result<Vec<f64>> {
-        let Some(Extended { study, .. }) = bench.extended(members)? else {
+        let Some(Extended { study, .. }) = predictor.extended(members)? else {
             return Err(Error::input("the machine file has no words for this cause"));
         };
         let is_of_sensors = members.iter().all(|(h, _)| h.is_sensor());
@@ -191,11 +215,11 @@ fn outlook(
     };
     let (mut shown, mut open) = (Vec::new(), Vec::new());
     for e in alive {
-        let members: Vec<(&Hypothesis, f64)> = e.parts.iter().map(|p| (&p.hypothesis, p.amplitude)).collect();
+        let members: Vec<(&Hypothesis, f64)> = e.causes.iter().map(|p| (&p.hypothesis, p.amplitude)).collect();
         let all = with(&members)?;
         // What one part adds grows about in proportion to its amplitude.
         let column = |i: usize| -> Result<Vec<f64>> {
-            let share = if members[i].1 == 0.0 { 0.0 } else { e.parts[i].deviation / members[i].1 };
+            let share = if members[i].1 == 0.0 { 0.0 } else { e.causes[i].deviation / members[i].1 };
             let mut others = members.clone();
             others.remove(i);
             let rest = if others.is_empty() { without.clone() } else { with(&others)? };
@@ -204,27 +228,27 @@ fn outlook(
         open.push((0..members.len()).map(column).collect::<Result<Vec<_>>>()?);
         shown.push(all);
     }
-    let (deviation, common) = errors(bench, problem, base, count)?;
+    let (deviation, common) = errors(predictor, problem, base, count)?;
     Ok((times, Outlook { shown, open, deviation, common }))
 }
 
 /// Noise of each reading in `count` rows of a test, and what all rows share: the sensors' own errors, those of the condition, and what
 /// every model leaves open, as they are in the steady state the test begins with.
-fn errors(bench: &Bench<'_>, problem: &Problem, base: &Condition, count: usize) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+fn errors(predictor: &Predictor<'_>, problem: &Problem, base: &Condition, count: usize) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
     let once = all_sensors(problem, std::iter::once(("base".to_string(), None, base.clone())));
     let causes = open_causes(problem, &once);
-    let found = signatures(&problem.study, &once, Start::Steady, &[], &causes, bench.scales, &problem.user)?;
+    let found = signatures(&problem.study, &once, Start::Steady, &[], &causes, predictor.scales, &problem.user)?;
     let slopes = &found.prediction.conditions;
     let sensors = slopes.len();
     let of = |own: &[f64], s: usize| problem.data.sensors.iter().position(|k| *k == s).map_or(own[0], |k| own[k]);
     let noise: Vec<f64> = (0..sensors).map(|s| of(&problem.uncertainty.noise, s)).collect();
     let own = (0..sensors).map(|s| {
-        let lasting = of(&problem.uncertainty.bias, s).hypot(problem.openness.model);
+        let lasting = of(&problem.uncertainty.bias, s).hypot(problem.discrepancy.model);
         (0..sensors * count).map(|i| if i % sensors == s { lasting } else { 0.0 }).collect()
     });
     let of_condition = problem.uncertainty.at(base).into_iter().enumerate();
     let of_condition = of_condition.map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect::<Vec<f64>>().repeat(count));
-    let open = open_factors(&problem.openness, &causes, &found.columns, sensors);
+    let open = open_factors(&problem.discrepancy, &causes, &found.columns, sensors);
     let open = open.into_iter().map(|f| f.repeat(count));
     Ok((noise.repeat(count), own.chain(of_condition).chain(open).collect()))
 }

@@ -1,14 +1,14 @@
-//! The data held against one machine: predictions, what a finer mesh changes in them, and the covariance of what is left.
+//! The data beside one machine: predictions, their change on a finer mesh, and the covariance of the residual.
 
 use std::collections::HashSet;
 
 use rayon::prelude::*;
 
-use super::catalogue::{Act, Hypothesis, Law, Scales, capacity, hypotheses};
+use super::effects::{CommonFactor, Hypothesis, Scales, hypotheses};
 use super::history::TIME_TOLERANCE;
 use super::screen::Screened;
-use super::signature::{Signatures, signatures};
-use super::{Discrepancy, Problem};
+use super::signature::Signatures;
+use super::{Discrepancy, Problem, signatures};
 use crate::error::Result;
 use crate::evidence::identify::{self, Prediction};
 use crate::evidence::measurement::{Data, Whitener, wander, whiten};
@@ -21,26 +21,26 @@ const BETWEEN: [f64; 2] = [1.5, 2.0];
 
 /// Data and one machine.
 #[derive(Debug, Clone)]
-pub struct View {
+pub struct Comparison {
     /// Predictions, residual (less the mesh's share) and signatures of the catalogue it was made with.
     pub found: Signatures,
     /// What a finer mesh changes, K.
     pub mesh: Vec<f64>,
     /// Covariance in parts.
     pub errors: Errors,
-    /// What makes residuals independent.
+    /// The whitening.
     pub whitener: Whitener,
-    /// Readings less the mesh's share: what predictions on the model's own mesh are held against, K.
+    /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
 }
 
-impl View {
+impl Comparison {
     /// Of a machine with the signatures of `catalogue`.
     ///
     /// # Errors
     /// The machine cannot be solved at the data's conditions.
     pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
-        let uncertain = problem.uncertain.iter().map(|(p, _)| study.parameter(&p.name)).collect::<Result<Vec<Parameter>>>()?;
+        let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<Parameter>>>()?;
         let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
         let (mesh, scatter) = mesh_correction(problem, study, &found.prediction.values)?;
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
@@ -58,19 +58,19 @@ impl View {
     /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors act differently too.
     ///
     /// # Errors
-    /// As [`View::of`].
+    /// As [`Comparison::of`].
     pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
-        let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind, h.place.as_str())).collect();
+        let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind(), h.place.as_str())).collect();
         let mut common = hypotheses(study, &problem.data, &problem.user);
-        let counts = |h: &Hypothesis| is_open(h, &problem.openness) || matches!(h.act, Act::Capacity(_));
-        common.retain(|h| counts(h) && own.contains(&(h.kind, h.place.as_str())));
+        let counts = |h: &Hypothesis| h.common_factor().is_some() || h.discrepancy(&study.model.network, &problem.discrepancy).is_some();
+        common.retain(|h| counts(h) && own.contains(&(h.kind(), h.place.as_str())));
         Self::of(problem, study, &common, scales)
     }
 
-    /// Signatures held against the residual.
+    /// The screen: signatures beside the residual.
     pub fn screen(&self, catalogue: &[Hypothesis], data: &Data) -> Screened {
         let (residual, columns, places) = (&self.found.residual, &self.found.columns, &whiten::places(data));
-        Held { residual, columns, whitener: &self.whitener, catalogue, places }.screen()
+        ScreenInput { residual, columns, whitener: &self.whitener, catalogue, places }.screen()
     }
 }
 
@@ -82,14 +82,13 @@ pub fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: 
     }
 }
 
-/// What is held against each other in a screen: a residual, K, the column of every hypothesis, K per unit, what makes readings
-/// independent, and row and sensor of every reading.
-pub struct Held<'a> {
+/// Input of a screen: the residual, K; the signature of every hypothesis, K per unit; the whitening; row and sensor of every reading.
+pub struct ScreenInput<'a> {
     /// K
     pub residual: &'a [f64],
     /// One per hypothesis.
     pub columns: &'a [Vec<f64>],
-    /// Of these readings.
+    /// The whitening of these readings.
     pub whitener: &'a Whitener,
     /// All hypotheses.
     pub catalogue: &'a [Hypothesis],
@@ -97,7 +96,7 @@ pub struct Held<'a> {
     pub places: &'a [(usize, usize)],
 }
 
-impl Held<'_> {
+impl ScreenInput<'_> {
     /// The screen of all that shows.
     pub fn screen(&self) -> Screened {
         let signatures = scaled(self.columns, self.whitener, self.catalogue);
@@ -157,13 +156,10 @@ fn mesh_correction(problem: &Problem, study: &Study, own: &[f64]) -> Result<(Vec
 /// bends with its emissivity by more than its reading's noise. Half the second derivative times the variance, as large as the square
 /// of a normal number is in the mean square.
 fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, found: &Signatures) -> Vec<Vec<f64>> {
-    let moved = |factor: usize, sign: f64| -> Option<Vec<f64>> {
+    let moved = |factor: CommonFactor, sign: f64| -> Option<Vec<f64>> {
         let mut sets = Vec::new();
-        for h in catalogue {
-            let Some((own, spread)) = openness_of(h, &problem.openness) else { continue };
-            if own == factor {
-                sets.extend(h.sets(study, scales, &problem.user, sign * spread).ok().flatten()?);
-            }
+        for h in catalogue.iter().filter(|h| h.common_factor() == Some(factor)) {
+            sets.extend(h.sets(study, scales, &problem.user, sign * factor.deviation(&problem.discrepancy)).ok().flatten()?);
         }
         if sets.is_empty() {
             return None;
@@ -171,38 +167,24 @@ fn bends(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Sc
         let (values, _) = identify::steady_near(&study.edited(&sets).ok()?, &problem.data, &found.fields).ok()?;
         Some(values)
     };
-    let bend = |factor: usize| -> Option<Vec<f64>> {
+    let bend = |factor: CommonFactor| -> Option<Vec<f64>> {
         let (more, less) = (moved(factor, 1.0)?, moved(factor, -1.0)?);
         let square = more.iter().zip(&less).zip(&found.prediction.values).map(|((m, l), v)| 0.5 * (m + l) - v);
         Some(square.map(|c| 3f64.sqrt() * c).collect())
     };
-    (0..3).into_par_iter().filter_map(bend).collect()
-}
-
-/// Standard deviation of a common factor that a hypothesis is part of, and which.
-fn openness_of(h: &Hypothesis, openness: &Discrepancy) -> Option<(usize, f64)> {
-    match h.act {
-        _ if h.law != Law::Constant => None,
-        Act::Film(_) => Some((0, openness.films)),
-        Act::Source(_) => Some((1, openness.heats)),
-        Act::Emissivity(_) => Some((2, openness.emissivities)),
-        _ => None,
-    }
-}
-
-/// Whether a hypothesis is part of a common factor.
-pub fn is_open(h: &Hypothesis, openness: &Discrepancy) -> bool {
-    openness_of(h, openness).is_some()
+    CommonFactor::ALL.into_par_iter().filter_map(bend).collect()
 }
 
 /// What the common factors of films, heats and emissivities leave open in every reading, K.
-pub fn open_factors(openness: &Discrepancy, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
-    let mut factors = vec![vec![0.0; readings]; 3];
-    for (h, column) in catalogue.iter().zip(columns) {
-        let Some((factor, spread)) = openness_of(h, openness) else { continue };
-        factors[factor].iter_mut().zip(column).for_each(|(s, c)| *s += spread * c);
-    }
-    factors
+pub fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], columns: &[Vec<f64>], readings: usize) -> Vec<Vec<f64>> {
+    let of = |factor: &CommonFactor| {
+        let mut sum = vec![0.0; readings];
+        for (_, column) in catalogue.iter().zip(columns).filter(|(h, _)| h.common_factor() == Some(*factor)) {
+            sum.iter_mut().zip(column).for_each(|(s, c)| *s += factor.deviation(discrepancy) * c);
+        }
+        sum
+    };
+    CommonFactor::ALL.iter().map(of).collect()
 }
 
 /// Covariance in parts, so that it can be cut to some readings.
@@ -217,24 +199,23 @@ impl Errors {
         let deviation = if problem.data.is_transient() {
             whiten::noise(&problem.data, &problem.uncertainty)
         } else {
-            whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.openness.model)).collect()
+            whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.discrepancy.model)).collect()
         };
         let mut common = whiten::common_errors(&problem.data, &problem.uncertainty, &prediction.conditions);
-        common.extend(wander::errors(&problem.data, &problem.uncertainty, problem.openness.model, &prediction.values));
-        for (k, (_, spread)) in problem.uncertain.iter().enumerate() {
-            common.push(prediction.slopes.iter().map(|row| row[k] * spread).collect());
+        common.extend(wander::errors(&problem.data, &problem.uncertainty, problem.discrepancy.model, &prediction.values));
+        for (k, uncertain) in problem.uncertain.iter().enumerate() {
+            common.push(prediction.slopes.iter().map(|row| row[k] * uncertain.deviation).collect());
         }
-        common.extend(open_factors(&problem.openness, catalogue, columns, prediction.values.len()));
+        common.extend(open_factors(&problem.discrepancy, catalogue, columns, prediction.values.len()));
         // Films follow one correlation; what parts store does not: each has its own shape and material.
         for (h, column) in catalogue.iter().zip(columns) {
-            let Act::Capacity(g) = h.act else { continue };
-            let spread = problem.openness.capacities * capacity(&study.model.network, g);
+            let Some(spread) = h.discrepancy(&study.model.network, &problem.discrepancy) else { continue };
             common.push(column.iter().map(|c| spread * c).collect());
         }
         Self { deviation, common }
     }
 
-    /// What makes the residuals of some readings independent.
+    /// The whitening of some readings.
     pub fn whitener(&self, readings: &[usize]) -> Whitener {
         let pick = |v: &Vec<f64>| readings.iter().map(|i| v[*i]).collect::<Vec<f64>>();
         Whitener::new(&pick(&self.deviation), &self.common.iter().map(pick).collect::<Vec<_>>())

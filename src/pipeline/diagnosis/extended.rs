@@ -53,7 +53,7 @@ impl ExtendedMachine {
                 found.misfit.freedom
             ),
         ];
-        for part in &best.parts {
+        for part in &best.causes {
             remarks.push(sentence(part));
             let (low, high) = part.interval();
             let five = |v: f64| significant(v, 5);
@@ -86,7 +86,7 @@ fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2]
     let scales = Scales::of(&problem.data, &problem.study.model.machine);
     let Some(best) = found.explanations.first() else { return Ok(Vec::new()) };
     let mut all: Vec<(String, [String; 2])> = Vec::new();
-    for part in &best.parts {
+    for part in &best.causes {
         let (low, high) = part.interval();
         let at = |amplitude: f64| part.hypothesis.sets(&problem.study, &scales, &problem.user, amplitude);
         let (Some(low), Some(high)) = (at(low)?, at(high)?) else { continue };

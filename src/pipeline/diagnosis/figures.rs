@@ -2,7 +2,7 @@
 
 use super::{Findings, words};
 use crate::describe::machine::{Condition, Machine};
-use crate::evidence::diagnose::{Law, Verdict};
+use crate::evidence::diagnose::{HeldOutReading, Law, Verdict};
 use crate::evidence::measurement::{Data, whiten};
 use crate::figures::chart::balance::{BalanceFigure, HeatPair};
 use crate::figures::chart::before_after::BeforeAfter;
@@ -39,13 +39,13 @@ pub(super) fn sheet(found: &Findings<'_>) -> ResidualSheet {
         full: (FULL.0, f64::INFINITY),
         decimals: 2,
         notes: vec!["Measured less predicted. Struck through: nothing was read.".into()],
-        ..sheets(data, &diagnosis.sheet.residual, left.as_deref(), |within| within.iter().sum::<f64>() / within.len() as f64)
+        ..sheets(data, &diagnosis.residuals.residual, left.as_deref(), |within| within.iter().sum::<f64>() / within.len() as f64)
     }
 }
 
 /// The same over the standard deviation of each reading.
 pub(super) fn relative_sheet(found: &Findings<'_>) -> ResidualSheet {
-    let (data, sheet) = (&found.problem.data, &found.diagnosis.sheet);
+    let (data, sheet) = (&found.problem.data, &found.diagnosis.residuals);
     let over = |values: &[f64]| values.iter().zip(&sheet.deviation).map(|(v, d)| v / d).collect::<Vec<_>>();
     let left = found.diagnosis.explained.as_ref().map(|explained| over(&difference(&whiten::readings(data), explained)));
     ResidualSheet {
@@ -77,7 +77,7 @@ pub(super) fn whitened_sheet(found: &Findings<'_>) -> ResidualSheet {
              may differ from that above. The squares of all cells add up to the misfit; pure noise stays within ±2."
                 .into(),
         ],
-        ..sheets(data, &diagnosis.sheet.whitened, left.as_deref(), together)
+        ..sheets(data, &diagnosis.residuals.whitened, left.as_deref(), together)
     }
 }
 
@@ -152,7 +152,7 @@ pub(super) fn panels(found: &Findings<'_>) -> Option<ResidualPanels> {
     }
     let places = whiten::places(data);
     let residual = |k: usize, r: usize| {
-        places.iter().position(|p| *p == (r, k)).and_then(|i| diagnosis.sheet.residual.get(i)).copied().unwrap_or(f64::NAN)
+        places.iter().position(|p| *p == (r, k)).and_then(|i| diagnosis.residuals.residual.get(i)).copied().unwrap_or(f64::NAN)
     };
     let mut sensors: Vec<(String, Vec<f64>)> =
         data.names.iter().enumerate().map(|(k, name)| (name.clone(), rows.iter().map(|r| residual(k, *r)).collect())).collect();
@@ -187,8 +187,8 @@ pub(super) fn ranking(found: &Findings<'_>) -> RankingFigure {
     if rest > 5e-4 {
         ranked.push(Ranked { name: "all other causes and pairs together".into(), probability: rest, standing: Standing::Refuted });
     }
-    ranked.push(Ranked { name: "something else".into(), probability: diagnosis.others.1, standing: Standing::Other });
-    ranked.push(Ranked { name: "nothing is wrong".into(), probability: diagnosis.others.0, standing: Standing::Other });
+    ranked.push(Ranked { name: "something else".into(), probability: diagnosis.others.something_else, standing: Standing::Other });
+    ranked.push(Ranked { name: "nothing is wrong".into(), probability: diagnosis.others.nothing, standing: Standing::Other });
     RankingFigure { title: "What could explain it".into(), ranked, notes: Vec::new() }
 }
 
@@ -274,11 +274,11 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
     let gain = diagnosis.gain.as_ref()?;
     let readings = whiten::readings(&found.problem.data);
     let mut squares = vec![(0.0, 0.0, 0.0f64); gain.conditions.len()];
-    for ((c, shift), residual) in gain.readings.iter().zip(&diagnosis.sheet.residual) {
-        let sum = &mut squares[*c];
-        *sum = (sum.0 + residual * residual, sum.1 + (residual - shift).powi(2), sum.2 + 1.0);
+    for (HeldOutReading { condition, change }, residual) in gain.readings.iter().zip(&diagnosis.residuals.residual) {
+        let sum = &mut squares[*condition];
+        *sum = (sum.0 + residual * residual, sum.1 + (residual - change).powi(2), sum.2 + 1.0);
     }
-    let all = readings.iter().zip(&diagnosis.sheet.predicted).zip(&gain.readings);
+    let all = readings.iter().zip(&diagnosis.residuals.predicted).zip(&gain.readings);
     Some(BeforeAfter {
         title: if diagnosis.verdict == Verdict::Consistent {
             "Predictions of conditions kept out".into()
@@ -286,7 +286,7 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
             "What is gained on conditions kept out of the search".into()
         },
         quantity: Quantity::new("temperature", "degC"),
-        readings: all.map(|((r, p), (_, shift))| [celsius(*r), celsius(*p), celsius(p + shift)]).collect(),
+        readings: all.map(|((r, p), held)| [celsius(*r), celsius(*p), celsius(p + held.change)]).collect(),
         conditions: squares.into_iter().map(|(a, b, n)| ((a / n.max(1.0)).sqrt(), (b / n.max(1.0)).sqrt())).collect(),
         noise_floor: gain.noise_floor,
         names: ["the machine as it is".into(), "with the cause that the other conditions point to".into()],

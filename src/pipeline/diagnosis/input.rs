@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::error::{Error, Result, did_you_mean};
-use crate::evidence::diagnose::{UserKind, hypotheses};
+use crate::evidence::diagnose::{UncertainNumber, UserKind, hypotheses};
 use crate::evidence::measurement::Data;
 use crate::foundation::document::{Document, quoted};
-use crate::solve::sensitivity::{Parameter, Study};
+use crate::solve::sensitivity::Study;
 use crate::units::{Dimension, parse};
 
 /// A kind that is not to be tried.
@@ -14,7 +14,7 @@ use crate::units::{Dimension, parse};
 /// # Errors
 /// This machine and these data have no cause of that kind.
 pub fn kind_named(text: &str, study: &Study, data: &Data, user: &[UserKind]) -> Result<String> {
-    let mut kinds: Vec<&str> = hypotheses(study, data, user).iter().map(|h| h.kind).collect();
+    let mut kinds: Vec<&str> = hypotheses(study, data, user).iter().map(|h| h.kind()).collect();
     kinds.sort_unstable();
     kinds.dedup();
     if kinds.contains(&text.trim()) {
@@ -31,7 +31,7 @@ pub fn kind_named(text: &str, study: &Study, data: &Data, user: &[UserKind]) -> 
 ///
 /// # Errors
 /// The text is not of that form, the key is none of the machine's, or the deviation is not positive.
-pub fn uncertain(text: &str, study: &Study) -> Result<(Parameter, f64)> {
+pub fn uncertain(text: &str, study: &Study) -> Result<UncertainNumber> {
     let malformed =
         || Error::input("this is no uncertainty of a number").at_key("--uncertain").read(text).help("write KEY=10% or KEY=+-50 W/(m2 K)");
     let (key, spread) = text.split_once('=').ok_or_else(malformed)?;
@@ -48,7 +48,7 @@ pub fn uncertain(text: &str, study: &Study) -> Result<(Parameter, f64)> {
         }
     };
     if deviation > 0.0 {
-        Ok((parameter, deviation))
+        Ok(UncertainNumber { parameter, deviation })
     } else {
         Err(Error::input("a standard deviation is positive").at_key("--uncertain").read(text).help("write KEY=10% or KEY=+-50 W/(m2 K)"))
     }

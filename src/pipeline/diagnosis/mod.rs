@@ -15,7 +15,7 @@ mod report;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::evidence::diagnose::{self, Diagnosis, Explanation, Problem, Verdict, sentence};
+use crate::evidence::diagnose::{self, Certainty, Diagnosis, Explanation, Problem, Verdict, sentence};
 use crate::figures::report::Report;
 use crate::foundation::atomic_file;
 use crate::foundation::progress::Progress;
@@ -111,10 +111,10 @@ impl Findings<'_> {
                 if found.level.what.is_empty() { String::new() } else { format!("; what comes nearest points to {}", found.level.what) }
             ),
             Verdict::CannotTell => {
-                let certain = match found.level.name {
-                    "one" => format!("certain is {}, and something acts beside it", found.level.what),
-                    "place" => format!("it is at {}", found.level.what),
-                    "region" => format!("it touches {}", found.level.what),
+                let certain = match found.level.certainty {
+                    Certainty::OneOfTwo => format!("certain is {}, and something acts beside it", found.level.what),
+                    Certainty::Place => format!("it is at {}", found.level.what),
+                    Certainty::Region => format!("it touches {}", found.level.what),
                     _ => "not even its place is certain".into(),
                 };
                 let n = found.set.len();
@@ -139,12 +139,12 @@ impl Findings<'_> {
 
 /// An explanation in words.
 pub fn words(explanation: &Explanation) -> String {
-    explanation.parts.iter().map(sentence).collect::<Vec<_>>().join("; and ")
+    explanation.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
 }
 
 /// An explanation by kind and place.
 fn name(explanation: &Explanation) -> String {
-    explanation.parts.iter().map(|p| format!("{} at {}", p.hypothesis.kind, p.hypothesis.place)).collect::<Vec<_>>().join("; ")
+    explanation.causes.iter().map(|p| format!("{} at {}", p.hypothesis.kind(), p.hypothesis.place)).collect::<Vec<_>>().join("; ")
 }
 
 fn capital(text: &str) -> String {

@@ -235,11 +235,11 @@ impl Findings<'_> {
             verdict: diagnosis.verdict.code(),
             headline: self.headline(),
             level: LevelRecord {
-                name: diagnosis.level.name.into(),
+                name: diagnosis.level.certainty.code().into(),
                 what: diagnosis.level.what.clone(),
                 probability: diagnosis.level.probability,
             },
-            probabilities: OtherwiseRecord { nothing: diagnosis.others.0, something_else: diagnosis.others.1 },
+            probabilities: OtherwiseRecord { nothing: diagnosis.others.nothing, something_else: diagnosis.others.something_else },
             causes: diagnosis.explanations.first().filter(|_| has_cause).map(|e| causes(self, e)).unwrap_or_default(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
@@ -249,16 +249,16 @@ impl Findings<'_> {
             gain: diagnosis.gain.as_ref().map(|g| GainRecord {
                 rmse_before_K: g.before,
                 rmse_after_K: g.after,
-                low: g.interval.0,
-                high: g.interval.1,
+                low: g.low,
+                high: g.high,
                 noise_floor_K: g.noise_floor,
                 held_out: g.conditions.clone(),
             }),
             extended_machine: self.extended.as_ref().map(|e| e.path.display().to_string()),
             changes: self.extended.as_ref().map(|e| e.changes.clone()),
             surrogate: self.refitted.as_ref().and_then(|r| r.fit.as_ref()).map(SurrogateRecord::of),
-            tried: diagnosis.tried.0,
-            visible: diagnosis.tried.1,
+            tried: diagnosis.tried.all,
+            visible: diagnosis.tried.visible,
             missing_heat: (diagnosis.missing.iter())
                 .map(|m| MissingHeatRecord {
                     part: m.part.clone(),
@@ -278,12 +278,12 @@ impl Findings<'_> {
 fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
     let others: Vec<String> = found.open().into_iter().filter(|o| *o != explanation).map(name).collect();
     let mut records = Vec::new();
-    for p in &explanation.parts {
+    for p in &explanation.causes {
         let shown = p.shown();
         let (low, high) = p.interval();
         let own = EstimateRecord { value: shown.value, low: shown.low, high: shown.high, unit: shown.unit.into() };
         records.push(CauseRecord {
-            kind: p.hypothesis.kind.into(),
+            kind: p.hypothesis.kind().into(),
             place: p.hypothesis.place.clone(),
             law: p.hypothesis.law.words().into(),
             parameters: BTreeMap::from([(shown.name.into(), own)]),
@@ -305,8 +305,8 @@ impl NextRecord {
             text: next::in_words(machine, next),
             separation_sigma: next.mean,
             least_sigma: next.separation,
-            sensor: next.sensor.as_ref().map(|s| s.0.clone()),
-            sensor_sigma: next.sensor.as_ref().map(|s| s.1),
+            sensor: next.sensor.as_ref().map(|s| s.name.clone()),
+            sensor_sigma: next.sensor.as_ref().map(|s| s.separation),
             others: None,
         }
     }
@@ -378,9 +378,9 @@ fn readings(found: &Findings<'_>) -> Vec<ReadingRecord> {
         time_s: data.rows[*r].time,
         sensor: data.names[*k].clone(),
         measured_degC: celsius(measured[i]),
-        predicted_degC: celsius(diagnosis.sheet.predicted[i]),
-        residual_K: diagnosis.sheet.residual[i],
-        whitened: diagnosis.sheet.whitened[i],
+        predicted_degC: celsius(diagnosis.residuals.predicted[i]),
+        residual_K: diagnosis.residuals.residual[i],
+        whitened: diagnosis.residuals.whitened[i],
         explained_degC: diagnosis.explained.as_ref().map(|e| celsius(e[i])),
     };
     whiten::places(data).iter().enumerate().map(of).collect()

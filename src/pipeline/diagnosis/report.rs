@@ -4,7 +4,7 @@ use super::energy::Balance;
 use super::next;
 use super::{Findings, capital, figures, name, words};
 use crate::error::Result;
-use crate::evidence::diagnose::Verdict;
+use crate::evidence::diagnose::{Certainty, UncertainNumber, Verdict};
 use crate::evidence::measurement::whiten;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::foundation::document::name_of;
@@ -66,7 +66,7 @@ fn in_short(section: &mut Section, found: &Findings<'_>) {
         key.push(KeyFigure::new(format!("{:.1}", best.misfit), "misfit left by the best explanation"));
     }
     if let Some(gain) = &diagnosis.gain {
-        let gained = gain.interval.0 > 0.0;
+        let gained = gain.low > 0.0;
         key.push(
             KeyFigure::new(
                 format!("{:.2} → {:.2} K", gain.before, gain.after),
@@ -123,7 +123,7 @@ fn kelvin(found: &Findings<'_>) -> Table {
         let mut cells = vec![text(row.time.map_or(row.test.clone(), |t| format!("{} at {t:.0} s", row.test)))];
         for k in 0..data.names.len() {
             let cell = places.iter().position(|p| *p == (r, k)).map(|i| {
-                let before = format!("{:+.2}", diagnosis.sheet.residual[i]);
+                let before = format!("{:+.2}", diagnosis.residuals.residual[i]);
                 match &diagnosis.explained {
                     Some(e) => format!("{before} / {:+.2}", readings[i] - e[i]),
                     None => before,
@@ -153,8 +153,8 @@ fn significance(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     section.paragraph(format!(
         "Who looks at many causes finds one that fits by chance. {} causes were composed for this machine, {} of them could show in these data. \
          In 2000 sets of pure noise, the best of them did as well as here with a probability of {}{:.1e}.",
-        found.diagnosis.tried.0,
-        found.diagnosis.tried.1,
+        found.diagnosis.tried.all,
+        found.diagnosis.tried.visible,
         if misfit.look_elsewhere < 5.1e-4 { "at most " } else { "" },
         misfit.look_elsewhere
     ));
@@ -295,10 +295,10 @@ fn explanations(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     }
     let level = &diagnosis.level;
     if diagnosis.verdict == Verdict::CannotTell {
-        section.paragraph(match level.name {
-            "one" => format!("Certain with probability {:.2}: {}; something acts beside it.", level.probability, level.what),
-            "place" => format!("Certain with probability {:.2}: the place, {}.", level.probability, level.what),
-            "region" => format!("Certain with probability {:.2}: the part it touches, {}.", level.probability, level.what),
+        section.paragraph(match level.certainty {
+            Certainty::OneOfTwo => format!("Certain with probability {:.2}: {}; something acts beside it.", level.probability, level.what),
+            Certainty::Place => format!("Certain with probability {:.2}: the place, {}.", level.probability, level.what),
+            Certainty::Region => format!("Certain with probability {:.2}: the part it touches, {}.", level.probability, level.what),
             _ => "Neither kind nor place is certain.".to_string(),
         });
     }
@@ -331,7 +331,7 @@ fn next(section: &mut Section, found: &Findings<'_>) {
         "The tests that set the open explanations furthest apart, in standard deviations of what would be read; 4 and more decide.",
     );
     section.list(next.iter().map(|n| {
-        let sensor = n.sensor.as_ref().map_or(String::new(), |(s, d)| format!("; a sensor at {s} alone would give {d:.1}"));
+        let sensor = n.sensor.as_ref().map_or(String::new(), |s| format!("; a sensor at {} alone would give {:.1}", s.name, s.separation));
         format!("{}: {:.1}{sensor}", capital(&next::in_words(&found.problem.study.model.machine, n)), n.mean)
     }));
 }
@@ -369,7 +369,7 @@ fn gain(section: &mut Section, found: &Findings<'_>) -> Result<()> {
     match &found.diagnosis.gain {
         Some(gain) => {
             let gained = gain.before - gain.after;
-            let (low, high) = gain.interval;
+            let (low, high) = (gain.low, gain.high);
             let verdict = if low > 0.0 {
                 "That is a gain on conditions the search never saw."
             } else if gained.abs() < 1e-9 {
@@ -401,7 +401,7 @@ fn gain(section: &mut Section, found: &Findings<'_>) -> Result<()> {
 }
 
 fn method(section: &mut Section, found: &Findings<'_>) {
-    let openness = found.problem.openness;
+    let discrepancy = found.problem.discrepancy;
     section.paragraph(format!(
         "Residuals are judged against a covariance of reading noise, each sensor's own error, the errors of every condition, and what every such \
          model leaves open ({:.0} % on all films together, {:.0} % on all heats, {:.0} % on all emissivities, {} K per reading). Causes are composed \
@@ -410,10 +410,10 @@ fn method(section: &mut Section, found: &Findings<'_>) {
          Bayes' rule with amplitudes of physical size. A cause that the catalogue lacks can only show as “something else”, and one that leaves the \
          same pattern as another at the measured conditions cannot be told from it. Probabilities hold for the stated uncertainties: if those are too \
          small, so are the intervals.",
-        100.0 * openness.films,
-        100.0 * openness.heats,
-        100.0 * openness.emissivities,
-        openness.model
+        100.0 * discrepancy.films,
+        100.0 * discrepancy.heats,
+        100.0 * discrepancy.emissivities,
+        discrepancy.model
     ));
 }
 
@@ -432,7 +432,7 @@ fn provenance(section: &mut Section, found: &Findings<'_>) {
         ("cells".to_string(), format!("{}, corrected by three times as many", problem.study.model.mesh.cells)),
         ("seconds".to_string(), format!("{:.1}", found.diagnosis.seconds)),
     ];
-    for (parameter, deviation) in &problem.uncertain {
+    for UncertainNumber { parameter, deviation } in &problem.uncertain {
         let share = 100.0 * deviation / parameter.value.abs();
         facts.push(("uncertain".into(), format!("{}, standard deviation {share:.0} %", parameter.name)));
     }

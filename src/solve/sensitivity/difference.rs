@@ -1,11 +1,10 @@
 //! dR/dp at fixed temperatures, by differences of the residual, and what else depends on p directly.
 
 use super::parameter::Parameter;
-use super::point::Derivatives;
 use super::study::Study;
-use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::{Load, Network};
-use crate::error::{Error, Kind, Result};
+use crate::describe::machine::Machine;
+use crate::discretise::network::Network;
+use crate::error::{Kind, Result};
 
 /// Differences over one and over two steps that deviate by more than this, relatively, speak of a kink.
 pub const UNEVEN: f64 = 1e-2;
@@ -32,7 +31,7 @@ impl Partial {
         all.into_iter().all(|d| *d == 0.0)
     }
 
-    fn from_flat(mut flat: Vec<f64>, nodes: usize, sensors: usize, uneven: f64) -> Self {
+    pub(super) fn from_flat(mut flat: Vec<f64>, nodes: usize, sensors: usize, uneven: f64) -> Self {
         let chamber = flat.pop().unwrap_or(0.0);
         let held = flat.split_off(nodes + sensors);
         let readings = flat.split_off(nodes);
@@ -47,12 +46,12 @@ pub struct Variation {
     /// The parameter.
     pub parameter: Parameter,
     /// Places in steps, each with what is there; empty for a condition variable.
-    samples: Vec<(f64, Machine, Option<Network>)>,
+    pub(super) samples: Vec<(f64, Machine, Option<Network>)>,
 }
 
 /// Places of a central and of a one-sided difference, in steps.
-const CENTRAL: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
-const ONE_SIDED: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
+pub(super) const CENTRAL: [f64; 4] = [-2.0, -1.0, 1.0, 2.0];
+pub(super) const ONE_SIDED: [f64; 4] = [0.0, 1.0, 2.0, 3.0];
 
 impl Study {
     /// Builds what the derivatives with respect to a parameter need.
@@ -80,87 +79,4 @@ impl Study {
         let samples = samples.map_err(|e| e.at_key(&parameter.name))?;
         Ok(Variation { parameter, samples })
     }
-}
-
-impl Derivatives<'_> {
-    /// dR/dp and its companions for one parameter.
-    ///
-    /// # Errors
-    /// As [`Study::variation`] and [`Derivatives::partial_of`].
-    pub fn partial(&self, parameter: &Parameter) -> Result<Partial> {
-        self.partial_of(&self.study.variation(parameter)?)
-    }
-
-    /// As [`Derivatives::partial`], with what was built before (for this study).
-    ///
-    /// # Errors
-    /// A formula or the water's properties fail on either side of the parameter's value.
-    pub fn partial_of(&self, variation: &Variation) -> Result<Partial> {
-        let parameter = &variation.parameter;
-        let value = self.value_of(parameter);
-        let step = parameter.step(value);
-        let (places, samples): (Vec<f64>, Vec<Vec<f64>>) = match parameter.variable() {
-            Some(variable) => {
-                let places = if parameter.is_at_edge(value) { ONE_SIDED } else { CENTRAL };
-                let at = |place: &f64| {
-                    let mut si = self.condition.si().to_vec();
-                    si[variable] = value + place * step;
-                    self.sample(&self.study.model.machine, None, &Condition::from_si(si))
-                };
-                (places.to_vec(), places.iter().map(at).collect::<Result<_>>().map_err(|e| e.at_key(&parameter.name))?)
-            }
-            None => {
-                let at = |(_, machine, network): &(f64, Machine, Option<Network>)| self.sample(machine, network.as_ref(), &self.condition);
-                let samples = variation.samples.iter().map(at).collect::<Result<_>>().map_err(|e| e.at_key(&parameter.name))?;
-                (variation.samples.iter().map(|s| s.0).collect(), samples)
-            }
-        };
-        let [f0, f1, f2, f3] = samples.as_slice() else {
-            return Err(Error::numerics("a difference needs four samples"));
-        };
-        let (near, far, best);
-        if places[0] != 0.0 {
-            near = zip(f2, f1, |a, b| (a - b) / (2.0 * step));
-            far = zip(f3, f0, |a, b| (a - b) / (4.0 * step));
-            best = zip(&near, &far, |n, f| (4.0 * n - f) / 3.0);
-        } else {
-            // Differences first: what does not change must come out as zero.
-            let [d1, d2, d3] = [f1, f2, f3].map(|f| zip(f, f0, |f, f0| f - f0));
-            let h = places[1] * step;
-            near = zip(&d1, &d2, |d1, d2| (4.0 * d1 - d2) / (2.0 * h));
-            best = (0..f0.len()).map(|i| (18.0 * d1[i] - 9.0 * d2[i] + 2.0 * d3[i]) / (6.0 * h)).collect::<Vec<f64>>();
-            far = best.clone();
-        }
-        let (nodes, sensors) = (self.study.model.network.nodes, self.study.model.network.sensors.len());
-        let uneven = self.uneven(&near[..nodes], &far[..nodes], step);
-        Ok(Partial::from_flat(best, nodes, sensors, uneven))
-    }
-
-    /// Residual, readings, held temperatures and chamber temperature in one vector, at this state's temperatures.
-    fn sample(&self, machine: &Machine, network: Option<&Network>, condition: &Condition) -> Result<Vec<f64>> {
-        let network = network.unwrap_or(&self.study.model.network);
-        let load = Load::at(machine, condition)?;
-        let mut temperatures = self.state.solution.temperatures.clone();
-        let held: Vec<f64> = network.fixed.iter().map(|(_, index)| load.fixed[*index as usize]).collect();
-        network.fixed.iter().zip(&held).for_each(|((node, _), t)| temperatures[*node as usize] = *t);
-        let mut flat = self.tangent.residual(network, &load, &temperatures)?;
-        flat.extend(network.sensors.iter().map(|sensor| sensor.read(&temperatures, &load)));
-        flat.extend(held);
-        flat.push(load.chamber);
-        Ok(flat)
-    }
-
-    /// Relative deviation of two differences of the residual beyond its rounding.
-    fn uneven(&self, near: &[f64], far: &[f64], step: f64) -> f64 {
-        let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
-        let temperatures = &self.state.solution.temperatures;
-        let noise = 4.0 * f64::EPSILON / step * norm(&mut self.tangent.diagonal().iter().zip(temperatures).map(|(d, t)| d * t));
-        let apart = norm(&mut near.iter().zip(far).map(|(n, f)| n - f));
-        let size = norm(&mut near.iter().copied());
-        if apart <= noise { 0.0 } else { (apart - noise) / size }
-    }
-}
-
-fn zip(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
-    a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()
 }

@@ -30,5 +30,5 @@ pub use difference::{Partial, UNEVEN, Variation};
 pub use parameter::{Kind, Parameter};
 pub use point::{Adjoint, Derivatives, Jacobian, Target};
 pub use response::{Basis, Course, Moment, Moments};
-pub use screen::{Effect, Screen};
+pub use screen::{Disturbance, Screen};
 pub use study::Study;

@@ -2,12 +2,12 @@
 
 use rayon::prelude::*;
 
-use super::difference::{Partial, Variation};
+use super::difference::{CENTRAL, ONE_SIDED, Partial, Variation};
 use super::parameter::{Kind, Parameter};
-use super::screen::Screen;
+use super::screen::{Disturbance, Screen};
 use super::study::Study;
-use crate::describe::machine::{Condition, LimitKind};
-use crate::discretise::network::Load;
+use crate::describe::machine::{Condition, LimitKind, Machine};
+use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
 use crate::foundation::document::suggestion;
 use crate::solve::balance::balance;
@@ -254,7 +254,113 @@ impl<'a> Derivatives<'a> {
     }
 }
 
+impl Study {
+    /// Every sensor.
+    pub fn sensors(&self) -> Vec<Target> {
+        (0..self.model.network.sensors.len()).map(Target::Sensor).collect()
+    }
+
+    /// Solves one condition and takes the derivatives there.
+    ///
+    /// # Errors
+    /// As [`MeshedMachine::solve`] and [`Derivatives::new`].
+    pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
+        let state = self.model.solve(&self.model.solver(condition)?, condition)?;
+        Derivatives::new(self, condition, &state)
+    }
+}
+
+impl Derivatives<'_> {
+    /// dR/dp and its companions for one parameter.
+    ///
+    /// # Errors
+    /// As [`Study::variation`] and [`Derivatives::partial_of`].
+    pub fn partial(&self, parameter: &Parameter) -> Result<Partial> {
+        self.partial_of(&self.study.variation(parameter)?)
+    }
+
+    /// As [`Derivatives::partial`], with what was built before (for this study).
+    ///
+    /// # Errors
+    /// A formula or the water's properties fail on either side of the parameter's value.
+    pub fn partial_of(&self, variation: &Variation) -> Result<Partial> {
+        let parameter = &variation.parameter;
+        let value = self.value_of(parameter);
+        let step = parameter.step(value);
+        let (places, samples): (Vec<f64>, Vec<Vec<f64>>) = match parameter.variable() {
+            Some(variable) => {
+                let places = if parameter.is_at_edge(value) { ONE_SIDED } else { CENTRAL };
+                let at = |place: &f64| {
+                    let mut si = self.condition.si().to_vec();
+                    si[variable] = value + place * step;
+                    self.sample(&self.study.model.machine, None, &Condition::from_si(si))
+                };
+                (places.to_vec(), places.iter().map(at).collect::<Result<_>>().map_err(|e| e.at_key(&parameter.name))?)
+            }
+            None => {
+                let at = |(_, machine, network): &(f64, Machine, Option<Network>)| self.sample(machine, network.as_ref(), &self.condition);
+                let samples = variation.samples.iter().map(at).collect::<Result<_>>().map_err(|e| e.at_key(&parameter.name))?;
+                (variation.samples.iter().map(|s| s.0).collect(), samples)
+            }
+        };
+        let [f0, f1, f2, f3] = samples.as_slice() else {
+            return Err(Error::numerics("a difference needs four samples"));
+        };
+        let (near, far, best);
+        if places[0] != 0.0 {
+            near = zip(f2, f1, |a, b| (a - b) / (2.0 * step));
+            far = zip(f3, f0, |a, b| (a - b) / (4.0 * step));
+            best = zip(&near, &far, |n, f| (4.0 * n - f) / 3.0);
+        } else {
+            // Differences first: what does not change must come out as zero.
+            let [d1, d2, d3] = [f1, f2, f3].map(|f| zip(f, f0, |f, f0| f - f0));
+            let h = places[1] * step;
+            near = zip(&d1, &d2, |d1, d2| (4.0 * d1 - d2) / (2.0 * h));
+            best = (0..f0.len()).map(|i| (18.0 * d1[i] - 9.0 * d2[i] + 2.0 * d3[i]) / (6.0 * h)).collect::<Vec<f64>>();
+            far = best.clone();
+        }
+        let (nodes, sensors) = (self.study.model.network.nodes, self.study.model.network.sensors.len());
+        let uneven = self.uneven(&near[..nodes], &far[..nodes], step);
+        Ok(Partial::from_flat(best, nodes, sensors, uneven))
+    }
+
+    /// Residual, readings, held temperatures and chamber temperature in one vector, at this state's temperatures.
+    fn sample(&self, machine: &Machine, network: Option<&Network>, condition: &Condition) -> Result<Vec<f64>> {
+        let network = network.unwrap_or(&self.study.model.network);
+        let load = Load::at(machine, condition)?;
+        let mut temperatures = self.state.solution.temperatures.clone();
+        let held: Vec<f64> = network.fixed.iter().map(|(_, index)| load.fixed[*index as usize]).collect();
+        network.fixed.iter().zip(&held).for_each(|((node, _), t)| temperatures[*node as usize] = *t);
+        let mut flat = self.tangent.residual(network, &load, &temperatures)?;
+        flat.extend(network.sensors.iter().map(|sensor| sensor.read(&temperatures, &load)));
+        flat.extend(held);
+        flat.push(load.chamber);
+        Ok(flat)
+    }
+
+    /// Relative deviation of two differences of the residual beyond its rounding.
+    fn uneven(&self, near: &[f64], far: &[f64], step: f64) -> f64 {
+        let norm = |v: &mut dyn Iterator<Item = f64>| v.map(|x| x * x).sum::<f64>().sqrt();
+        let temperatures = &self.state.solution.temperatures;
+        let noise = 4.0 * f64::EPSILON / step * norm(&mut self.tangent.diagonal().iter().zip(temperatures).map(|(d, t)| d * t));
+        let apart = norm(&mut near.iter().zip(far).map(|(n, f)| n - f));
+        let size = norm(&mut near.iter().copied());
+        if apart <= noise { 0.0 } else { (apart - noise) / size }
+    }
+}
+
+impl Disturbance {
+    /// Derivative of an adjoint's target that reads no inlet, K per unit.
+    pub fn on_adjoint(&self, adjoint: &Adjoint) -> f64 {
+        self.on(&adjoint.field, None)
+    }
+}
+
 /// The part of a target's derivative that does not go through the temperatures of free nodes.
 fn direct(terms: &Terms, partial: &Partial) -> f64 {
     terms.sensors.iter().map(|(s, w)| w * partial.readings[*s]).sum::<f64>() + terms.chamber * partial.chamber
+}
+
+fn zip(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()
 }

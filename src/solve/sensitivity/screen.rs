@@ -5,10 +5,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::point::Adjoint;
 use crate::discretise::network::slopes::STENCIL;
 use crate::discretise::network::stream::members;
-use crate::discretise::network::surface::SurfaceState;
+use crate::discretise::network::surface::{Surface, SurfaceState};
 use crate::discretise::network::{BoundaryState, Joint, Load, NONE, Network};
 use crate::error::Result;
 use crate::physics::radiation::SIGMA;
@@ -21,14 +20,14 @@ const INLET_STEP: f64 = 0.05;
 
 /// How the residual, and readings of inlets, change with a candidate.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Effect {
+pub struct Disturbance {
     /// Residual of nodes, W per unit of the candidate; a node may stand there several times.
     pub rows: Vec<(u32, f64)>,
     /// Inlet temperatures of circuits, K per unit.
     pub inlets: Vec<(usize, f64)>,
 }
 
-impl Effect {
+impl Disturbance {
     /// Derivative of a reading, K per unit of the candidate: from its adjoint field (K/W) and its weights of inlets.
     pub fn on(&self, field: &[f64], inlet: Option<(usize, f64)>) -> f64 {
         let through: f64 = self.rows.iter().map(|(node, r)| field[*node as usize] * r).sum();
@@ -40,9 +39,11 @@ impl Effect {
         self.inlets.iter().map(|(c, d)| inlet.map_or(0.0, |(circuit, w)| if circuit == *c { w * d } else { 0.0 })).sum()
     }
 
-    /// Derivative of an adjoint's target that reads no inlet, K per unit.
-    pub fn on_adjoint(&self, adjoint: &Adjoint) -> f64 {
-        self.on(&adjoint.field, None)
+    /// The same per another unit: everything times a factor.
+    pub fn times(mut self, factor: f64) -> Self {
+        self.rows.iter_mut().for_each(|(_, r)| *r *= factor);
+        self.inlets.iter_mut().for_each(|(_, d)| *d *= factor);
+        self
     }
 
     /// As the right-hand side of the forward problem: dR/dp of every node.
@@ -75,58 +76,73 @@ impl<'a> Screen<'a> {
         self.solution.temperatures[node as usize]
     }
 
-    /// Nodes that are held have no balance to disturb.
-    fn effect(&self, rows: impl IntoIterator<Item = (u32, f64)>) -> Effect {
+    /// Residual of some nodes, W per unit. Nodes that are held have no balance to disturb.
+    pub fn disturbance(&self, rows: impl IntoIterator<Item = (u32, f64)>) -> Disturbance {
         let rows = rows.into_iter().filter(|(node, r)| *r != 0.0 && !self.held.contains(node)).collect();
-        Effect { rows, inlets: Vec::new() }
+        Disturbance { rows, inlets: Vec::new() }
     }
 
     /// Heat put into nodes with given shares; per W.
-    pub fn source(&self, shares: &[(u32, f64)]) -> Effect {
-        self.effect(shares.iter().map(|(node, share)| (*node, -share)))
+    pub fn source(&self, shares: &[(u32, f64)]) -> Disturbance {
+        self.disturbance(shares.iter().map(|(node, share)| (*node, -share)))
     }
 
     /// A source of the network; per relative change of its power.
-    pub fn power(&self, source: usize) -> Effect {
+    pub fn power(&self, source: usize) -> Disturbance {
         let heats = self.network.sources[source].heats(self.load.powers[source], &self.solution.temperatures);
-        self.effect(heats.map(|(node, heat)| (node, -heat)))
+        self.disturbance(heats.map(|(node, heat)| (node, -heat)))
     }
 
     /// The temperature coefficient of a source; per 1/K.
-    pub fn temperature_coefficient(&self, source: usize) -> Effect {
+    pub fn temperature_coefficient(&self, source: usize) -> Disturbance {
         let (own, power) = (&self.network.sources[source], self.load.powers[source]);
-        self.effect(own.shares.iter().map(|(node, share)| (*node, -power * share * (self.t(*node) - own.reference_temperature))))
+        self.disturbance(own.shares.iter().map(|(node, share)| (*node, -power * share * (self.t(*node) - own.reference_temperature))))
     }
 
     /// A new conductance between two nodes; per W/K.
-    pub fn conductor(&self, a: u32, b: u32) -> Effect {
+    pub fn conductor(&self, a: u32, b: u32) -> Disturbance {
         let drop = self.t(a) - self.t(b);
-        self.effect([(a, drop), (b, -drop)])
+        self.disturbance([(a, drop), (b, -drop)])
     }
 
     /// A new conductance from a node to a given temperature (K); per W/K.
-    pub fn leak(&self, node: u32, to: f64) -> Effect {
-        self.effect([(node, self.t(node) - to)])
+    pub fn leak(&self, node: u32, to: f64) -> Disturbance {
+        self.disturbance([(node, self.t(node) - to)])
     }
 
     /// The contact conductance of some joints; per relative change (so also per unit of its logarithm).
-    pub fn joints(&self, joints: impl IntoIterator<Item = usize>) -> Effect {
-        self.effect(joints.into_iter().flat_map(|i| {
+    pub fn joints(&self, joints: impl IntoIterator<Item = usize>) -> Disturbance {
+        self.joints_by(joints, |_| 1.0)
+    }
+
+    /// The same where each joint's conductance changes by a `weight` of its mean temperature (K) more.
+    fn joints_by(&self, joints: impl IntoIterator<Item = usize>, weight: impl Fn(f64) -> f64) -> Disturbance {
+        self.disturbance(joints.into_iter().flat_map(|i| {
             let joint = &self.network.joints[i];
             // d ln(g)/d ln(h) is the share of the contact in the whole resistance.
             let (g, whole) = self.conductance(joint);
             let bare = Joint { length_a: 0.0, length_b: 0.0, ..*joint };
             let contact = if joint.contact == NONE { f64::INFINITY } else { self.conductance(&bare).0 };
             let share = if contact > 0.0 && contact.is_finite() { g / contact } else { 0.0 };
-            [(joint.a, whole * share), (joint.b, -whole * share)]
+            let (ta, tb) = self.network.joint_ends(joint, &self.solution.temperatures);
+            let change = whole * share * weight(0.5 * (ta + tb));
+            [(joint.a, change), (joint.b, -change)]
         }))
     }
 
     /// The conductance of a contact, both halves of it included; per relative change.
-    pub fn contact(&self, name: &str) -> Effect {
-        let of = self.network.contacts.iter().find(|g| g.name == name).and_then(|g| g.of);
-        let groups = self.network.contacts.iter().filter(|g| if of.is_some() { g.of == of } else { g.name == name });
-        self.joints(groups.flat_map(|g| g.joints.clone()))
+    pub fn contact(&self, name: &str) -> Disturbance {
+        self.contact_by(name, |_| 1.0)
+    }
+
+    /// The same where the conductance changes by a `weight` of each joint's mean temperature (K) more.
+    pub fn contact_by(&self, name: &str, weight: impl Fn(f64) -> f64) -> Disturbance {
+        let contacts = &self.network.contacts;
+        let of = contacts.iter().find(|g| g.name == name).and_then(|g| g.of);
+        let is_own = |c: u32| contacts.get(c as usize).is_some_and(|g| if of.is_some() { g.of == of } else { g.name == name });
+        // Those along faces of imported meshes stand beside the group's own.
+        let joints = self.network.joints.iter().enumerate().filter(|(_, joint)| is_own(joint.contact));
+        self.joints_by(joints.map(|(i, _)| i), weight)
     }
 
     /// Conductance (W/K) of a joint and its heat (W).
@@ -137,7 +153,7 @@ impl<'a> Screen<'a> {
     }
 
     /// The conductivity of a group (part), film and contacts aside; per relative change.
-    pub fn conductivity(&self, group: u32) -> Effect {
+    pub fn conductivity(&self, group: u32) -> Disturbance {
         let net = self.network;
         let within = |node: u32| net.group[node as usize] == group;
         let mut rows = Vec::new();
@@ -168,7 +184,7 @@ impl<'a> Screen<'a> {
                 );
             }
         }
-        self.effect(rows)
+        self.disturbance(rows)
     }
 
     /// Surfaces of a group (part or lumped node): indices into the network's.
@@ -178,29 +194,38 @@ impl<'a> Screen<'a> {
     }
 
     /// The effective emissivity of some surfaces; per relative change.
-    pub fn emissivity(&self, surfaces: impl IntoIterator<Item = usize>) -> Effect {
-        self.effect(surfaces.into_iter().map(|i| {
+    pub fn emissivity(&self, surfaces: impl IntoIterator<Item = usize>) -> Disturbance {
+        self.disturbance(surfaces.into_iter().map(|i| {
             let state = &self.surfaces[i];
             (self.network.surfaces[i].node, state.radiated * state.share)
         }))
     }
 
     /// A new film between some surfaces and a temperature (K); per W/(m² K).
-    pub fn film(&self, surfaces: impl IntoIterator<Item = usize>, to: f64) -> Effect {
-        self.effect(surfaces.into_iter().map(|i| {
+    pub fn film(&self, surfaces: impl IntoIterator<Item = usize>, to: f64) -> Disturbance {
+        self.disturbance(surfaces.into_iter().map(|i| {
             let (surface, state) = (&self.network.surfaces[i], &self.surfaces[i]);
             (surface.node, surface.area * (state.temperature - to) * state.share)
         }))
     }
 
+    /// New heat through some surfaces on the nodes of this network, whether they are surfaces of it or not: `heat` of a surface and
+    /// its temperature (K), W per unit. What acts on them otherwise stays.
+    pub fn opened(&self, surfaces: &[Surface], heat: impl Fn(&Surface, f64) -> f64) -> Disturbance {
+        self.disturbance(surfaces.iter().map(|surface| {
+            let state = surface.state(self.t(surface.node), &self.network.properties, self.load);
+            (surface.node, heat(surface, state.temperature) * state.share)
+        }))
+    }
+
     /// Film, flux or emissivity of a boundary of the machine; per relative change (nothing for a prescribed temperature).
-    pub fn boundary(&self, index: u32) -> Effect {
+    pub fn boundary(&self, index: u32) -> Disturbance {
         let own = self.network.surfaces.iter().zip(&self.surfaces).filter(|(s, _)| s.law == index);
-        self.effect(own.map(|(surface, state)| (surface.node, state.law * state.share)))
+        self.disturbance(own.map(|(surface, state)| (surface.node, state.law * state.share)))
     }
 
     /// Temperature a boundary of the machine prescribes or refers to; per K.
-    pub fn boundary_temperature(&self, index: u32) -> Effect {
+    pub fn boundary_temperature(&self, index: u32) -> Disturbance {
         let own = self.network.surfaces.iter().zip(&self.surfaces).filter(|(s, _)| s.law == index);
         let rows = own.map(|(surface, state)| {
             let rate = match self.load.boundaries[index as usize] {
@@ -215,7 +240,7 @@ impl<'a> Screen<'a> {
             };
             (surface.node, -rate)
         });
-        self.effect(rows.chain(self.held_by(index)))
+        self.disturbance(rows.chain(self.held_by(index)))
     }
 
     /// What the neighbours of nodes that a boundary holds (its faces in an enclosure) lose to them; per K of the boundary.
@@ -246,8 +271,8 @@ impl<'a> Screen<'a> {
     }
 
     /// Radiative conductors between nodes (indices into the network's); per relative change.
-    pub fn radiative(&self, indices: impl IntoIterator<Item = usize>) -> Effect {
-        self.effect(indices.into_iter().flat_map(|i| {
+    pub fn radiative(&self, indices: impl IntoIterator<Item = usize>) -> Disturbance {
+        self.disturbance(indices.into_iter().flat_map(|i| {
             let (a, b, area) = self.network.radiative[i];
             let heat = SIGMA * area * (self.t(a).powi(4) - self.t(b).powi(4));
             [(a, heat), (b, -heat)]
@@ -255,9 +280,9 @@ impl<'a> Screen<'a> {
     }
 
     /// The film of a stream; per relative change.
-    pub fn stream_film(&self, s: usize) -> Effect {
+    pub fn stream_film(&self, s: usize) -> Disturbance {
         let state = &self.solution.streams[s];
-        self.effect(self.exchange(s, |k| self.network.exchange_slopes(s, k, state, &self.solution.temperatures).log_film))
+        self.disturbance(self.exchange(s, |k| self.network.exchange_slopes(s, k, state, &self.solution.temperatures).log_film))
     }
 
     /// Rows that follow from a change of every station's exchange, W/K.
@@ -280,7 +305,7 @@ impl<'a> Screen<'a> {
     ///
     /// # Errors
     /// As [`Network::stream_states`].
-    pub fn flow(&self, circuit: usize) -> Result<Effect> {
+    pub fn flow(&self, circuit: usize) -> Result<Disturbance> {
         let flow = self.load.flows[circuit];
         self.circuit(circuit, FLOW_STEP, |load, step| load.flows[circuit] = flow * (1.0 + step))
     }
@@ -289,14 +314,14 @@ impl<'a> Screen<'a> {
     ///
     /// # Errors
     /// As [`Network::stream_states`].
-    pub fn inlet(&self, circuit: usize) -> Result<Effect> {
+    pub fn inlet(&self, circuit: usize) -> Result<Disturbance> {
         let inlet = self.load.inlets[circuit];
-        let effect = self.circuit(circuit, INLET_STEP, |load, step| load.inlets[circuit] = inlet + step)?;
-        Ok(Effect { inlets: vec![(circuit, 1.0)], ..effect })
+        let disturbance = self.circuit(circuit, INLET_STEP, |load, step| load.inlets[circuit] = inlet + step)?;
+        Ok(Disturbance { inlets: vec![(circuit, 1.0)], ..disturbance })
     }
 
     /// Four-point difference of a circuit's part of the residual.
-    fn circuit(&self, c: usize, step: f64, change: impl Fn(&mut Load, f64)) -> Result<Effect> {
+    fn circuit(&self, c: usize, step: f64, change: impl Fn(&mut Load, f64)) -> Result<Disturbance> {
         let temperatures = &self.solution.temperatures;
         let mut means = vec![(0.0, 0.0); self.network.streams.len()];
         for s in members(&self.network.circuits[c].layout) {
@@ -311,6 +336,6 @@ impl<'a> Screen<'a> {
             self.network
                 .circuit_rows(c, &load, &states, temperatures, |node, heat| *rows.entry(node).or_insert(0.0) += weight / step * heat);
         }
-        Ok(self.effect(rows))
+        Ok(self.disturbance(rows))
     }
 }

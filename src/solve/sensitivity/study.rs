@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use super::parameter::Parameter;
-use super::point::{Derivatives, Target};
-use crate::describe::machine::{Condition, Machine, Part, SCHEMA};
+use crate::describe::machine::{Machine, Part, SCHEMA};
 use crate::describe::schema;
 use crate::discretise::mesh::Mesh;
 use crate::discretise::network::Network;
@@ -62,11 +61,6 @@ impl Study {
         let is_usual = |key: &String| schema_key(key).is_some_and(|found| found.key.is_usual);
         let keys = self.document.keys().into_iter().filter(is_usual);
         variables.chain(keys).filter_map(|name| self.parameter(&name).ok()).collect()
-    }
-
-    /// Every sensor.
-    pub fn sensors(&self) -> Vec<Target> {
-        (0..self.model.network.sensors.len()).map(Target::Sensor).collect()
     }
 
     /// The file with other values of some parameters; condition variables are not part of it and are left out.
@@ -183,15 +177,6 @@ impl Study {
         }
         Err(Error::input("a small change of this value changes the number of unknowns: no derivative on these cells")
             .help("fix the cell counts of the part, or ask for another number of cells"))
-    }
-
-    /// Solves one condition and takes the derivatives there.
-    ///
-    /// # Errors
-    /// As [`MeshedMachine::solve`] and [`Derivatives::new`].
-    pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
-        let state = self.model.solve(&self.model.solver(condition)?, condition)?;
-        Derivatives::new(self, condition, &state)
     }
 }
 

@@ -7,7 +7,7 @@ mod effects;
 pub mod score;
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Discrepancy, Law, Problem, Scales};
+use coldplate::evidence::diagnose::{Law, Problem, Scales};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, Whitener};
 use coldplate::explore::simulate::Start;
@@ -341,17 +341,8 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
             row.readings[k] = Some(values[r * sensors.len() + k] + errors[k] + noise * random.normal());
         }
     }
-    let problem = Problem {
-        study,
-        data,
-        uncertainty,
-        uncertain: Vec::new(),
-        openness: Discrepancy::default(),
-        user: Vec::new(),
-        start: Start::Steady,
-        seed,
-        without: Vec::new(),
-    };
+    let mut problem = Problem::new(study, data);
+    (problem.uncertainty, problem.seed) = (uncertainty, seed);
     Case { problem, hidden, shifts, machine: name }
 }
 

@@ -1,7 +1,7 @@
 //! How an answer stands beside what was hidden.
 
 use coldplate::describe::machine::Place;
-use coldplate::evidence::diagnose::{Diagnosis, Explanation, Part, Scales, Verdict};
+use coldplate::evidence::diagnose::{Cause, Diagnosis, Explanation, Scales, Verdict};
 use coldplate::evidence::measurement::Whitener;
 
 use super::{Case, Hidden};
@@ -50,20 +50,20 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     };
     let detected = found.verdict != Verdict::Consistent;
     let machine = &case.problem.study.model.machine;
-    let is_named = |h: &Hidden, p: &Part| p.hypothesis.kind == h.kind && p.hypothesis.place == h.place;
-    let is_same_heat = |h: &Hidden, p: &Part| {
+    let is_named = |h: &Hidden, p: &Cause| p.hypothesis.kind() == h.kind && p.hypothesis.place == h.place;
+    let is_same_heat = |h: &Hidden, p: &Cause| {
         let heats = |source: &str, part: &str| {
             let of_part = |place: &Place| matches!(place, Place::Part(p) if machine.parts[*p].name == part);
             machine.sources.iter().any(|s| s.name == source && s.places.iter().any(of_part))
         };
-        match (h.kind.as_str(), p.hypothesis.kind) {
+        match (h.kind.as_str(), p.hypothesis.kind()) {
             ("source factor", "heat source") => heats(&h.place, &p.hypothesis.place),
             ("heat source", "source factor") => heats(&p.hypothesis.place, &h.place),
             _ => is_named(h, p),
         }
     };
-    let holds = |e: &Explanation, is: &dyn Fn(&Hidden, &Part) -> bool| {
-        e.parts.len() == case.hidden.len() && case.hidden.iter().all(|h| e.parts.iter().any(|p| is(h, p)))
+    let holds = |e: &Explanation, is: &dyn Fn(&Hidden, &Cause) -> bool| {
+        e.causes.len() == case.hidden.len() && case.hidden.iter().all(|h| e.causes.iter().any(|p| is(h, p)))
     };
     let truth = |e: &Explanation| holds(e, &is_named);
     let parts_of = |h: &Hidden| -> Vec<String> {
@@ -83,13 +83,13 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let touches = |e: &Explanation| {
         case.hidden.iter().all(|h| {
             let own = parts_of(h);
-            e.parts.iter().any(|p| p.hypothesis.place == h.place || p.hypothesis.parts.iter().any(|q| own.contains(q)))
+            e.causes.iter().any(|p| p.hypothesis.place == h.place || p.hypothesis.parts.iter().any(|q| own.contains(q)))
         })
     };
     let first = found.explanations.first().filter(|_| detected);
     let stated = first.map_or(0.0, |f| {
         let name = |e: &Explanation| {
-            let mut names: Vec<String> = e.parts.iter().map(|p| format!("{}@{}", p.hypothesis.kind, p.hypothesis.place)).collect();
+            let mut names: Vec<String> = e.causes.iter().map(|p| format!("{}@{}", p.hypothesis.kind(), p.hypothesis.place)).collect();
             names.sort();
             names
         };
@@ -98,19 +98,19 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let exact = first.is_some_and(truth);
     let scales = Scales::of(&case.problem.data, machine);
     // Another law has another amplitude.
-    let off = first.filter(|f| exact && f.parts.len() == 1).and_then(|f| {
-        let (part, hidden) = (&f.parts[0], &case.hidden[0]);
+    let off = first.filter(|f| exact && f.causes.len() == 1).and_then(|f| {
+        let (part, hidden) = (&f.causes[0], &case.hidden[0]);
         (part.hypothesis.law == hidden.law && hidden.kind != "swapped sensors")
             .then(|| (hidden.amplitude_in(&scales) - part.amplitude) / part.deviation)
     });
     let covered = first.filter(|_| off.is_some()).map(|f| {
-        let (low, high) = f.parts[0].interval();
+        let (low, high) = f.causes[0].interval();
         (low..=high).contains(&case.hidden[0].amplitude_in(&scales))
     });
-    let is_hidden = |p: &Part| case.hidden.iter().any(|h| is_named(h, p));
+    let is_hidden = |p: &Cause| case.hidden.iter().any(|h| is_named(h, p));
     let confident = found.verdict == Verdict::Explained;
     Score {
-        misnamed: confident && first.is_some_and(|f| !f.parts.iter().all(is_hidden)),
+        misnamed: confident && first.is_some_and(|f| !f.causes.iter().all(is_hidden)),
         detected,
         group: first.is_some_and(touches),
         exact,

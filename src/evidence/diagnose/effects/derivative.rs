@@ -1,0 +1,50 @@
+//! Derivatives of effects: what each changes in the residual of the network, at a state of the machine.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use super::ground::Ground;
+use super::{Effect, Hypothesis, Linearised, Prepared, UserKind};
+use crate::solve::sensitivity::{Derivatives, Disturbance, Screen, Study};
+
+/// The effects of some hypotheses, with what does not depend on the state made ready once.
+pub struct EffectDerivatives<'a> {
+    ground: Ground<'a>,
+    /// Effects and whether they drift: laws of the condition share what an effect does.
+    distinct: Vec<(Effect, bool)>,
+    prepared: BTreeMap<Effect, Prepared>,
+}
+
+impl<'a> EffectDerivatives<'a> {
+    /// For the effects of some hypotheses.
+    pub fn new(study: &'a Study, hypotheses: &[Hypothesis], user: &[UserKind]) -> Self {
+        let mut distinct: Vec<(Effect, bool)> = hypotheses.iter().map(|h| (h.effect, h.is_drift())).collect();
+        distinct.sort_unstable();
+        distinct.dedup();
+        let mut effects: Vec<Effect> = distinct.iter().map(|(effect, _)| *effect).collect();
+        effects.dedup();
+        let prepared = effects.into_par_iter().filter_map(|effect| Some((effect, effect.family().prepared(study, user)?))).collect();
+        Self { ground: Ground::new(study), distinct, prepared }
+    }
+
+    /// How many distinct effects there are.
+    pub fn count(&self) -> usize {
+        self.distinct.len()
+    }
+
+    /// Where the effect of a hypothesis stands among them.
+    pub fn position(&self, h: &Hypothesis) -> Option<usize> {
+        self.distinct.binary_search(&(h.effect, h.is_drift())).ok()
+    }
+
+    /// What the distinct effects do to the residual at a state, per unit of amplitude; a drift per 10 K away from 20 degC.
+    /// `None` for what acts on sensors, or where the machine file has no words for it.
+    pub fn disturbances(&self, at: &Derivatives<'_>, screen: &Screen<'_>) -> Vec<Option<Disturbance>> {
+        let one = |(effect, is_drift): &(Effect, bool)| {
+            let prepared = self.prepared.get(effect);
+            effect.family().disturbance(&Linearised { at, screen, ground: &self.ground, prepared, is_drift: *is_drift })
+        };
+        self.distinct.par_iter().map(one).collect()
+    }
+}

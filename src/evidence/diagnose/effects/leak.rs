@@ -1,0 +1,137 @@
+//! Paths for heat that the model lacks: to the surroundings, and between parts that do not touch.
+//!
+//! The surroundings are at the temperature of the chamber, in vacuum as in air: the model knows no other.
+
+use super::file::{conductor, text};
+use super::words::Quantity;
+use super::{Family, Group, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind};
+use crate::describe::machine::{Block, Machine, Shape};
+use crate::discretise::network::{NONE, Surface};
+use crate::error::Result;
+use crate::foundation::document::quoted;
+use crate::solve::sensitivity::{Disturbance, Study};
+
+/// Film of free convection and radiation in a room, W/(m² K).
+const ROOM_FILM: f64 = 5.0;
+
+/// Paths for heat.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Leak {
+    /// Conductance from a group to the surroundings, W/K.
+    Surroundings(u32),
+    /// Film from the outer faces of a part, which the model has adiabatic, to the surroundings, W/(m² K).
+    Film(usize),
+    /// Conductance between two groups, W/K.
+    Link(u32, u32),
+}
+
+impl Family for Leak {
+    fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
+        let leak = |g: &Group| Hypothesis::positive(Self::Surroundings(g.index), &g.name, vec![g.name.clone()], 0.1, "W/K");
+        let link = |(a, b): (&Group, &Group)| {
+            let parts = vec![a.name.clone(), b.name.clone()];
+            Hypothesis::positive(Self::Link(a.index, b.index), parts.join(" - "), parts, 0.3, "W/K")
+        };
+        let mut found: Vec<Hypothesis> = site.groups.iter().map(leak).collect();
+        // In a room, not in vacuum: where nothing radiates to a chamber, bare faces lose heat to the air.
+        let machine = site.machine;
+        for (p, part) in machine.parts.iter().enumerate().filter(|_| !site.is_in_vacuum) {
+            let is_bare = machine.boundaries.iter().all(|b| b.faces.iter().all(|f| f.part != p));
+            if is_bare && !outer_faces(machine, p).is_empty() {
+                found.push(Hypothesis::positive(Self::Film(p), &part.name, vec![part.name.clone()], ROOM_FILM, "W/(m2 K)"));
+            }
+        }
+        found.extend(site.apart(&site.groups).into_iter().map(link));
+        found
+    }
+
+    fn kind(&self) -> &'static str {
+        match self {
+            Self::Surroundings(_) => "leak to the surroundings",
+            Self::Film(_) => "loss to the surroundings",
+            Self::Link(..) => "conductive link",
+        }
+    }
+
+    fn lines(&self, edit: &MachineEdit<'_>) -> Result<Lines> {
+        Ok(Some(match *self {
+            Self::Surroundings(g) => {
+                let node = edit.added_name(&format!("surroundings of {}", edit.group(g)));
+                let held = format!("{{ temperature = {} }}", edit.surroundings()?);
+                let contact = conductor([edit.group(g), &node], edit.positive());
+                vec![(format!("node.{}", quoted(&node)), held), (edit.added("contact"), contact)]
+            }
+            Self::Film(p) => vec![(edit.added("boundary"), film(edit.machine(), p, edit.positive(), &edit.surroundings()?))],
+            Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive()))],
+        }))
+    }
+
+    /// The file's own words say which faces are open.
+    fn prepared(&self, study: &Study, _user: &[UserKind]) -> Option<Prepared> {
+        let Self::Film(p) = *self else { return None };
+        let added = "boundary.\"open faces\"".to_string();
+        let edited = study.edited(&[(added, film(&study.model.machine, p, 1.0, &text("20 degC")))]).ok()?;
+        let law = edited.model.machine.boundaries.iter().position(|b| b.name == "open faces")? as u32;
+        let open = edited.model.network.surfaces.iter().filter(|s| s.law == law);
+        Some(Prepared::Surfaces(open.map(|s| Surface { law: NONE, ..*s }).collect()))
+    }
+
+    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+        let surroundings = at.load().chamber;
+        Some(match *self {
+            Self::Surroundings(g) => {
+                let heat = |(n, w): &(u32, f64)| (*n, w * (at.temperatures()[*n as usize] - surroundings));
+                at.screen.disturbance(at.ground.joined(g).iter().map(heat))
+            }
+            Self::Film(_) => {
+                let Some(Prepared::Surfaces(surfaces)) = at.prepared else { return None };
+                at.screen.opened(surfaces, |s, t| s.area * (t - surroundings))
+            }
+            Self::Link(a, b) => at.screen.disturbance(at.ground.conductor([a, b], at.temperatures(), |_| 1.0)),
+        })
+    }
+
+    fn quantity(&self, _law: Law) -> Quantity {
+        match self {
+            Self::Surroundings(_) | Self::Link(..) => Quantity::plain("conductance", "W/K"),
+            Self::Film(_) => Quantity::plain("film", "W/(m2 K)"),
+        }
+    }
+
+    fn sentence(&self, told: &Told<'_>) -> String {
+        let place = told.place();
+        match self {
+            Self::Surroundings(_) => {
+                format!("a cable, hose or foot conducts heat from {place} to the surroundings: {}", told.range(" W/K"))
+            }
+            Self::Film(_) => {
+                let film = told.range(" W/(m2 K)");
+                format!("{place} loses heat to the surroundings, which the model lacks: {film} over its outer faces")
+            }
+            Self::Link(..) => format!("something conducts heat between {}: {}", told.both_places(), told.range(" W/K")),
+        }
+    }
+}
+
+/// A boundary with a film over the outer faces of a part, as TOML.
+fn film(machine: &Machine, part: usize, film: f64, fluid: &str) -> String {
+    let faces: Vec<String> = outer_faces(machine, part).into_iter().map(text).collect();
+    let film = text(format!("{film:?} W/(m2 K)"));
+    format!("{{ faces = [{}], film = {film}, fluid_temperature = {fluid} }}", faces.join(", "))
+}
+
+/// The faces of a part's blocks that look outwards, as the machine file writes them; none for imported meshes.
+fn outer_faces(machine: &Machine, part: usize) -> Vec<String> {
+    let part = &machine.parts[part];
+    let of_block = |(i, block): (usize, &Block)| -> Vec<String> {
+        let sides: &[&str] = match &block.shape {
+            Shape::Box { .. } => &["-x", "+x", "-y", "+y", "-z", "+z"],
+            Shape::Cylinder { .. } => &["outer", "start", "end"],
+            Shape::Sphere { .. } => &["outer"],
+        };
+        let number = if part.blocks.len() > 1 { format!("[{}]", i + 1) } else { String::new() };
+        sides.iter().map(|side| format!("{}{number}.{side}", part.name)).collect()
+    };
+    part.blocks.iter().enumerate().flat_map(of_block).collect()
+}

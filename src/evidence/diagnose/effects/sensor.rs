@@ -1,0 +1,159 @@
+//! Sensors' own errors: what they make of the readings, with the machine as it is.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::words::Quantity;
+use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
+use crate::error::Result;
+use crate::evidence::measurement::{Data, whiten};
+use crate::solve::sensitivity::Disturbance;
+
+/// Temperature that gains are counted from, K.
+const REFERENCE: f64 = 293.15;
+
+/// Errors of sensors, by their columns in the data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Sensor {
+    /// Offset, K.
+    Offset(usize),
+    /// Gain, relative, counted from 20 degC.
+    Gain(usize),
+    /// Time constant, s; logs only.
+    Lag(usize),
+    /// Two sensors swapped. A swap has no amplitude: it counts as 1.
+    Swap(usize, usize),
+}
+
+impl Family for Sensor {
+    fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
+        let (names, none) = (&site.data.names, Vec::new);
+        let mut found = Vec::new();
+        for (k, name) in names.iter().enumerate() {
+            found.push(Hypothesis::signed(Self::Offset(k), name, none(), 0.5, "K"));
+            if site.data.rows.len() > 1 {
+                found.push(Hypothesis::signed(Self::Gain(k), name, none(), 0.05, "relative").under(Law::Temperature));
+            }
+            if site.data.is_transient() {
+                found.push(Hypothesis::positive(Self::Lag(k), name, none(), 60.0, "s"));
+            }
+            for (j, other) in names.iter().enumerate().skip(k + 1) {
+                found.push(Hypothesis::signed(Self::Swap(k, j), format!("{name} - {other}"), none(), 1.0, ""));
+            }
+        }
+        found
+    }
+
+    fn kind(&self) -> &'static str {
+        match self {
+            Self::Offset(_) => "sensor offset",
+            Self::Gain(_) => "sensor gain",
+            Self::Lag(_) => "sensor lag",
+            Self::Swap(..) => "swapped sensors",
+        }
+    }
+
+    /// Nothing changes in the machine file.
+    fn lines(&self, _edit: &MachineEdit<'_>) -> Result<Lines> {
+        Ok(Some(Vec::new()))
+    }
+
+    fn disturbance(&self, _at: &Linearised<'_>) -> Option<Disturbance> {
+        None
+    }
+
+    fn quantity(&self, _law: Law) -> Quantity {
+        match self {
+            Self::Offset(_) => Quantity::plain("offset", "K"),
+            Self::Gain(_) => Quantity::grown("factor"),
+            Self::Lag(_) => Quantity::plain("time_constant", "s"),
+            Self::Swap(..) => Quantity::plain("share", "1"),
+        }
+    }
+
+    fn sentence(&self, told: &Told<'_>) -> String {
+        let place = told.place();
+        match self {
+            Self::Offset(_) => format!("the sensor {place} reads too high by {}", told.range(" K")),
+            Self::Gain(_) => format!("the sensor {place} has a gain of {}", told.range("")),
+            Self::Lag(_) => format!("the sensor {place} lags by {}", told.range(" s")),
+            Self::Swap(..) => format!("the sensors {} are exchanged", told.both_places()),
+        }
+    }
+}
+
+impl Sensor {
+    /// The same error where columns are numbered otherwise.
+    pub fn renumbered(self, to: impl Fn(usize) -> usize) -> Self {
+        match self {
+            Self::Offset(k) => Self::Offset(to(k)),
+            Self::Gain(k) => Self::Gain(to(k)),
+            Self::Lag(k) => Self::Lag(to(k)),
+            Self::Swap(a, b) => Self::Swap(to(a), to(b)),
+        }
+    }
+
+    /// For swapped sensors: at each of some readings, given by row and sensor, the one that belongs there.
+    pub fn relabelled(self, places: &[(usize, usize)]) -> Option<Vec<usize>> {
+        let Self::Swap(a, b) = self else { return None };
+        let position: HashMap<&(usize, usize), usize> = places.iter().enumerate().map(|(i, place)| (place, i)).collect();
+        let of = |(i, (r, k)): (usize, &(usize, usize))| {
+            let other = match *k {
+                k if k == a => b,
+                k if k == b => a,
+                _ => return i,
+            };
+            position.get(&(*r, other)).copied().unwrap_or(i)
+        };
+        Some(places.iter().enumerate().map(of).collect())
+    }
+
+    /// What it makes of predicted readings (rows, then sensors), K.
+    pub fn read(self, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
+        let places = whiten::places(data);
+        let mut found = predicted.to_vec();
+        let own = |k: usize| places.iter().enumerate().filter(move |(_, (_, sensor))| *sensor == k);
+        match self {
+            Self::Offset(k) => own(k).for_each(|(i, _)| found[i] += amplitude),
+            Self::Gain(k) => own(k).for_each(|(i, _)| found[i] += amplitude * (found[i] - REFERENCE)),
+            Self::Swap(..) => {
+                let others = self.relabelled(&places).unwrap_or_default();
+                others.iter().enumerate().for_each(|(i, other)| found[i] += amplitude * (predicted[*other] - predicted[i]));
+            }
+            Self::Lag(k) => {
+                // First-order lag behind the predicted course, which runs straight between the rows of each test.
+                let mut last: BTreeMap<&str, Lagging> = BTreeMap::new();
+                for (i, (r, _)) in own(k) {
+                    let row = &data.rows[*r];
+                    let (time, told) = (row.time.unwrap_or(0.0), predicted[i]);
+                    let shown = last.get(row.test.as_str()).map_or(told, |before| before.followed(time, told, amplitude));
+                    last.insert(&row.test, Lagging { time, told, shown });
+                    found[i] = shown;
+                }
+            }
+        }
+        found
+    }
+}
+
+/// A sensor that lags, at a row.
+struct Lagging {
+    /// s
+    time: f64,
+    /// Temperature of its place, K.
+    told: f64,
+    /// What it shows, K.
+    shown: f64,
+}
+
+impl Lagging {
+    /// What it shows at a later time (s), its place at `told` (K), with a time constant (s).
+    fn followed(&self, time: f64, told: f64, constant: f64) -> f64 {
+        let passed = time - self.time;
+        if constant <= 0.0 || passed <= 0.0 {
+            return told;
+        }
+        let behind = constant * (told - self.told) / passed;
+        told - behind + (self.shown - self.told + behind) * (-passed / constant).exp()
+    }
+}
