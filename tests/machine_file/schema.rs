@@ -5,39 +5,7 @@ use coldplate::describe::schema::{Form, Unstated};
 use coldplate::foundation::document::Document;
 use coldplate::solve::sensitivity::Parameter;
 
-pub const PLATE: &str = r#"
-name = "plate"
-[variables]
-coolant_flow = "6 L/min"
-coolant_temperature = "20 degC"
-motor_speed = "2500 rpm"
-ambient_temperature = "23 degC"
-[part.plate]
-material = "steel"
-box = ["0.1 m", "0.1 m", "20 mm"]
-[part.motor]
-material = "steel"
-box = ["0.1 m", "0.1 m", "20 mm"]
-on = "plate.+z"
-[contact.motor]
-between = ["motor.-z", "plate.+z"]
-conductance = "500 W/(m2 K)"
-[boundary.foot]
-faces = ["plate.-z"]
-film = "10 W/(m2 K)"
-fluid_temperature = "20 degC"
-[chamber]
-[drive.y]
-starting_torque = "1 N m"
-[source.motor]
-in = "motor"
-power = "10 W"
-[sensor.motor]
-part = "motor"
-[limit.motor]
-sensor = "motor"
-rise = "5 K"
-"#;
+const PLATE: &str = include_str!("plate.toml");
 
 /// A misspelt key is named together with the right one, and all that are known there are listed, also where the key
 /// had to be given.
