@@ -8,7 +8,6 @@ use serde_json::{Map, Value, json};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::LimitKind;
 use crate::error::Result;
 use crate::foundation::numbers::significant;
 use crate::solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
@@ -98,9 +97,8 @@ fn row(at: &Derivatives<'_>, target: Target) -> Row {
         }
         Target::Limit(l) => {
             let limit = &model.limits(state)[l];
-            let is_absolute = matches!(model.machine.limits[l].kind, LimitKind::Maximum(_));
-            let value = if is_absolute { Celsius::from(Kelvin(limit.value)).0 } else { limit.value };
-            Row { target, name: format!("limit {}", limit.name), value, is_absolute }
+            let value = if limit.is_absolute { Celsius::from(Kelvin(limit.value)).0 } else { limit.value };
+            Row { target, name: format!("limit {}", limit.name), value, is_absolute: limit.is_absolute }
         }
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::describe::machine::{self, Machine};
+use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Limit, LimitKind, Surrogate, Variable};
@@ -75,16 +75,11 @@ pub fn fit_table(table: &Table, machine: Option<&Machine>, options: &FitOptions)
 fn limits(machine: &Machine, surrogate: &Surrogate) -> (Vec<Limit>, Vec<String>) {
     let (mut limits, mut notes) = (Vec::new(), Vec::new());
     let point = |sensor: usize| surrogate.points.iter().position(|p| p.name == machine.sensors[sensor].name);
-    let ambient = surrogate.variables.iter().position(|v| v.name == "ambient_temperature");
+    let variable = |index: usize| surrogate.variables.iter().position(|v| v.name == machine.variables[index].name);
     for limit in &machine.limits {
-        let kind = match &limit.kind {
-            machine::LimitKind::Maximum(s) => point(*s).map(LimitKind::Maximum),
-            machine::LimitKind::RiseOverAmbient(s) => point(*s).zip(ambient).map(|(p, a)| LimitKind::Rise(p, a)),
-            machine::LimitKind::Difference(a, b) => point(*a).zip(point(*b)).map(|(a, b)| LimitKind::Difference(a, b)),
-            machine::LimitKind::Spread(several) => several.iter().map(|s| point(*s)).collect::<Option<Vec<_>>>().map(LimitKind::Spread),
-        };
+        let kind = limit.kind.renumbered(point, variable);
         let maximum = match limit.kind {
-            machine::LimitKind::Maximum(_) => Celsius::from(Kelvin(limit.maximum)).0,
+            LimitKind::Maximum { .. } => Celsius::from(Kelvin(limit.maximum)).0,
             _ => limit.maximum,
         };
         match kind {

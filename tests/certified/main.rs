@@ -1,6 +1,7 @@
 //! Least squares against the certified values of NIST's Statistical Reference Datasets, and radial functions against
 //! scipy's `RBFInterpolator` (script and version beside the numbers, in `scipy/`).
 
+use coldplate::surrogate::fit::evaluate;
 use coldplate::surrogate::fit::least_squares::least_squares;
 use coldplate::surrogate::fit::model::Kernel;
 use coldplate::surrogate::fit::one_factor::OneFactor;
@@ -137,7 +138,7 @@ fn scipy_radial_functions() {
             let radial: f64 = centres
                 .iter()
                 .zip(&solved.weights[0])
-                .map(|(c, w)| w * kernel.of_square(c.iter().zip(u).map(|(a, b)| (epsilon * (a - b)).powi(2)).sum()))
+                .map(|(c, w)| w * evaluate::radial(kernel, c.iter().zip(u).map(|(a, b)| (epsilon * (a - b)).powi(2)).sum()))
                 .sum();
             let power = |t: &[u8]| t.iter().zip(u).map(|(e, u)| u.powi(i32::from(*e))).product::<f64>();
             let value = radial + terms.iter().zip(&solved.tails[0]).map(|(t, c)| c * power(t)).sum::<f64>();

@@ -3,6 +3,7 @@
 use super::functions::*;
 use coldplate::surrogate::fit::model::Kernel;
 use coldplate::surrogate::fit::rbf::{Criterion, System};
+use coldplate::surrogate::fit::{evaluate, rbf};
 
 const KERNELS: [Kernel; 4] = [Kernel::Gaussian, Kernel::Multiquadric, Kernel::ThinPlate, Kernel::Cubic];
 const SCALES: [f64; 3] = [0.9, 0.6, 1.3];
@@ -28,7 +29,7 @@ fn data(n: usize) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
 
 fn value(kernel: Kernel, rows: &[Vec<f64>], weights: &[f64], terms: &[Vec<u8>], c: &[f64], u: &[f64]) -> f64 {
     let square = |a: &[f64]| a.iter().zip(u).zip(&SCALES).map(|((a, b), s)| (s * (a - b)).powi(2)).sum::<f64>();
-    let radial: f64 = rows.iter().zip(weights).map(|(r, w)| w * kernel.of_square(square(r))).sum();
+    let radial: f64 = rows.iter().zip(weights).map(|(r, w)| w * evaluate::radial(kernel, square(r))).sum();
     let power = |t: &[u8]| t.iter().zip(u).map(|(e, u)| u.powi(i32::from(*e))).product::<f64>();
     radial + terms.iter().zip(c).map(|(t, c)| c * power(t)).sum::<f64>()
 }
@@ -39,7 +40,7 @@ fn value(kernel: Kernel, rows: &[Vec<f64>], weights: &[f64], terms: &[Vec<u8>], 
 fn leave_one_out_equals_refitting() {
     let (rows, y) = data(28);
     for kernel in KERNELS {
-        for degree in kernel.least_tail()..=2 {
+        for degree in rbf::least_tail(kernel)..=2 {
             for smoothing in [1e-6, 0.05] {
                 let terms = tail(degree);
                 let system = System::new(rows.clone(), vec![0, 1, 2], terms.clone(), y.clone()).unwrap();

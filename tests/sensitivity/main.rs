@@ -7,4 +7,5 @@ mod common;
 mod input;
 mod jacobian;
 mod resolved;
+mod rise;
 mod screen;

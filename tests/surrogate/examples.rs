@@ -32,7 +32,7 @@ pub fn point(name: &str, model: PointModel, half_width: f64) -> Point {
     Point { name: name.into(), unit: "degC".into(), model, half_width }
 }
 
-pub fn limit(name: &str, kind: LimitKind, maximum: f64) -> Limit {
+pub fn limit(name: &str, kind: LimitKind<Vec<usize>>, maximum: f64) -> Limit {
     Limit { name: name.into(), kind, maximum }
 }
 
@@ -55,9 +55,9 @@ pub fn small() -> Surrogate {
         bases: vec![],
         points: vec![point("motor", PointModel::Polynomial(motor), 0.0625), point("screw nut", PointModel::Polynomial(screw), 0.03125)],
         limits: vec![
-            limit("motor maximum", LimitKind::Maximum(0), 28.0),
-            limit("motor over ambient", LimitKind::Rise(0, 2), 6.0),
-            limit("motor over screw", LimitKind::Difference(0, 1), 5.0),
+            limit("motor maximum", LimitKind::Maximum { point: 0 }, 28.0),
+            limit("motor over ambient", LimitKind::Rise { point: 0, variable: 2 }, 6.0),
+            limit("motor over screw", LimitKind::Difference { first: 0, second: 1 }, 5.0),
             limit("spread", LimitKind::Spread(vec![0, 1]), 5.5),
         ],
         provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
@@ -89,8 +89,8 @@ fn four_variables() -> Vec<Variable> {
 const FLOW_RECIPROCAL: [Transform; 4] = [Transform::Reciprocal, Transform::Identity, Transform::Identity, Transform::Identity];
 
 fn limits_of_ten() -> Vec<Limit> {
-    let mut limits: Vec<Limit> = (0..10).map(|p| limit(&format!("maximum {p}"), LimitKind::Maximum(p), 40.0)).collect();
-    limits.push(limit("rise", LimitKind::Rise(0, 3), 15.0));
+    let mut limits: Vec<Limit> = (0..10).map(|p| limit(&format!("maximum {p}"), LimitKind::Maximum { point: p }, 40.0)).collect();
+    limits.push(limit("rise", LimitKind::Rise { point: 0, variable: 3 }, 15.0));
     limits.push(limit("spread", LimitKind::Spread((0..10).collect()), 12.0));
     limits
 }
@@ -179,9 +179,9 @@ pub fn mixed() -> Surrogate {
             point("d", PointModel::Rbf { basis: 2, weights: weights(4), tail: tail(23.0) }, 0.2),
         ],
         limits: vec![
-            limit("a", LimitKind::Maximum(0), 35.0),
-            limit("b over ambient", LimitKind::Rise(1, 2), 10.0),
-            limit("c minus d", LimitKind::Difference(2, 3), 4.0),
+            limit("a", LimitKind::Maximum { point: 0 }, 35.0),
+            limit("b over ambient", LimitKind::Rise { point: 1, variable: 2 }, 10.0),
+            limit("c minus d", LimitKind::Difference { first: 2, second: 3 }, 4.0),
             limit("spread", LimitKind::Spread(vec![3, 0, 1]), 9.0),
         ],
         provenance: vec![("program".into(), "coldplate".into())],

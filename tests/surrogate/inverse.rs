@@ -12,7 +12,7 @@ fn surrogate(transform: Transform, terms: &[&[u8]], coefficients: &[f64], maximu
     let surrogate = Surrogate {
         variables: vec![variable("coolant_flow", "L/min", 2.0, 12.0), variable("ambient_temperature", "degC", 10.0, 30.0)],
         points: vec![point("motor", model, 0.5)],
-        limits: vec![limit("motor", LimitKind::Maximum(0), maximum)],
+        limits: vec![limit("motor", LimitKind::Maximum { point: 0 }, maximum)],
         ..Default::default()
     };
     encode(&surrogate).unwrap()

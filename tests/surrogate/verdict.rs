@@ -27,7 +27,7 @@ fn state(points: &[(f64, f64)], limits: Vec<Limit>) -> Acceptability {
 #[test]
 fn one_limit_against_the_band_of_its_value() {
     // 30 ± 0.5 against limits on and around the ends of its band
-    let at = |maximum| state(&[(30.0, 0.5)], vec![limit("m", LimitKind::Maximum(0), maximum)]);
+    let at = |maximum| state(&[(30.0, 0.5)], vec![limit("m", LimitKind::Maximum { point: 0 }, maximum)]);
     assert_eq!(at(30.5), Acceptability::Acceptable);
     assert_eq!(at(30.499), Acceptability::Uncertain);
     assert_eq!(at(29.5), Acceptability::Uncertain);
@@ -37,9 +37,9 @@ fn one_limit_against_the_band_of_its_value() {
 #[test]
 fn the_worst_limit_decides_and_is_named() {
     let limits = vec![
-        limit("kept closely", LimitKind::Maximum(0), 30.2), // margin 0.2, band 0.1: acceptable
-        limit("unclear", LimitKind::Maximum(1), 25.3),      // margin 0.3, band 0.5: uncertain
-        limit("kept", LimitKind::Maximum(2), 40.0),
+        limit("kept closely", LimitKind::Maximum { point: 0 }, 30.2), // margin 0.2, band 0.1: acceptable
+        limit("unclear", LimitKind::Maximum { point: 1 }, 25.3),      // margin 0.3, band 0.5: uncertain
+        limit("kept", LimitKind::Maximum { point: 2 }, 40.0),
     ];
     let points = [(30.0, 0.1), (25.0, 0.5), (20.0, 0.1)];
     let bytes = constant(&points, limits.clone());
@@ -58,8 +58,8 @@ fn the_worst_limit_decides_and_is_named() {
 fn rise_difference_and_spread_add_up_their_bands() {
     let points = [(30.0, 0.5), (26.0, 0.25), (28.0, 1.0)];
     let limits = vec![
-        limit("rise", LimitKind::Rise(0, 0), 11.0),
-        limit("difference", LimitKind::Difference(0, 1), 5.0),
+        limit("rise", LimitKind::Rise { point: 0, variable: 0 }, 11.0),
+        limit("difference", LimitKind::Difference { first: 0, second: 1 }, 5.0),
         limit("spread", LimitKind::Spread(vec![0, 1, 2]), 5.0),
     ];
     let bytes = constant(&points, limits);
@@ -103,10 +103,32 @@ fn the_band_of_a_spread_holds_every_spread_the_bands_allow() {
     }
 }
 
+/// The query's own pass over the points of a spread against the definition of a limit's value, to the last digit.
+#[test]
+fn the_value_of_a_spread_is_that_of_its_definition() {
+    let mut random = Random(29);
+    for count in [2, 3, 7] {
+        let points: Vec<(f64, f64)> = (0..count).map(|_| (30.0 + 5.0 * random.signed(), random.signed().abs())).collect();
+        let bytes = constant(&points, vec![limit("s", LimitKind::Spread((0..count).rev().collect()), 1.0)]);
+        let file = open(&bytes).unwrap();
+        let mut values: Vec<f64> = points.iter().map(|p| p.0).collect();
+        let check = |values: &[f64]| {
+            let kind = file.limit(0).unwrap().kind;
+            let defined = kind.value(|point| values[point], |_| unreachable!("a spread is over no variable"));
+            assert_eq!(file.limit_value(0, &[20.0], values).unwrap().value.to_bits(), defined.to_bits(), "{values:?}");
+        };
+        check(&values);
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            values[count - 1] = bad;
+            check(&values);
+        }
+    }
+}
+
 #[test]
 fn outside_the_range_nothing_is_said() {
     for maximum in [100.0, 0.0] {
-        let bytes = constant(&[(30.0, 0.5)], vec![limit("m", LimitKind::Maximum(0), maximum)]);
+        let bytes = constant(&[(30.0, 0.5)], vec![limit("m", LimitKind::Maximum { point: 0 }, maximum)]);
         let file = open(&bytes).unwrap();
         for x in [9.999, 30.001, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let verdict = file.verdict(&[x]);

@@ -32,6 +32,7 @@
 mod bytes;
 mod evaluate;
 pub mod format;
+mod limit;
 mod math;
 mod open;
 mod surrogate;
@@ -39,6 +40,7 @@ mod verdict;
 
 pub use bytes::Numbers;
 pub use evaluate::ShapeError;
+pub use limit::LimitKind;
 pub use open::OpenError;
-pub use surrogate::{Basis, Indices, Kernel, Limit, LimitKind, Point, Polynomial, Surrogate, Transform, Variable};
+pub use surrogate::{Basis, Indices, Kernel, Limit, Point, Polynomial, Surrogate, Transform, Variable};
 pub use verdict::{Acceptability, LimitValue, Verdict};

@@ -298,14 +298,9 @@ impl<'a> Surrogate<'a> {
                 self.scaling[0][v] = Some(Scaling { low, factor: 0.0, offset: 0.0 });
                 continue;
             }
-            let legal = match transform {
-                Transform::Identity => true,
-                Transform::Reciprocal => low > 0.0 || high < 0.0,
-                Transform::Log => low > 0.0,
-            };
             let (g_low, g_high) = (transform.apply(low), transform.apply(high));
             let factor = 2.0 / (g_high - g_low);
-            let usable = legal && g_low.is_finite() && g_high.is_finite() && factor.is_finite() && factor != 0.0;
+            let usable = transform.is_allowed(low, high) && g_low.is_finite() && g_high.is_finite() && factor.is_finite() && factor != 0.0;
             ensure(usable, OpenError::Transform)?;
             self.scaling[transform as usize][v] = Some(Scaling { low: g_low, factor, offset: -1.0 });
         }

@@ -2,6 +2,7 @@
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
+use crate::limit::LimitKind;
 
 /// An opened surrogate file. It borrows the bytes, and holds nothing but slices of them and the
 /// scaling of the variables.
@@ -61,35 +62,9 @@ pub struct Limit<'a> {
     /// Name.
     pub name: &'a str,
     /// The bounded value.
-    pub kind: LimitKind<'a>,
+    pub kind: LimitKind<Indices<'a>>,
     /// Largest value allowed, in the points' unit.
     pub maximum: f64,
-}
-
-/// The value that a limit bounds, by indices of points and variables.
-#[derive(Debug, Clone, Copy)]
-pub enum LimitKind<'a> {
-    /// The value of a point.
-    Maximum {
-        /// The point.
-        point: usize,
-    },
-    /// The value of a point minus that of a variable.
-    Rise {
-        /// The point.
-        point: usize,
-        /// The variable.
-        variable: usize,
-    },
-    /// The value of the first point minus that of the second.
-    Difference {
-        /// The first point.
-        first: usize,
-        /// The second point.
-        second: usize,
-    },
-    /// The largest value minus the smallest among several points.
-    Spread(Indices<'a>),
 }
 
 /// A list of indices in the file.
@@ -107,6 +82,15 @@ impl<'a> Indices<'a> {
     }
 }
 
+impl<'a> IntoIterator for &Indices<'a> {
+    type Item = usize;
+    type IntoIter = core::iter::Map<core::slice::Iter<'a, [u8; 2]>, fn(&[u8; 2]) -> usize>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter().map(|b| usize::from(u16::from_le_bytes(*b)))
+    }
+}
+
 /// How a variable enters, before it is scaled to [-1, 1] over its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Transform {
@@ -119,6 +103,16 @@ pub enum Transform {
 }
 
 impl Transform {
+    /// Whether g is finite and monotonic on [low, high].
+    #[must_use]
+    pub fn is_allowed(self, low: f64, high: f64) -> bool {
+        match self {
+            Self::Identity => true,
+            Self::Reciprocal => low > 0.0 || high < 0.0,
+            Self::Log => low > 0.0,
+        }
+    }
+
     pub(crate) fn from_code(code: u8) -> Option<Self> {
         match code {
             0 => Some(Self::Identity),
@@ -285,7 +279,7 @@ impl<'a> Surrogate<'a> {
     }
 
     #[inline(always)]
-    pub(crate) fn limit_kind(&self, record: &[u8; MEDIUM_RECORD]) -> LimitKind<'a> {
+    pub(crate) fn limit_kind(&self, record: &[u8; MEDIUM_RECORD]) -> LimitKind<Indices<'a>> {
         let start = u32_at(record, 8);
         let at = |k: usize| Indices(self.indices).at(start.saturating_add(k));
         match record[6] {

@@ -3,7 +3,8 @@
 use crate::bytes::Numbers;
 use crate::evaluate::ShapeError;
 use crate::format::{MAX_POINTS, MEDIUM_RECORD};
-use crate::surrogate::{Indices, LimitKind, Surrogate};
+use crate::limit::LimitKind;
+use crate::surrogate::{Indices, Surrogate};
 
 /// Whether a condition, or one limit at it, is acceptable; the numbers are in the order of severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -120,17 +121,19 @@ impl Surrogate<'_> {
     #[inline(always)]
     fn limited(&self, record: &[u8; MEDIUM_RECORD], x: &[f64], values: &[f64], widths: Numbers<'_>) -> (f64, f64, f64) {
         let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
-        let (value, band) = match self.limit_kind(record) {
-            LimitKind::Maximum { point } => (of(values, point), widths.at(point)),
-            LimitKind::Rise { point, variable } => (of(values, point) - of(x, variable), widths.at(point)),
-            LimitKind::Difference { first, second } => (of(values, first) - of(values, second), widths.at(first) + widths.at(second)),
+        let kind = self.limit_kind(record);
+        let value = || kind.value(|point| of(values, point), |variable| of(x, variable));
+        let (value, band) = match kind {
+            LimitKind::Maximum { point } => (value(), widths.at(point)),
+            LimitKind::Rise { point, .. } => (value(), widths.at(point)),
+            LimitKind::Difference { first, second } => (value(), widths.at(first) + widths.at(second)),
             LimitKind::Spread(points) => return spread(points, values, widths),
         };
         (value, value - band, value + band)
     }
 }
 
-/// Value and band of a spread.
+/// Value and band of a spread, in one pass over its points: the value is that of [`LimitKind::value`].
 fn spread(points: Indices<'_>, values: &[f64], widths: Numbers<'_>) -> (f64, f64, f64) {
     let (mut largest, mut smallest) = (f64::NEG_INFINITY, f64::INFINITY);
     let (mut largest_low, mut smallest_low) = (f64::NEG_INFINITY, f64::INFINITY);

@@ -21,6 +21,8 @@ mod sensors;
 mod shape;
 mod variables;
 
+pub use coldplate_runtime::LimitKind;
+
 pub use channels::{Channel, Circuit, Film, Layout};
 pub use condition::Condition;
 pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Slope, Total};
@@ -178,23 +180,10 @@ pub enum Reading {
 pub struct Limit {
     /// Name.
     pub name: String,
-    /// What is limited.
-    pub kind: LimitKind,
+    /// What is limited, by indices into [`Machine::sensors`] (its points) and [`Machine::variables`].
+    pub kind: LimitKind<Vec<usize>>,
     /// Largest value allowed: K for maxima (absolute), K for differences.
     pub maximum: f64,
-}
-
-/// What a limit looks at. Sensors are indices into [`Machine::sensors`].
-#[derive(Debug, Clone, PartialEq)]
-pub enum LimitKind {
-    /// A sensor's temperature.
-    Maximum(usize),
-    /// A sensor's rise over the chamber (`ambient_temperature`).
-    RiseOverAmbient(usize),
-    /// First sensor minus second.
-    Difference(usize, usize),
-    /// Largest minus smallest of several sensors.
-    Spread(Vec<usize>),
 }
 
 /// A number the file marks as assumed.

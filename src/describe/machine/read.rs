@@ -99,7 +99,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let sources = sources(&root, &index, &symbols)?;
     let sensors = sensors(&root, &index)?;
     let sensor_names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).collect();
-    let limits = limits(&root, &sensor_names)?;
+    let limits = limits(&root, &sensor_names, &variables)?;
     let measurements = measurements(&root, &variables, &sensor_names)?;
     let assumption = |a: crate::foundation::document::Assumed| Assumption { key: a.key, value: a.value, reason: a.reason };
     let assumptions = document.assumptions()?.into_iter().map(assumption).collect();

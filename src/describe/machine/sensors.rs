@@ -107,17 +107,18 @@ pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Senso
 }
 
 /// Reads `[limit.NAME]`.
-pub(super) fn limits(root: &Section<'_>, sensors: &[String]) -> Result<Vec<Limit>> {
+pub(super) fn limits(root: &Section<'_>, sensors: &[String], variables: &[Variable]) -> Result<Vec<Limit>> {
     let mut found = Vec::new();
+    let ambient = variables.iter().position(|v| v.name == "ambient_temperature").unwrap_or(0);
     for (name, section) in root.sections("limit")? {
         let several = |key: &str| -> Result<Vec<usize>> { section.list(key)?.iter().map(|v| lookup(v, sensors, "sensor")).collect() };
         let (kind, maximum) = match section.one_of(&["maximum", "rise", "difference", "spread"])? {
             Some("maximum") => (
-                LimitKind::Maximum(lookup(&section.value("sensor")?, sensors, "sensor")?),
+                LimitKind::Maximum { point: lookup(&section.value("sensor")?, sensors, "sensor")? },
                 section.quantity("maximum", Dimension::TEMPERATURE)?,
             ),
             Some("rise") => (
-                LimitKind::RiseOverAmbient(lookup(&section.value("sensor")?, sensors, "sensor")?),
+                LimitKind::Rise { point: lookup(&section.value("sensor")?, sensors, "sensor")?, variable: ambient },
                 section.quantity("rise", Dimension::DIFFERENCE)?,
             ),
             Some("difference") => {
@@ -130,7 +131,7 @@ pub(super) fn limits(root: &Section<'_>, sensors: &[String]) -> Result<Vec<Limit
                 if first == second {
                     return Err(section.error_at("between", "the difference of a sensor to itself is zero").help("name two sensors"));
                 }
-                (LimitKind::Difference(first, second), section.quantity("difference", Dimension::DIFFERENCE)?)
+                (LimitKind::Difference { first, second }, section.quantity("difference", Dimension::DIFFERENCE)?)
             }
             Some(_) => {
                 let all = several("sensors")?;

@@ -22,20 +22,11 @@ impl LimitState {
     }
 }
 
-/// Every limit of `machine` at the sensors' `readings` (K) and the chamber temperature `ambient` (K).
-pub fn limit_states(machine: &Machine, readings: &[f64], ambient: f64) -> Vec<LimitState> {
+/// Every limit of `machine` at the sensors' `readings` (K) and the values of its variables (SI, in its order).
+pub fn limit_states(machine: &Machine, readings: &[f64], variables: &[f64]) -> Vec<LimitState> {
     let state = |limit: &crate::describe::machine::Limit| {
-        let value = match &limit.kind {
-            LimitKind::Maximum(s) => readings[*s],
-            LimitKind::RiseOverAmbient(s) => readings[*s] - ambient,
-            LimitKind::Difference(a, b) => readings[*a] - readings[*b],
-            LimitKind::Spread(several) => {
-                let (low, high) =
-                    several.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), s| (l.min(readings[*s]), h.max(readings[*s])));
-                high - low
-            }
-        };
-        let is_absolute = matches!(limit.kind, LimitKind::Maximum(_));
+        let value = limit.kind.value(|sensor| readings[sensor], |variable| variables[variable]);
+        let is_absolute = matches!(limit.kind, LimitKind::Maximum { .. });
         LimitState { name: limit.name.clone(), value, maximum: limit.maximum, is_absolute }
     };
     machine.limits.iter().map(state).collect()

@@ -69,7 +69,7 @@ impl MeshedMachine {
     /// The machine's limits in a state.
     pub fn limits(&self, state: &SteadyState) -> Vec<LimitState> {
         let readings: Vec<f64> = self.readings(state).into_iter().map(|t| Kelvin::from(t).0).collect();
-        limit_states(&self.machine, &readings, state.load.chamber)
+        limit_states(&self.machine, &readings, &state.load.variables)
     }
 
     /// Readings of all sensors in a state, in the machine's order.

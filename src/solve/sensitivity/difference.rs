@@ -18,8 +18,8 @@ pub struct Partial {
     pub readings: Vec<f64>,
     /// Temperature of the nodes that are held, in the network's order, K.
     pub held: Vec<f64>,
-    /// Chamber temperature, K.
-    pub chamber: f64,
+    /// The parameter as a variable of the machine (its index) that a limit takes a rise over.
+    pub limited: Option<usize>,
     /// Relative deviation between the differences over one and over two steps: below [`UNEVEN`] where the residual is smooth.
     pub uneven: f64,
 }
@@ -27,15 +27,14 @@ pub struct Partial {
 impl Partial {
     /// Whether nothing depends on the parameter here.
     pub fn is_idle(&self) -> bool {
-        let all = self.residual.iter().chain(&self.readings).chain(&self.held).chain([&self.chamber]);
-        all.into_iter().all(|d| *d == 0.0)
+        let mut all = self.residual.iter().chain(&self.readings).chain(&self.held);
+        all.all(|d| *d == 0.0) && self.limited.is_none()
     }
 
-    pub(super) fn from_flat(mut flat: Vec<f64>, nodes: usize, sensors: usize, uneven: f64) -> Self {
-        let chamber = flat.pop().unwrap_or(0.0);
+    pub(super) fn from_flat(mut flat: Vec<f64>, nodes: usize, sensors: usize, limited: Option<usize>, uneven: f64) -> Self {
         let held = flat.split_off(nodes + sensors);
         let readings = flat.split_off(nodes);
-        Self { residual: flat, readings, held, chamber, uneven }
+        Self { residual: flat, readings, held, limited, uneven }
     }
 }
 

@@ -26,12 +26,12 @@ pub enum Target {
     Limit(usize),
 }
 
-/// A target as weights of sensors, nodes and the chamber temperature.
+/// A target as weights of sensors, nodes and the machine's variables.
 #[derive(Debug, Clone, Default)]
 struct Terms {
     sensors: Vec<(usize, f64)>,
     nodes: Vec<(u32, f64)>,
-    chamber: f64,
+    variables: Vec<(usize, f64)>,
 }
 
 /// The adjoint field of a target.
@@ -231,14 +231,14 @@ impl<'a> Derivatives<'a> {
             Target::Sensor(s) => add(s, 1.0),
             Target::Outlet(s) => terms.nodes.push((network.streams[s].outlet(), 1.0)),
             Target::Limit(l) => match &self.study.model.machine.limits[l].kind {
-                LimitKind::Maximum(s) => add(*s, 1.0),
-                LimitKind::RiseOverAmbient(s) => {
-                    add(*s, 1.0);
-                    terms.chamber = -1.0;
+                LimitKind::Maximum { point } => add(*point, 1.0),
+                LimitKind::Rise { point, variable } => {
+                    add(*point, 1.0);
+                    terms.variables.push((*variable, -1.0));
                 }
-                LimitKind::Difference(a, b) => {
-                    add(*a, 1.0);
-                    add(*b, -1.0);
+                LimitKind::Difference { first, second } => {
+                    add(*first, 1.0);
+                    add(*second, -1.0);
                 }
                 LimitKind::Spread(several) => {
                     let readings: Vec<f64> = self.study.model.readings(&self.state).into_iter().map(|t| Kelvin::from(t).0).collect();
@@ -321,10 +321,11 @@ impl Derivatives<'_> {
         }
         let (nodes, sensors) = (self.study.model.network.nodes, self.study.model.network.sensors.len());
         let uneven = self.uneven(&near[..nodes], &far[..nodes], step);
-        Ok(Partial::from_flat(best, nodes, sensors, uneven))
+        let limited = parameter.variable().filter(|v| self.study.model.machine.limits.iter().any(|l| l.kind.variable() == Some(*v)));
+        Ok(Partial::from_flat(best, nodes, sensors, limited, uneven))
     }
 
-    /// Residual, readings, held temperatures and chamber temperature in one vector, at this state's temperatures.
+    /// Residual, readings and held temperatures in one vector, at this state's temperatures.
     fn sample(&self, machine: &Machine, network: Option<&Network>, condition: &Condition) -> Result<Vec<f64>> {
         let network = network.unwrap_or(&self.study.model.network);
         let load = Load::at(machine, condition)?;
@@ -334,7 +335,6 @@ impl Derivatives<'_> {
         let mut flat = self.tangent.residual(network, &load, &temperatures)?;
         flat.extend(network.sensors.iter().map(|sensor| sensor.read(&temperatures, &load)));
         flat.extend(held);
-        flat.push(load.chamber);
         Ok(flat)
     }
 
@@ -358,7 +358,9 @@ impl Disturbance {
 
 /// The part of a target's derivative that does not go through the temperatures of free nodes.
 fn direct(terms: &Terms, partial: &Partial) -> f64 {
-    terms.sensors.iter().map(|(s, w)| w * partial.readings[*s]).sum::<f64>() + terms.chamber * partial.chamber
+    let sensors: f64 = terms.sensors.iter().map(|(s, w)| w * partial.readings[*s]).sum();
+    let variables: f64 = terms.variables.iter().filter(|(v, _)| partial.limited == Some(*v)).map(|(_, w)| w).sum();
+    sensors + variables
 }
 
 fn zip(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> f64) -> Vec<f64> {

@@ -4,48 +4,30 @@
 use super::model::{Kernel, PointModel, Polynomial, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};
 
-impl Transform {
-    /// g(x).
-    pub fn apply(self, x: f64) -> f64 {
-        match self {
-            Self::Identity => x,
-            Self::Reciprocal => 1.0 / x,
-            Self::Log => libm::log(x),
-        }
-    }
-
-    /// Whether g is finite and monotonic on [low, high].
-    pub fn allowed(self, low: f64, high: f64) -> bool {
-        match self {
-            Self::Identity => true,
-            Self::Reciprocal => low > 0.0 || high < 0.0,
-            Self::Log => low > 0.0,
-        }
+/// g(x) of a transform.
+pub fn transformed(transform: Transform, x: f64) -> f64 {
+    match transform {
+        Transform::Identity => x,
+        Transform::Reciprocal => 1.0 / x,
+        Transform::Log => libm::log(x),
     }
 }
 
-impl Kernel {
-    /// Value as a function of the squared distance r².
-    pub fn of_square(self, r2: f64) -> f64 {
-        match self {
-            Self::ThinPlate => {
-                if r2 > 0.0 {
-                    0.5 * r2 * libm::log(r2)
-                } else {
-                    0.0
-                }
-            }
-            Self::Cubic => r2 * libm::sqrt(r2),
-            Self::Multiquadric => libm::sqrt(1.0 + r2),
-            Self::Gaussian => libm::exp(-r2),
-        }
+/// A kernel as a function of the squared distance r².
+pub fn radial(kernel: Kernel, r2: f64) -> f64 {
+    match kernel {
+        Kernel::ThinPlate if r2 > 0.0 => 0.5 * r2 * libm::log(r2),
+        Kernel::ThinPlate => 0.0,
+        Kernel::Cubic => r2 * libm::sqrt(r2),
+        Kernel::Multiquadric => libm::sqrt(1.0 + r2),
+        Kernel::Gaussian => libm::exp(-r2),
     }
 }
 
 /// u = 2 (g(x) - g(low)) / (g(high) - g(low)) - 1; 0 where the variable has no range.
 pub fn scaled(variable: &Variable, transform: Transform, x: f64) -> f64 {
-    let (low, high) = (transform.apply(variable.low), transform.apply(variable.high));
-    if high == low { 0.0 } else { 2.0 * (transform.apply(x) - low) / (high - low) - 1.0 }
+    let (low, high) = (transformed(transform, variable.low), transformed(transform, variable.high));
+    if high == low { 0.0 } else { 2.0 * (transformed(transform, x) - low) / (high - low) - 1.0 }
 }
 
 /// A condition in scaled variables.
@@ -85,7 +67,7 @@ pub fn evaluate(surrogate: &Surrogate, point: usize, x: &[f64]) -> Result<f64> {
                 .centres
                 .iter()
                 .zip(weights)
-                .map(|(centre, w)| w * basis.kernel.of_square(distance_square(&basis.scales, &u, centre)))
+                .map(|(centre, w)| w * radial(basis.kernel, distance_square(&basis.scales, &u, centre)))
                 .sum();
             Ok(radial + polynomial_value(tail, &surrogate.variables, x))
         }

@@ -7,7 +7,7 @@ use std::path::Path;
 use coldplate_runtime as runtime;
 use runtime::format;
 
-use super::model::{Kernel, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Variable};
+use super::model::{Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
 
@@ -53,7 +53,7 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
     let variables = file.variable_count();
     let mut tails: Vec<Option<Polynomial>> = vec![None; file.point_count()];
     for block in file.polynomials() {
-        let transforms: Vec<Transform> = (0..variables).map(|v| transform_of(block.transform(v))).collect();
+        let transforms: Vec<Transform> = (0..variables).map(|v| block.transform(v)).collect();
         for (column, point) in block.points.iter().enumerate() {
             let exponents = |term| (0..variables).map(|v| block.exponent(term, v)).collect::<Vec<u8>>();
             let used = (0..block.terms).map(|term| (term, block.coefficient(term, column))).filter(|(_, c)| *c != 0.0);
@@ -69,8 +69,8 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
             radial[point] = Some((index, (0..basis.count).map(|centre| basis.weight(centre, column)).collect()));
         }
         bases.push(RbfBasis {
-            kernel: kernel_of(basis.kernel),
-            transforms: (0..variables).map(|v| transform_of(basis.transform(v))).collect(),
+            kernel: basis.kernel,
+            transforms: (0..variables).map(|v| basis.transform(v)).collect(),
             scales: basis.scales.iter().collect(),
             centres: (0..basis.count).map(centre).collect(),
         });
@@ -84,15 +84,9 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
         },
         half_width: point.half_width,
     });
-    let limits = file.limits().map(|limit| Limit {
-        name: limit.name.to_owned(),
-        kind: match limit.kind {
-            runtime::LimitKind::Maximum { point } => LimitKind::Maximum(point),
-            runtime::LimitKind::Rise { point, variable } => LimitKind::Rise(point, variable),
-            runtime::LimitKind::Difference { first, second } => LimitKind::Difference(first, second),
-            runtime::LimitKind::Spread(points) => LimitKind::Spread(points.iter().collect()),
-        },
-        maximum: limit.maximum,
+    let limits = file.limits().filter_map(|limit| {
+        let kind = limit.kind.renumbered(Some, Some)?;
+        Some(Limit { name: limit.name.to_owned(), kind, maximum: limit.maximum })
     });
     let variables = file.variables().map(|v| Variable { name: v.name.to_owned(), unit: v.unit.to_owned(), low: v.low, high: v.high });
     Ok(Surrogate {
@@ -112,23 +106,6 @@ pub fn open(bytes: &[u8]) -> Result<runtime::Surrogate<'_>> {
     runtime::Surrogate::open(bytes).map_err(|reason| {
         Error::input(format!("no usable surrogate file: {reason}")).help("write it anew with `coldplate fit` or `coldplate run`")
     })
-}
-
-fn transform_of(transform: runtime::Transform) -> Transform {
-    match transform {
-        runtime::Transform::Identity => Transform::Identity,
-        runtime::Transform::Reciprocal => Transform::Reciprocal,
-        runtime::Transform::Log => Transform::Log,
-    }
-}
-
-fn kernel_of(kernel: runtime::Kernel) -> Kernel {
-    match kernel {
-        runtime::Kernel::ThinPlate => Kernel::ThinPlate,
-        runtime::Kernel::Cubic => Kernel::Cubic,
-        runtime::Kernel::Multiquadric => Kernel::Multiquadric,
-        runtime::Kernel::Gaussian => Kernel::Gaussian,
-    }
 }
 
 /// The polynomial part of a model.
@@ -169,7 +146,7 @@ fn check(surrogate: &Surrogate) -> Result<()> {
     }
     let transforms = surrogate.bases.iter().map(|b| &b.transforms).chain(surrogate.points.iter().map(|p| &polynomial(&p.model).transforms));
     for (variable, transform) in transforms.flat_map(|t| surrogate.variables.iter().zip(t)) {
-        if !transform.allowed(variable.low, variable.high) && variable.low < variable.high {
+        if !transform.is_allowed(variable.low, variable.high) && variable.low < variable.high {
             let range = format!("{} to {}", variable.low, variable.high);
             return Err(Error::input(format!("the transform {transform:?} is illegal on this range")).at_key(&variable.name).read(range));
         }
@@ -199,20 +176,12 @@ fn check(surrogate: &Surrogate) -> Result<()> {
         }
     }
     for limit in &surrogate.limits {
-        let (count, variable) = (surrogate.points.len(), if let LimitKind::Rise(_, v) = limit.kind { v } else { 0 });
-        if points_of(&limit.kind).iter().any(|p| *p >= count) || variable >= variables {
+        let (count, variable) = (surrogate.points.len(), limit.kind.variable().unwrap_or(0));
+        if limit.kind.points().any(|p| p >= count) || variable >= variables {
             return Err(Error::input("a limit names a point or variable that does not exist").at_key(&limit.name));
         }
     }
     Ok(())
-}
-
-fn points_of(kind: &LimitKind) -> Vec<usize> {
-    match kind {
-        LimitKind::Maximum(point) | LimitKind::Rise(point, _) => vec![*point],
-        LimitKind::Difference(first, second) => vec![*first, *second],
-        LimitKind::Spread(points) => points.clone(),
-    }
 }
 
 /// Points whose polynomials share their transforms, over the union of their terms.
@@ -298,9 +267,9 @@ impl Layout {
             u16s(&mut records, &[limit.name.len()])?;
             pools.text.push_str(&limit.name);
             let (kind, count) = match &limit.kind {
-                LimitKind::Maximum(_) => (0, 1),
-                LimitKind::Rise(..) => (1, 2),
-                LimitKind::Difference(..) => (2, 2),
+                LimitKind::Maximum { .. } => (0, 1),
+                LimitKind::Rise { .. } => (1, 2),
+                LimitKind::Difference { .. } => (2, 2),
                 LimitKind::Spread(points) => (3, points.len()),
             };
             records.extend([kind, 0]);
@@ -352,8 +321,8 @@ impl Layout {
             u32s(&mut place, &[pools.indices.len() / 2])?;
             let at = limits_at + i * format::MEDIUM_RECORD + 8;
             records[at..at + 4].copy_from_slice(&place);
-            u16s(&mut pools.indices, &points_of(&limit.kind))?;
-            if let LimitKind::Rise(_, variable) = limit.kind {
+            u16s(&mut pools.indices, &limit.kind.points().collect::<Vec<_>>())?;
+            if let Some(variable) = limit.kind.variable() {
                 u16s(&mut pools.indices, &[variable])?;
             }
         }

@@ -1,5 +1,7 @@
 //! A surrogate as owned, plain data: the result of a fit, the content of a surrogate file.
 
+pub use coldplate_runtime::{Kernel, LimitKind, Transform};
+
 /// A condition variable of a surrogate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {
@@ -13,18 +15,6 @@ pub struct Variable {
     pub high: f64,
 }
 
-/// How a variable enters: g(x) before it is scaled to [-1, 1] over the fitted range,
-/// u = 2 (g(x) - g(low)) / (g(high) - g(low)) - 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Transform {
-    /// g(x) = x
-    Identity,
-    /// g(x) = 1/x, for ranges that do not touch zero
-    Reciprocal,
-    /// g(x) = ln x, for positive ranges
-    Log,
-}
-
 /// A polynomial in the scaled variables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
@@ -34,19 +24,6 @@ pub struct Polynomial {
     pub terms: Vec<Vec<u8>>,
     /// One coefficient per term, in the point's unit.
     pub coefficients: Vec<f64>,
-}
-
-/// Radial kernels of r, the distance in scaled variables times the length scales.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Kernel {
-    /// r² ln r
-    ThinPlate,
-    /// r³
-    Cubic,
-    /// sqrt(1 + r²)
-    Multiquadric,
-    /// exp(-r²)
-    Gaussian,
 }
 
 /// Kernel, scales and centres, shared by every point that uses them.
@@ -97,22 +74,9 @@ pub struct Limit {
     /// Name.
     pub name: String,
     /// The bounded value.
-    pub kind: LimitKind,
+    pub kind: LimitKind<Vec<usize>>,
     /// Largest value allowed, in the points' unit.
     pub maximum: f64,
-}
-
-/// The value that a limit bounds.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum LimitKind {
-    /// A point's value.
-    Maximum(usize),
-    /// A point's value minus a variable (its rise over ambient); units must agree.
-    Rise(usize, usize),
-    /// First point minus second.
-    Difference(usize, usize),
-    /// Largest minus smallest of several points.
-    Spread(Vec<usize>),
 }
 
 /// Everything a surrogate file holds, except the self-test vectors, which the writer computes.

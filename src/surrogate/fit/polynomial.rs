@@ -124,7 +124,7 @@ impl Search<'_> {
             .map(|(v, active)| {
                 let wide = *active && v.low > 0.0 && v.high >= TRANSFORM_RATIO * v.low;
                 let all = if wide { &[Transform::Identity, Transform::Reciprocal, Transform::Log][..] } else { &[Transform::Identity] };
-                all.iter().copied().filter(|t| t.allowed(v.low, v.high)).collect()
+                all.iter().copied().filter(|t| t.is_allowed(v.low, v.high)).collect()
             })
             .collect();
         let mut all = vec![Vec::new()];

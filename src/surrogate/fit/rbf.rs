@@ -24,6 +24,7 @@
 use nalgebra::DMatrix;
 
 use super::dense::{Reflections, SpdInverse, invert_spd};
+use super::evaluate::radial;
 use super::least_squares::{Orthonormal, dot};
 use super::model::Kernel;
 use super::polynomial::monomial_columns;
@@ -31,29 +32,27 @@ use super::polynomial::monomial_columns;
 /// Left-out errors below this share of an output's spread count as none: nothing is gained by tuning further.
 const NEGLIGIBLE: f64 = 1e-9;
 
-impl Kernel {
-    /// Lowest degree of the tail that makes the interpolation matrix definite.
-    pub fn least_tail(self) -> usize {
-        match self {
-            Self::ThinPlate | Self::Cubic => 1,
-            Self::Multiquadric | Self::Gaussian => 0,
-        }
+/// Lowest degree of the tail that makes a kernel's interpolation matrix definite.
+pub fn least_tail(kernel: Kernel) -> usize {
+    match kernel {
+        Kernel::ThinPlate | Kernel::Cubic => 1,
+        Kernel::Multiquadric | Kernel::Gaussian => 0,
     }
+}
 
-    /// The sign that makes the kernel conditionally positive definite.
-    fn sign(self) -> f64 {
-        if self == Self::Multiquadric { -1.0 } else { 1.0 }
-    }
+/// The sign that makes a kernel conditionally positive definite.
+fn sign(kernel: Kernel) -> f64 {
+    if kernel == Kernel::Multiquadric { -1.0 } else { 1.0 }
+}
 
-    /// 2 dφ/d(r²), times the sign, given r² and the signed value.
-    fn slope(self, r2: f64, value: f64) -> f64 {
-        match self {
-            Self::ThinPlate if r2 > 0.0 => libm::log(r2) + 1.0,
-            Self::ThinPlate => 0.0,
-            Self::Cubic => 3.0 * r2.sqrt(),
-            Self::Multiquadric => 1.0 / value,
-            Self::Gaussian => -2.0 * value,
-        }
+/// 2 dφ/d(r²) of a kernel, times its sign, given r² and the signed value.
+fn slope(kernel: Kernel, r2: f64, value: f64) -> f64 {
+    match kernel {
+        Kernel::ThinPlate if r2 > 0.0 => libm::log(r2) + 1.0,
+        Kernel::ThinPlate => 0.0,
+        Kernel::Cubic => 3.0 * r2.sqrt(),
+        Kernel::Multiquadric => 1.0 / value,
+        Kernel::Gaussian => -2.0 * value,
     }
 }
 
@@ -124,7 +123,7 @@ impl System {
         for j in 0..n {
             for i in j..n {
                 let r2: f64 = stretched[i].iter().zip(&stretched[j]).map(|(a, b)| (a - b) * (a - b)).sum();
-                let value = kernel.sign() * kernel.of_square(r2);
+                let value = sign(kernel) * radial(kernel, r2);
                 k[(i, j)] = value;
                 k[(j, i)] = value;
             }
@@ -173,7 +172,7 @@ impl System {
                     *square = (s * (self.rows[i][*a] - self.rows[j][*a])).powi(2);
                     r2 += *square;
                 }
-                let g = (sensitivity[(i, j)] + sensitivity[(j, i)]) * kernel.slope(r2, k[(i, j)]);
+                let g = (sensitivity[(i, j)] + sensitivity[(j, i)]) * slope(kernel, r2, k[(i, j)]);
                 gradient.iter_mut().zip(&squares).take(scales.len()).for_each(|(d, square)| *d += g * square);
             }
         }
@@ -254,7 +253,7 @@ impl System {
         for o in 0..self.outputs.len() {
             let w = weights.column(o);
             solved.left_out.push(w.iter().enumerate().map(|(i, w)| w / f.p[(i, i)]).collect());
-            solved.weights.push(w.iter().map(|w| kernel.sign() * w).collect());
+            solved.weights.push(w.iter().map(|w| sign(kernel) * w).collect());
             let mut y = rest.column(o).as_slice().to_vec();
             let c = tail.project_out(&mut y);
             solved.tails.push(tail.back_substitute(&c));

@@ -8,7 +8,7 @@ use super::evaluate::{evaluate, scale_row};
 use super::least_squares::{max_abs, rms};
 use super::model::{Kernel, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform};
 use super::polynomial::{Fitted, Search};
-use super::rbf::{Solved, System, spread};
+use super::rbf::{Solved, System, least_tail, spread};
 use super::tune::{Tuned, retune, tune};
 use super::validation::{folds, half_width};
 use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples};
@@ -321,7 +321,7 @@ impl<'a> Group<'a> {
             .options
             .kernels
             .iter()
-            .flat_map(|kernel| (kernel.least_tail()..=2).map(|tail| Shape { kernel: *kernel, tail, transforms: transforms.clone() }))
+            .flat_map(|kernel| (least_tail(*kernel)..=2).map(|tail| Shape { kernel: *kernel, tail, transforms: transforms.clone() }))
             .filter(|shape| *shape != first.shape)
             .collect();
         let mut considered = candidates(rest);

@@ -16,7 +16,7 @@ pub use coldplate_runtime::{Acceptability, Surrogate};
 pub use condition::condition;
 pub use inverse::{Inverse, free};
 
-use coldplate_runtime::LimitKind;
+use coldplate_runtime::{Indices, LimitKind};
 use serde::Serialize;
 
 use crate::error::{Error, Result};
@@ -147,12 +147,8 @@ pub fn outside(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<Outside> {
 }
 
 /// Differences of Celsius temperatures are kelvins.
-fn limit_unit(surrogate: &Surrogate<'_>, kind: LimitKind<'_>) -> String {
-    let (point, difference) = match kind {
-        LimitKind::Maximum { point } => (Some(point), false),
-        LimitKind::Rise { point, .. } | LimitKind::Difference { first: point, .. } => (Some(point), true),
-        LimitKind::Spread(points) => (points.iter().next(), true),
-    };
-    let unit = point.and_then(|i| surrogate.point(i)).map_or("", |p| p.unit);
+fn limit_unit(surrogate: &Surrogate<'_>, kind: LimitKind<Indices<'_>>) -> String {
+    let difference = !matches!(kind, LimitKind::Maximum { .. });
+    let unit = kind.points().next().and_then(|i| surrogate.point(i)).map_or("", |p| p.unit);
     if difference && matches!(unit, "degC" | "°C") { "K".into() } else { unit.to_owned() }
 }
