@@ -4,7 +4,7 @@
 
 use coldplate::describe::machine::Condition;
 use coldplate::error::Result;
-use coldplate::evidence::diagnose::{Effect, Hypothesis, Scales, UserKind, hypotheses, signatures};
+use coldplate::evidence::diagnose::{Effect, Hypothesis, Law, Scales, UserKind, hypotheses, signatures};
 use coldplate::evidence::measurement::{Data, Row};
 use coldplate::explore::simulate::Start;
 use coldplate::foundation::document::Document;
@@ -19,8 +19,8 @@ const STEP: f64 = 1e-3;
 const RELATIVE: f64 = 1e-3;
 /// The extrapolated difference is off by less than the two it is made of are apart, unless they are further apart than this.
 const MOST_CURVED: f64 = 0.05;
-/// Joints of a contact of an imported mesh are laid out anew for each law when the file is read again, which a derivative
-/// does not follow: on few cells that is this much.
+/// Joints of a contact of an imported mesh are laid out anew where the file makes its conductance a table of temperatures,
+/// which a derivative does not follow: on few cells that is this much.
 const OTHER_JOINTS: f64 = 0.03;
 /// What is smaller than this for an amplitude of the prior's scale is rounding, K.
 const FLOOR: f64 = 1e-6;
@@ -141,8 +141,9 @@ impl Case {
             let off = norm(&column.iter().zip(&difference).map(|(a, b)| a - b).collect::<Vec<_>>());
             let size = norm(&difference);
             let machine = &self.study.model.machine;
-            let is_imported = matches!(h.effect, Effect::Contact(_)) && machine.parts.iter().any(|p| p.import.is_some());
-            let relative = if is_imported { OTHER_JOINTS } else { RELATIVE };
+            let is_relaid =
+                matches!(h.effect, Effect::Contact(_)) && h.law == Law::Temperature && machine.parts.iter().any(|p| p.import.is_some());
+            let relative = if is_relaid { OTHER_JOINTS } else { RELATIVE };
             let allowed = relative * size + 2.0 * apart.min(MOST_CURVED * size) + FLOOR / h.scale;
             let words = || {
                 format!(

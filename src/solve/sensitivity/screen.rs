@@ -123,7 +123,8 @@ impl<'a> Screen<'a> {
             let (g, whole) = self.conductance(joint);
             let bare = Joint { length_a: 0.0, length_b: 0.0, ..*joint };
             let contact = if joint.contact == NONE { f64::INFINITY } else { self.conductance(&bare).0 };
-            let share = if contact > 0.0 && contact.is_finite() { g / contact } else { 0.0 };
+            // Pairs of nodes along the faces of an imported mesh have negative areas: both conductances are then.
+            let share = if contact != 0.0 && contact.is_finite() { g / contact } else { 0.0 };
             let (ta, tb) = self.network.joint_ends(joint, &self.solution.temperatures);
             let change = whole * share * weight(0.5 * (ta + tb));
             [(joint.a, change), (joint.b, -change)]
