@@ -11,6 +11,7 @@ mod twin;
 use std::time::Instant;
 
 use coldplate::evidence::diagnose::{Verdict, diagnose};
+use coldplate::foundation::progress::Silent;
 use coldplate::foundation::random::Random;
 use twin::Family;
 use twin::score::{Score, score};
@@ -56,7 +57,7 @@ fn main() {
         let seed = first + i;
         let family = only.unwrap_or(FAMILIES[(i % FAMILIES.len() as u64) as usize]);
         let case = twin::case(seed, family, machine);
-        let found = match diagnose(&case.problem, &mut |_| {}) {
+        let found = match diagnose(&case.problem, &Silent) {
             Ok(found) => found,
             Err(e) => {
                 println!("seed {seed} {family:?} {}: {e}", case.machine);

@@ -5,9 +5,8 @@
 //! to seven digits). Between 0.1 and 1 MPa the properties move by at most 1e-3, which is ignored.
 
 use crate::error::{Error, Result};
+use crate::units::ZERO_CELSIUS;
 
-/// Zero of the Celsius scale, K.
-const ZERO_CELSIUS: f64 = 273.15;
 /// Range inside which a liquid answers at all, degC.
 const ACCEPTED: (f64, f64) = (0.0, 60.0);
 /// Range of the fits, degC.

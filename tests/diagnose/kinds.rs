@@ -3,6 +3,7 @@
 
 use coldplate::evidence::diagnose::{Diagnosis, Law, Verdict, diagnose};
 use coldplate::foundation::document::Document;
+use coldplate::foundation::progress::Silent;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -31,7 +32,7 @@ fn an_uneven_split() {
         conditions: Hidden::conditions(&machine, 10, 5, &[]),
         seed: 6,
     };
-    let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
+    let found = diagnose(&hidden.problem(), &Silent).unwrap();
     let best = &found.explanations[0];
     println!("{:?} {:?} {:?}", found.verdict, found.level, best);
     assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell));
@@ -55,7 +56,7 @@ fn a_loss_that_grows_with_the_temperature() {
         conditions: Hidden::conditions(&machine, 16, 9, &[]),
         seed: 10,
     };
-    let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
+    let found = diagnose(&hidden.problem(), &Silent).unwrap();
     let best = &found.explanations[0].causes[0];
     println!("{:?} {:?} {:?}", found.verdict, found.level, found.explanations[0]);
     assert_eq!((best.hypothesis.kind(), best.hypothesis.place.as_str(), best.hypothesis.law), ("source factor", "motor", Law::Temperature));
@@ -78,7 +79,7 @@ fn a_missing_radiative_link() {
         conditions: Hidden::conditions(&machine, 14, 7, &[]),
         seed: 8,
     };
-    let found = diagnose(&hidden.problem(), &mut |_| {}).unwrap();
+    let found = diagnose(&hidden.problem(), &Silent).unwrap();
     for i in &found.set {
         let e = &found.explanations[*i];
         println!("{:.3} {:.1} {} at {}", e.probability, e.misfit, e.causes[0].hypothesis.kind(), e.causes[0].hypothesis.place);

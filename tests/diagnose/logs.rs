@@ -6,6 +6,7 @@ use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
 use coldplate::foundation::document::Document;
+use coldplate::foundation::progress::Silent;
 use coldplate::foundation::random::Random;
 use coldplate::solve::sensitivity::Study;
 
@@ -186,7 +187,7 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
     };
     let mut problem = Problem::new(model, coarse);
     (problem.uncertainty, problem.seed) = (uncertainty, seed);
-    diagnose(&problem, &mut |_| {}).unwrap_or_else(|e| panic!("seed {seed}: {e}"))
+    diagnose(&problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"))
 }
 
 fn told(seed: u64, found: &Diagnosis) -> String {

@@ -15,6 +15,7 @@ mod twin;
 use coldplate::evidence::diagnose::{Effect, Leak, Radiation, Scales, Verdict, diagnose, hypotheses, signatures};
 use coldplate::evidence::identify;
 use coldplate::explore::simulate::Start;
+use coldplate::foundation::progress::Silent;
 use twin::score::score;
 use twin::{Family, case};
 
@@ -24,7 +25,7 @@ fn silence_on_clean_data() {
     let mut alarms = Vec::new();
     for seed in 1..=30 {
         let case = case(seed, Family::Clean, Some(0));
-        let found = diagnose(&case.problem, &mut |_| {}).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        let found = diagnose(&case.problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         if found.verdict != Verdict::Consistent {
             alarms.push((seed, found.misfit));
         }
@@ -42,7 +43,7 @@ fn one_hidden_effect() {
     let (mut missed, mut misplaced, mut wrong, mut large) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for seed in 201..=230 {
         let case = case(seed, Family::One, Some(0));
-        let found = diagnose(&case.problem, &mut |_| {}).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+        let found = diagnose(&case.problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         let score = score(&case, &found);
         println!(
             "seed {seed} d {:.1}: {:?} -> {:?} {:?}",

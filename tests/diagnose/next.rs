@@ -2,6 +2,7 @@
 
 use coldplate::evidence::diagnose::{Diagnosis, Law, Problem, Trial, Verdict, diagnose};
 use coldplate::foundation::document::Document;
+use coldplate::foundation::progress::Silent;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -9,7 +10,7 @@ use super::twin::SMALL;
 const SPEED: f64 = 2000.0 * std::f64::consts::TAU / 60.0;
 
 fn found(problem: &Problem) -> Diagnosis {
-    diagnose(problem, &mut |_| {}).unwrap()
+    diagnose(problem, &Silent).unwrap()
 }
 
 /// At one speed a source's own heat and other heat at its place are the same data.

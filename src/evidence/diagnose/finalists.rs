@@ -12,6 +12,7 @@ use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, signatures};
 use crate::error::Result;
 use crate::evidence::identify::chi_square_tail;
+use crate::foundation::progress::Progress;
 
 /// Causes and pairs of a screen that are fitted.
 const FINALISTS: usize = 6;
@@ -98,8 +99,8 @@ impl Finalists<'_> {
     ///
     /// # Errors
     /// As [`signatures`].
-    pub fn fit(&self, posterior: Posterior, progress: &mut dyn FnMut(&str)) -> Result<Outcome> {
-        progress("fitting the most probable causes through the full solver");
+    pub fn fit(&self, posterior: Posterior, progress: &dyn Progress) -> Result<Outcome> {
+        progress.say("fitting the most probable causes through the full solver");
         let mut now = Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), mesh: self.base.mesh.clone() };
         let mut about: Vec<usize> = Vec::new();
         let mut view = self.base.clone();
@@ -125,7 +126,7 @@ impl Finalists<'_> {
             }
             self.settle(&mut now, &view);
             if round == 0 && self.leaves_much(&now) {
-                progress("looking for a second cause beside the best ones");
+                progress.say("looking for a second cause beside the best ones");
                 let pairs = self.seconds(&now, &view)?;
                 let more = self.solve(&pairs, &[], &view);
                 now.posterior.candidates.retain(|c| !more.iter().any(|(m, _)| *m == c.members));

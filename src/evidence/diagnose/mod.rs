@@ -30,6 +30,8 @@ use std::time::Instant;
 use crate::error::Result;
 use crate::evidence::measurement::{Data, Uncertainty, Whitener, whiten};
 use crate::explore::simulate::Start;
+use crate::foundation::numbers::TWO_SIDED_90;
+use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::{Parameter, Study};
 
 pub use decide::{Certainty, Level, Verdict};
@@ -49,8 +51,6 @@ use view::Comparison;
 const SET_95: f64 = 5.991_465;
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 200;
-/// Half width of a 90 % interval in standard deviations.
-const TWO_SIDED_90: f64 = 1.644_854;
 
 /// The discrepancy of any model of such a machine: standard deviations of factors that many effects share, and its own noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -272,13 +272,13 @@ pub fn signatures(
 ///
 /// # Errors
 /// The machine as it is cannot be solved at the data's conditions.
-pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Diagnosis> {
+pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let clock = Instant::now();
     let (study, data) = (&problem.study, &problem.data);
     let scales = Scales::of(data, &study.model.machine);
     let mut catalogue = hypotheses(study, data, &problem.user);
     catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind()));
-    progress(&format!("{} readings, {} causes that could act", data.count(), catalogue.len()));
+    progress.say(&format!("{} readings, {} causes that could act", data.count(), catalogue.len()));
     let base = Comparison::of(problem, study, &catalogue, &scales)?;
     let screened = base.screen(&catalogue, data);
     let misfit = misfit(&screened, problem.seed);
@@ -326,10 +326,10 @@ pub fn diagnose(problem: &Problem, progress: &mut dyn FnMut(&str)) -> Result<Dia
         Some(members) => predictor.extended(members)?.map(|extended| extended.sets),
         None => None,
     };
-    progress("gain on conditions kept out");
+    progress.say("gain on conditions kept out");
     let gain = gain::gain(problem, &predictor, &catalogue, &base, best.is_some());
     let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
-        progress("what to measure next");
+        progress.say("what to measure next");
         advice::next(&predictor, problem, verdict, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>())?
     } else {
         Vec::new()

@@ -51,7 +51,7 @@ pub fn examine<'a>(
     surrogate: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<Findings<'a>> {
-    let diagnosis = diagnose::diagnose(problem, &mut |what| progress.say(what))?;
+    let diagnosis = diagnose::diagnose(problem, progress)?;
     let extended = ExtendedMachine::of(problem, &diagnosis, extended.as_ref())?;
     progress.say("heat balances");
     let energy = EnergyBalances::of(problem, &diagnosis, extended.is_some())?;

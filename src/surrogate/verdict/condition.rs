@@ -111,6 +111,7 @@ pub fn dimension_of(variable: &Variable<'_>) -> Result<Dimension> {
 
 fn snap(variable: &Variable<'_>, value: f64) -> f64 {
     // Through kelvin, a small Celsius temperature carries the rounding of 273.15.
-    let size = variable.low.abs().max(variable.high.abs()).max(if matches!(variable.unit, "degC" | "°C") { 273.15 } else { 0.0 });
+    let size =
+        variable.low.abs().max(variable.high.abs()).max(if matches!(variable.unit, "degC" | "°C") { units::ZERO_CELSIUS } else { 0.0 });
     [variable.low, variable.high].into_iter().find(|end| (value - end).abs() <= SNAP * size).unwrap_or(value)
 }

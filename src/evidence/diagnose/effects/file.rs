@@ -7,6 +7,7 @@ use crate::discretise::network::Network;
 use crate::error::Result;
 use crate::foundation::document::Leaf;
 use crate::solve::sensitivity::Study;
+use crate::units::ZERO_CELSIUS;
 
 /// Name of what an extended machine file adds.
 const ADDED: &str = "diagnosed";
@@ -112,7 +113,8 @@ pub fn conductor(ends: [&str; 2], conductance: f64) -> String {
 
 /// A contact's table of conductance, W/(m² K), against its mean temperature, K: rows from -50 to 200 degC as TOML.
 pub fn temperature_table(conductance: impl Fn(f64) -> f64) -> String {
-    let row = |celsius: i32| format!("[\"{celsius} degC\", \"{:?} W/(m2 K)\"]", nine_digits(conductance(f64::from(celsius) + 273.15)));
+    let row =
+        |celsius: i32| format!("[\"{celsius} degC\", \"{:?} W/(m2 K)\"]", nine_digits(conductance(f64::from(celsius) + ZERO_CELSIUS)));
     let rows: Vec<String> = (-10..=40).map(|i| row(5 * i)).collect();
     format!("temperature_table = [{}]", rows.join(", "))
 }

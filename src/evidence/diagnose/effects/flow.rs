@@ -142,7 +142,7 @@ fn warmer(now: &Leaf, machine: &Machine, kelvin: &str) -> Result<Option<String>>
     Ok(match now {
         Leaf::Text(now) => {
             let celsius = match units::quantity(now) {
-                Some((number, unit, dimension)) => format!("{:?}", units::convert(number, unit, dimension)? - 273.15),
+                Some((number, unit, dimension)) => format!("{:?}", units::convert(number, unit, dimension)? - units::ZERO_CELSIUS),
                 None if machine.variables.iter().any(|v| v.name == now.trim()) => format!("{}_degC", now.trim()),
                 None => now.clone(),
             };

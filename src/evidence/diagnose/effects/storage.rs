@@ -9,6 +9,7 @@ use crate::error::Result;
 use crate::evidence::diagnose::Discrepancy;
 use crate::foundation::document::quoted;
 use crate::solve::sensitivity::Disturbance;
+use crate::units::ZERO_CELSIUS;
 
 /// Temperature a network's capacities are stated at, K.
 const STANDARD: f64 = 300.0;
@@ -84,7 +85,7 @@ impl Family for Storage {
         let value = match &material.specific_heat {
             Property::Constant(c) => text(format!("{:?} J/(kg K)", c * factor)),
             Property::Table(rows) => {
-                let row = |(t, c): &(f64, f64)| format!("[\"{:?} degC\", \"{:?} J/(kg K)\"]", t - 273.15, c * factor);
+                let row = |(t, c): &(f64, f64)| format!("[\"{:?} degC\", \"{:?} J/(kg K)\"]", t - ZERO_CELSIUS, c * factor);
                 format!("[{}]", rows.iter().map(row).collect::<Vec<_>>().join(", "))
             }
         };
