@@ -94,7 +94,7 @@ impl System {
         for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
             diagonal[surface.node as usize] += state.slope;
         }
-        for (source, power) in network.sources.iter().zip(&load.powers).filter(|(s, _)| s.temperature_coefficient != 0.0) {
+        for (source, power) in network.sources.iter().zip(&load.powers).filter(|(s, _)| s.law.follows_temperature()) {
             source.slopes(*power, temperatures).for_each(|(node, slope)| diagonal[node as usize] -= slope);
         }
         self.hold(&mut diagonal, &mut rest);

@@ -1,6 +1,6 @@
-//! Every contact law, from a machine file to temperatures.
+//! The laws of contacts and sources, from a machine file on.
 
-use coldplate::describe::machine::{ContactLaw, Interface, Machine, Slope};
+use coldplate::describe::machine::{ContactLaw, Interface, LinearPower, Machine, Slope, SourceLaw};
 use coldplate::solve::meshed::MeshedMachine;
 
 /// Every law as lines of a contact between two steel blocks.
@@ -57,4 +57,32 @@ fn every_contact_law_runs_from_a_machine_file() {
         let heat: f64 = model.network.joints[joints].iter().map(|j| model.network.joint_heat(j, &state.solution.temperatures)).sum();
         assert!((heat.abs() - expected).abs() <= 1e-3 * expected.abs() + 1e-9, "{name}: {heat} W and {expected} W");
     }
+}
+
+/// The law of a source on the lower block, stated by these lines.
+fn source_law(lines: &str) -> SourceLaw {
+    let source = format!("conductance = \"500 W/(m2 K)\"\n[source.heater]\nin = \"low\"\npower = \"20 W\"\n{lines}");
+    machine(&source).sources[0].law.clone()
+}
+
+#[test]
+fn laws_of_sources_are_read_with_their_derivatives() {
+    let constant = source_law("");
+    assert_eq!(constant, source_law("temperature_coefficient = \"0 1/K\"\nreference_temperature = \"20 degC\""));
+    assert_eq!((constant.power(20.0, 350.0), constant.follows_temperature()), (Slope::constant(20.0), false));
+
+    let copper = source_law("temperature_coefficient = \"0.39 %/K\"\nreference_temperature = \"25 degC\"");
+    let power = |temperature: f64| copper.power(20.0, temperature).value;
+    assert!(copper.follows_temperature() && (power(308.15) - 20.78).abs() < 1e-12, "{}", power(308.15));
+    let difference = power(309.0) - power(308.0);
+    assert!((copper.power(20.0, 308.5).slope - difference).abs() < 1e-12, "{difference}");
+    let law = copper.linear().unwrap();
+    let more = LinearPower { coefficient: law.coefficient + 0.001, ..law };
+    let difference = (SourceLaw::Linear(more).power(20.0, 320.0).value - power(320.0)) / 0.001;
+    assert!((law.per_coefficient(20.0, 320.0) - difference).abs() < 1e-9, "{difference}");
+    // A source never turns into a sink.
+    assert_eq!(copper.power(20.0, 1.0), Slope::constant(0.0));
+
+    let only_reference = source_law("reference_temperature = \"25 degC\"");
+    assert!(!only_reference.follows_temperature() && only_reference.note().is_some() && copper.note().is_none());
 }

@@ -37,7 +37,7 @@ fn candidates_that_are_parameters_too() {
     let source = screen.source(&net.sources[1].shares);
     same(&at, &source, "source.reducer.power", 1.0 / at.state.load.powers[1]);
     same(&at, &screen.power(1), "source.reducer.power", 1.0);
-    same(&at, &screen.temperature_coefficient(0), "source.motor.temperature_coefficient", 1.0);
+    same(&at, &screen.temperature_coefficient(0).unwrap(), "source.motor.temperature_coefficient", 1.0);
     same(&at, &screen.stream_film(1), "channel.reducer_plate.bend_factor", 1.0);
     same(&at, &screen.flow(0).unwrap(), "coolant_flow", at.state.load.flows[0]);
     same(&at, &screen.inlet(0).unwrap(), "coolant_temperature", 1.0);

@@ -19,17 +19,21 @@ mod parts;
 mod read;
 mod sensors;
 mod shape;
+mod slope;
+mod source_law;
 mod variables;
 
 pub use coldplate_runtime::LimitKind;
 
 pub use channels::{Channel, Circuit, Film, Layout};
 pub use condition::Condition;
-pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Slope, Total};
+pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Total};
 pub use contacts::{Boundary, BoundaryLaw, Contact, Place, RadiationLink};
 pub use enclosures::{Enclosure, EnclosureSurface, Views};
 pub use keys::SCHEMA;
 pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
+pub use slope::Slope;
+pub use source_law::{ConstantPower, LinearPower, SourceLaw};
 
 /// A machine, as described by one file.
 #[derive(Debug, Clone)]
@@ -143,10 +147,8 @@ pub struct Source {
     pub places: Vec<Place>,
     /// Total power, W, shared among the places by volume or area.
     pub power: Formula,
-    /// Relative change of the power of each piece with its own temperature, 1/K: 0.0039 for copper losses at a given current.
-    pub temperature_coefficient: f64,
-    /// Temperature at which the power is as stated, K.
-    pub reference_temperature: f64,
+    /// How the power of each piece follows its own temperature.
+    pub law: SourceLaw,
 }
 
 /// A measurement point.

@@ -3,11 +3,11 @@
 use super::channels::absolute;
 use super::condition::Symbols;
 use super::geometry::{check_name, emissivity};
-use super::keys::{bodies::CAPACITY, heat};
+use super::keys::bodies::CAPACITY;
 use super::names::{Index, lookup};
 use super::shape::{origin, part_contains};
 use super::variables::formula;
-use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, Source, Variable};
+use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, Source, SourceLaw, Variable};
 use crate::error::Result;
 use crate::foundation::document::{Section, suggestion};
 use crate::units::Dimension;
@@ -37,9 +37,6 @@ pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedN
     Ok(found)
 }
 
-/// Largest relative change of a source's power with its temperature, 1/K.
-const MOST_PER_KELVIN: f64 = 0.2;
-
 /// Reads `[source.NAME]`.
 pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
     let mut found = Vec::new();
@@ -58,15 +55,9 @@ pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) 
             return Err(value.error("the source heats nothing").help("write in = [\"motor\"]"));
         }
         let power = formula(&section.value("power")?, Dimension::POWER, symbols)?;
-        let temperature_coefficient = heat::TEMPERATURE_COEFFICIENT.read(&section)?;
-        if temperature_coefficient.abs() > MOST_PER_KELVIN {
-            return Err(section
-                .error_at("temperature_coefficient", "losses change by a few percent per kelvin")
-                .help("copper: \"0.39 %/K\"; grease and oil: about \"-3 %/K\""));
-        }
-        let reference_temperature = heat::REFERENCE_TEMPERATURE.read(&section)?;
+        let law = SourceLaw::read(&section)?;
         section.finish()?;
-        found.push(Source { name, places, power, temperature_coefficient, reference_temperature });
+        found.push(Source { name, places, power, law });
     }
     Ok(found)
 }

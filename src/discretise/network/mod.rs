@@ -20,7 +20,7 @@ pub use load::{BoundaryState, Load};
 pub use stream::{Stream, StreamState};
 pub use surface::Surface;
 
-use crate::describe::machine::{ContactLaw, Interface, Property, Slope};
+use crate::describe::machine::{ConstantPower, ContactLaw, Interface, Property, Slope, SourceLaw};
 
 /// Marks "no such index".
 pub const NONE: u32 = u32::MAX;
@@ -108,44 +108,37 @@ pub struct Reach {
 }
 
 /// Distribution of a source's power over nodes, and its dependence on their temperature.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct HeatSource {
     /// Nodes and shares, which sum to one.
     pub shares: Vec<(u32, f64)>,
-    /// Relative change of each share with its own node's temperature, 1/K.
-    pub temperature_coefficient: f64,
-    /// Temperature at which the power is as stated, K.
-    pub reference_temperature: f64,
+    /// How each share follows its own node's temperature.
+    pub law: SourceLaw,
 }
 
 impl HeatSource {
     /// A source of the same power at every temperature.
     pub fn constant(shares: Vec<(u32, f64)>) -> Self {
-        Self { shares, ..Self::default() }
+        Self { shares, law: SourceLaw::Constant(ConstantPower) }
     }
 
     /// Heat into each node (W) at a stated power (W) and temperatures of all nodes (K).
     pub fn heats<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
-        self.shares.iter().map(move |(node, share)| (*node, power * share * self.factor(temperatures[*node as usize])))
+        self.at(power, temperatures).map(|(node, heat)| (node, heat.value))
     }
 
     /// All of it, W.
     pub fn total(&self, power: f64, temperatures: &[f64]) -> f64 {
-        if self.temperature_coefficient == 0.0 { power } else { self.heats(power, temperatures).map(|(_, heat)| heat).sum() }
+        if self.law.follows_temperature() { self.heats(power, temperatures).map(|(_, heat)| heat).sum() } else { power }
     }
 
     /// Change of the heat into each node with its temperature, W/K.
     pub fn slopes<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
-        let slope = |node: u32| if self.factor(temperatures[node as usize]) > 0.0 { self.temperature_coefficient } else { 0.0 };
-        self.shares.iter().map(move |(node, share)| (*node, power * share * slope(*node)))
+        self.at(power, temperatures).map(|(node, heat)| (node, heat.slope))
     }
 
-    /// The power at a temperature (K), at least zero: a source never turns into a sink.
-    fn factor(&self, temperature: f64) -> f64 {
-        match self.temperature_coefficient {
-            0.0 => 1.0,
-            coefficient => (1.0 + coefficient * (temperature - self.reference_temperature)).max(0.0),
-        }
+    fn at<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, Slope)> + 'a {
+        self.shares.iter().map(move |(node, share)| (*node, self.law.power(power * share, temperatures[*node as usize])))
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::MeshedMachine;
-use crate::describe::machine::Condition;
+use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::{Load, NONE};
 use crate::error::Result;
 use crate::solve::balance::contact_flows;
@@ -208,6 +208,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
         .collect();
     warn_about_areas(model, &mut found);
     warn_about_contacts(model, &mut found);
+    warn_about_sources(&model.machine, &mut found);
     warn_about_islands(model, &mut found);
     warn_about_coolant(load.as_ref(), model, &mut found);
     Ok(found)
@@ -277,6 +278,14 @@ fn warn_about_contacts(model: &MeshedMachine, found: &mut Inventory) {
     for group in &model.network.contacts {
         if let Some(note) = group.law.note() {
             found.warnings.push(format!("contact '{}': {note}", group.name));
+        }
+    }
+}
+
+fn warn_about_sources(machine: &Machine, found: &mut Inventory) {
+    for source in &machine.sources {
+        if let Some(note) = source.law.note() {
+            found.warnings.push(format!("source '{}': {note}", source.name));
         }
     }
 }

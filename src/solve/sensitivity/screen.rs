@@ -93,10 +93,12 @@ impl<'a> Screen<'a> {
         self.disturbance(heats.map(|(node, heat)| (node, -heat)))
     }
 
-    /// The temperature coefficient of a source; per 1/K.
-    pub fn temperature_coefficient(&self, source: usize) -> Disturbance {
+    /// The temperature coefficient of a source; per 1/K. `None` where its law has none.
+    pub fn temperature_coefficient(&self, source: usize) -> Option<Disturbance> {
         let (own, power) = (&self.network.sources[source], self.load.powers[source]);
-        self.disturbance(own.shares.iter().map(|(node, share)| (*node, -power * share * (self.t(*node) - own.reference_temperature))))
+        let law = own.law.linear()?;
+        let rows = own.shares.iter().map(|(node, share)| (*node, law.per_coefficient(-power * share, self.t(*node))));
+        Some(self.disturbance(rows))
     }
 
     /// A new conductance between two nodes; per W/K.

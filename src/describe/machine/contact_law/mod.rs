@@ -19,6 +19,7 @@ pub use of_pressure::OfPressure;
 pub use of_temperature::OfTemperature;
 pub use total::Total;
 
+use super::Slope;
 use crate::describe::schema::Key;
 use crate::error::Result;
 use crate::foundation::document::Section;
@@ -32,22 +33,6 @@ pub struct Interface {
     pub temperature: f64,
     /// Conductivities of the two bodies; `None` for a lumped node.
     pub conductivities: [Option<Slope>; 2],
-}
-
-/// A value with its derivative with respect to temperature.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Slope {
-    /// The value, SI.
-    pub value: f64,
-    /// Its derivative, per kelvin.
-    pub slope: f64,
-}
-
-impl Slope {
-    /// A value that does not follow the temperature.
-    pub fn constant(value: f64) -> Self {
-        Self { value, slope: 0.0 }
-    }
 }
 
 /// What every law answers.

@@ -1,6 +1,7 @@
 //! Variables, drives and heat sources.
 
-use super::{CELSIUS, MILLIMETRES};
+use super::super::source_law;
+use super::MILLIMETRES;
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
 use crate::physics::drive::Parameters;
 use crate::units::Dimension;
@@ -112,36 +113,32 @@ pub(in crate::describe::machine) fn fields(p: &mut Parameters) -> [&mut f64; 19]
 pub(super) const DRIVE: Table =
     Table { doc: "heat of a feed drive", keys: &[&[SPEED], PARAMETERS, &[REFERENCE_SPEED_OF_PAPER, STARTING_TORQUE]], one_of: &[] };
 
-/// Relative change of a source with temperature.
-pub(in crate::describe::machine) const TEMPERATURE_COEFFICIENT: Key = Key::new(
-    "temperature_coefficient",
-    Form::Quantity(Unit::of(Dimension::PER_KELVIN, "1/K")),
-    "relative change of the power of each cell with its own temperature: `\"0.39 %/K\"` for copper at a given current, about \
-     `\"-3 %/K\"` for grease",
-)
-.or(Unstated::Si(0.0));
-/// Temperature at which the power is as stated.
-pub(in crate::describe::machine) const REFERENCE_TEMPERATURE: Key =
-    Key::new("reference_temperature", Form::Quantity(CELSIUS), "temperature at which the power is as stated").or(Unstated::Si(293.15));
+/// What every source has.
+const PLACES_AND_POWER: &[Key] = &[
+    Key::new(
+        "in",
+        Form::Either(&[Form::Name("part, face or node"), Form::List(&Form::Name("part, face or node"), None)]),
+        "parts, faces, nodes: `\"motor\"` or `[\"seat\", \"motor.+z\", \"coil\"]`",
+    )
+    .required()
+    .also(&["part", "on", "at", "where"]),
+    Key::new("power", Form::Formula(Unit::of(Dimension::POWER, "W")), "formula; the total, shared by volume or area")
+        .required()
+        .reaching(Reach::Load)
+        .usual()
+        .also(&["heat", "q", "watts"]),
+];
+
+/// That, and the keys of every law.
+const SOURCE_KEYS: [&[Key]; source_law::COUNT + 1] = {
+    let mut all = [PLACES_AND_POWER; source_law::COUNT + 1];
+    let mut law = 0;
+    while law < source_law::COUNT {
+        all[law + 1] = source_law::KEYS[law];
+        law += 1;
+    }
+    all
+};
 
 /// `[source.NAME]`
-pub(super) const SOURCE: Table = Table {
-    doc: "a heat source",
-    keys: &[&[
-        Key::new(
-            "in",
-            Form::Either(&[Form::Name("part, face or node"), Form::List(&Form::Name("part, face or node"), None)]),
-            "parts, faces, nodes: `\"motor\"` or `[\"seat\", \"motor.+z\", \"coil\"]`",
-        )
-        .required()
-        .also(&["part", "on", "at", "where"]),
-        Key::new("power", Form::Formula(Unit::of(Dimension::POWER, "W")), "formula; the total, shared by volume or area")
-            .required()
-            .reaching(Reach::Load)
-            .usual()
-            .also(&["heat", "q", "watts"]),
-        TEMPERATURE_COEFFICIENT,
-        REFERENCE_TEMPERATURE,
-    ]],
-    one_of: &[],
-};
+pub(super) const SOURCE: Table = Table { doc: "a heat source", keys: &SOURCE_KEYS, one_of: &[] };

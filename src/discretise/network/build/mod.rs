@@ -315,11 +315,7 @@ impl Builder<'_> {
             for share in &mut shares {
                 share.1 /= total;
             }
-            self.network.sources.push(HeatSource {
-                shares,
-                temperature_coefficient: source.temperature_coefficient,
-                reference_temperature: source.reference_temperature,
-            });
+            self.network.sources.push(HeatSource { shares, law: source.law.clone() });
         }
         Ok(())
     }

@@ -3,6 +3,7 @@
 use super::file::text;
 use super::words::Quantity;
 use super::{CommonFactor, Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
+use crate::describe::machine::LinearPower;
 use crate::error::Result;
 use crate::foundation::document::{Leaf, quoted};
 use crate::solve::sensitivity::Disturbance;
@@ -37,7 +38,8 @@ impl Family for Heat {
             let factor = Hypothesis::signed(Self::Source(s), &source.name, site.part_names(&source.places), 0.8, "relative");
             found.extend(site.laws.iter().map(|law| factor.clone().under(*law)));
             // Copper loses 4 % more per 10 K, grease up to a third less.
-            found.push(Hypothesis { scale: 0.15, unit: "relative per 10 K", law: Law::Temperature, ..factor });
+            let drift = Hypothesis { scale: 0.15, unit: "relative per 10 K", law: Law::Temperature, ..factor };
+            found.extend(source.law.linear().map(|_| drift));
         }
         found
     }
@@ -61,8 +63,9 @@ impl Family for Heat {
             Self::Source(s) => {
                 let source = &edit.machine().sources[s];
                 if edit.hypothesis.is_drift() {
-                    let key = format!("source.{}.temperature_coefficient", quoted(&source.name));
-                    let coefficient = source.temperature_coefficient + amplitude / DRIFT;
+                    let Some(law) = source.law.linear() else { return Ok(None) };
+                    let key = format!("source.{}.{}", quoted(&source.name), LinearPower::COEFFICIENT);
+                    let coefficient = law.coefficient + amplitude / DRIFT;
                     return Ok(Some(vec![(key, text(format!("{coefficient:?} 1/K")))]));
                 }
                 let key = format!("source.{}.power", quoted(&source.name));
@@ -85,7 +88,7 @@ impl Family for Heat {
     fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
         Some(match *self {
             Self::Into(g) => at.screen.source(at.ground.heated(g)),
-            Self::Source(s) if at.is_drift => at.screen.temperature_coefficient(s).times(1.0 / DRIFT),
+            Self::Source(s) if at.is_drift => at.screen.temperature_coefficient(s)?.times(1.0 / DRIFT),
             Self::Source(s) => at.screen.power(s),
         })
     }
