@@ -7,9 +7,12 @@
 //! assert!(parse("20.5", Dimension::TEMPERATURE).is_err()); // a bare number is refused
 //! ```
 
+mod symbols;
+
 use std::fmt;
 
 use crate::error::{Error, Result, did_you_mean};
+use symbols::{MISTAKEN, UNITS};
 
 /// The one offset between the Celsius and the Kelvin scale.
 pub const ZERO_CELSIUS: f64 = 273.15;
@@ -163,91 +166,6 @@ impl Dimension {
         }
     }
 }
-
-/// Unit symbols: name, factor to SI, dimension. Prefixes are written out where they are in use.
-const UNITS: &[(&str, f64, Dimension)] = &[
-    ("m", 1.0, Dimension::LENGTH),
-    ("cm", 1e-2, Dimension::LENGTH),
-    ("mm", 1e-3, Dimension::LENGTH),
-    ("um", 1e-6, Dimension::LENGTH),
-    ("km", 1e3, Dimension::LENGTH),
-    ("nm", 1e-9, Dimension::LENGTH),
-    ("L", 1e-3, Dimension::VOLUME),
-    ("l", 1e-3, Dimension::VOLUME),
-    ("mL", 1e-6, Dimension::VOLUME),
-    ("kg", 1.0, Dimension::MASS),
-    ("g", 1e-3, Dimension::MASS),
-    ("t", 1e3, Dimension::MASS),
-    ("s", 1.0, Dimension::TIME),
-    ("ms", 1e-3, Dimension::TIME),
-    ("min", 60.0, Dimension::TIME),
-    ("h", 3600.0, Dimension::TIME),
-    ("d", 86400.0, Dimension::TIME),
-    ("K", 1.0, Dimension::DIFFERENCE),
-    ("degC", 1.0, Dimension::DIFFERENCE),
-    ("°C", 1.0, Dimension::DIFFERENCE),
-    ("rpm", std::f64::consts::PI / 30.0, Dimension::ANGULAR_SPEED),
-    ("Hz", 2.0 * std::f64::consts::PI, Dimension::ANGULAR_SPEED),
-    ("rad", 1.0, Dimension::NUMBER),
-    ("deg", std::f64::consts::PI / 180.0, Dimension::NUMBER),
-    ("%", 1e-2, Dimension::NUMBER),
-    ("1", 1.0, Dimension::NUMBER),
-    ("W", 1.0, Dimension::POWER),
-    ("mW", 1e-3, Dimension::POWER),
-    ("kW", 1e3, Dimension::POWER),
-    ("J", 1.0, Dimension::TORQUE),
-    ("kJ", 1e3, Dimension::TORQUE),
-    ("N", 1.0, Dimension::FORCE),
-    ("kN", 1e3, Dimension::FORCE),
-    ("Pa", 1.0, Dimension::PRESSURE),
-    ("hPa", 1e2, Dimension::PRESSURE),
-    ("kPa", 1e3, Dimension::PRESSURE),
-    ("MPa", 1e6, Dimension::PRESSURE),
-    ("GPa", 1e9, Dimension::PRESSURE),
-    ("bar", 1e5, Dimension::PRESSURE),
-    ("mbar", 1e2, Dimension::PRESSURE),
-    ("mPa", 1e-3, Dimension::PRESSURE),
-    ("cSt", 1e-6, Dimension::of(2, 0, -1, 0)),
-    ("A", 1.0, Dimension::CURRENT),
-    ("mA", 1e-3, Dimension::CURRENT),
-    ("V", 1.0, Dimension::VOLTAGE),
-    ("mV", 1e-3, Dimension::VOLTAGE),
-    ("Ohm", 1.0, Dimension::RESISTANCE),
-    ("inch", 0.0254, Dimension::LENGTH),
-    ("ft", 0.3048, Dimension::LENGTH),
-    ("lbm", 0.453_592_37, Dimension::MASS),
-    ("lbf", 4.448_221_615_260_5, Dimension::FORCE),
-    ("psi", 6_894.757_293_168_361, Dimension::PRESSURE),
-    // United States liquid gallons per minute, of 231 cubic inches each.
-    ("gpm", 3.785_411_784e-3 / 60.0, Dimension::VOLUME_FLOW),
-    ("degF", 5.0 / 9.0, Dimension::DIFFERENCE),
-    ("°F", 5.0 / 9.0, Dimension::DIFFERENCE),
-    ("degR", 5.0 / 9.0, Dimension::DIFFERENCE),
-];
-
-/// What is often written and is no unit here, with what to write instead.
-const MISTAKEN: &[(&str, &str)] = &[
-    ("C", "degC"),
-    ("Celsius", "degC"),
-    ("celsius", "degC"),
-    ("grad", "degC"),
-    ("F", "degF"),
-    ("Fahrenheit", "degF"),
-    ("Kelvin", "K"),
-    ("kelvin", "K"),
-    ("in", "inch"),
-    ("lb", "lbm or lbf"),
-    ("lpm", "L/min"),
-    ("LPM", "L/min"),
-    ("GPM", "gpm"),
-    ("U", "rpm"),
-    ("sec", "s"),
-    ("hr", "h"),
-    ("Watt", "W"),
-    ("pa", "Pa"),
-    ("kw", "kW"),
-    ("w", "W"),
-];
 
 /// Kelvin of a temperature of zero on the scale of a unit whose zero is not absolute.
 fn zero_of_scale(unit_text: &str) -> Option<f64> {
