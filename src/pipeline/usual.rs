@@ -68,7 +68,7 @@ pub fn draw_surrogate(
 /// Draws the figures of a surrogate alone, or with tables to compare with; for `coldplate chart`.
 ///
 /// # Errors
-/// As [`draw_surrogate`], and a table without the surrogate's variables and points.
+/// A figure that cannot be drawn or written, and a table without the surrogate's variables and points.
 pub fn chart(surrogate: &Surrogate<'_>, tables: &[(Table, bool)], folder: &Path) -> Result<Vec<PathBuf>> {
     let mut comparison = Comparison::default();
     for (table, held_out) in tables {

@@ -2,7 +2,7 @@
 //! variables, at which held conditions.
 //!
 //! Every kind of figure is one file of this room: what its keys are and how it is drawn. A new kind is a file and its
-//! line in the list of [`kinds`]; `docs/charts.md` has the keys.
+//! line in the list of `kinds!`; `docs/charts.md` has the keys.
 
 mod acceptability;
 mod accuracy;

@@ -263,7 +263,7 @@ impl Study {
     /// Solves one condition and takes the derivatives there.
     ///
     /// # Errors
-    /// As [`MeshedMachine::solve`] and [`Derivatives::new`].
+    /// As [`solve`](crate::solve::meshed::MeshedMachine::solve) and [`Derivatives::new`].
     pub fn at(&self, condition: &Condition) -> Result<Derivatives<'_>> {
         let state = self.model.solve(&self.model.solver(condition)?, condition)?;
         Derivatives::new(self, condition, &state)
