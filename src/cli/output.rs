@@ -19,15 +19,22 @@ pub struct Output {
 }
 
 impl Output {
-    /// The result: `text` for a reader, or `record` as JSON where that was asked for. A closed pipe is no error.
+    /// The result: `text` for a reader, or `record` as JSON where that was asked for. A closed pipe is no error; where
+    /// the result cannot be written otherwise, the program ends with status 2, because 0 would say that all is well.
     pub fn report(self, text: &str, record: &impl Serialize) {
         let mut stdout = std::io::stdout().lock();
-        let _ = match self.json.then(|| serde_json::to_value(record)) {
+        let written = match self.json.then(|| serde_json::to_value(record)) {
             Some(Ok(json)) => writeln!(stdout, "{json:#}"),
             // No record has keys that are not text, or anything else that JSON cannot hold.
-            Some(Err(error)) => writeln!(std::io::stderr(), "error: no JSON can be made of the result: {error}"),
+            Some(Err(error)) => Err(error.into()),
             None => writeln!(stdout, "{}", text.trim_end()),
         };
+        if let Err(error) = written.and_then(|()| stdout.flush())
+            && error.kind() != std::io::ErrorKind::BrokenPipe
+        {
+            eprintln!("error: the result cannot be written to standard output: {error}");
+            std::process::exit(2);
+        }
     }
 
     /// A remark on standard error, unless quiet.

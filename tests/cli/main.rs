@@ -213,3 +213,15 @@ fn a_killed_sweep_resumes_to_the_same_bytes() {
         assert!(a == b, "{name} differs after {kills} kills, or between one and two threads");
     }
 }
+
+/// Status 0 says that all is well: not where nobody could read the result.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_standard_output_is_an_error() {
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let arguments = ["check", "machines/rig.toml"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_coldplate"));
+    let output = command.args(arguments).current_dir(root()).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("cannot be written to standard output"));
+}
