@@ -1,5 +1,6 @@
 //! The machine file: what it says, what is refused, and how the refusal helps.
 
+mod clearance;
 mod enclosures;
 mod formulas;
 mod laws;

@@ -6,6 +6,7 @@
 use crate::foundation::formula::Formula;
 
 mod channels;
+mod clearance;
 mod condition;
 mod contact_law;
 mod contacts;

@@ -93,6 +93,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let default_contact = default_contact(&root)?;
     let contacts = contacts(&root, &index)?;
     let circuits = circuits(&root, &channel_names, &symbols)?;
+    super::clearance::check(&root, &parts, &channels, &circuits)?;
     let boundaries = boundaries(&root, &index, &symbols)?;
     let radiation_links = radiation_links(&root, &index)?;
     let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;

@@ -149,7 +149,7 @@ pub(super) fn overlap(a: &Shape, b: &Shape) -> bool {
 }
 
 /// Smallest and largest distance of a shape's points from a point, m; of a part of a turn, those of the full turn.
-fn distances(shape: &Shape, from: [f64; 3]) -> (f64, f64) {
+pub(super) fn distances(shape: &Shape, from: [f64; 3]) -> (f64, f64) {
     let outside = |x: f64, low: f64, high: f64| (low - x).max(x - high).max(0.0);
     let away = |x: f64, low: f64, high: f64| (x - low).abs().max((x - high).abs());
     match shape {
