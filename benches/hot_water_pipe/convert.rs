@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use coldplate::error::{Error, Result};
-use coldplate::physics::water::Liquid;
+use coldplate::physics::liquid::Liquid;
 use coldplate::units::ZERO_CELSIUS;
 
 /// Rows closer than this to the one kept before, in both temperatures (K), say nothing new ...

@@ -91,6 +91,7 @@ fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], se
         text += &table(&["limit", "value", "at most", "margin K", ""], &limits);
     }
     if !model.network.streams.is_empty() {
+        let notes = model.network.coolant_notes(&solution.streams, &solution.temperatures);
         let rows: Vec<Vec<String>> = (model.network.streams.iter().zip(&solution.streams).enumerate())
             .map(|(s, (stream, at))| {
                 vec![
@@ -100,7 +101,7 @@ fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], se
                     format!("{:.0}", at.reynolds),
                     format!("{:.0}", at.film),
                     format!("{:.0}", at.pressure_drop),
-                    at.note.unwrap_or_default().to_string(),
+                    notes[s].clone().unwrap_or_default(),
                 ]
             })
             .collect();

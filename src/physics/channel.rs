@@ -143,7 +143,7 @@ pub fn nusselt_checked(
 /// temperature, `None` to leave the wall-property factor out. Source and range: [`nusselt`].
 ///
 /// ```
-/// # use coldplate::physics::{channel::{Run, Wall, film}, water::Liquid};
+/// # use coldplate::physics::{channel::{Run, Wall, film}, liquid::Liquid};
 /// let run = Run { diameter: 0.01, length: 1.6, wall: Wall::Flux, velocity_developed: false };
 /// let film = film(3.33e-5, &run, &Liquid::Water.at(299.15).unwrap(), None);
 /// assert!((film.coefficient - 2287.5).abs() < 0.1 && (film.reynolds - 4858.0).abs() < 0.1);

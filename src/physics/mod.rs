@@ -11,6 +11,7 @@ pub mod contact;
 pub mod drive;
 pub mod exchange;
 pub mod gas;
+pub mod liquid;
 pub mod radiation;
 pub mod view;
 pub mod water;

@@ -1,37 +1,15 @@
-//! Properties of the coolant.
+//! Properties of liquid water, and where it boils.
 //!
 //! Source of the fits: IAPWS-95 with the IAPWS formulations for viscosity (2008) and conductivity
-//! (2011) at 0.2 MPa, evaluated with `CoolProp` 8.0 and, independently, with `iapws` 1.5.5 (equal
-//! to seven digits). Between 0.1 and 1 MPa the properties move by at most 1e-3, which is ignored.
+//! (2011), evaluated with `CoolProp` 8.0 and, independently, with `iapws` 1.5.5 (equal to seven
+//! digits), at 0.2 MPa, above 120 degC at saturation. Between saturation and 1 MPa density, specific
+//! heat, viscosity and conductivity move by at most 1.2e-3, which is ignored.
 
 use crate::error::{Error, Result};
 use crate::units::ZERO_CELSIUS;
 
-/// Range inside which a liquid answers at all, degC.
-const ACCEPTED: (f64, f64) = (0.0, 60.0);
-/// Range of the fits, degC.
-const FITTED: (f64, f64) = (5.0, 40.0);
-
-/// A coolant.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Liquid {
-    /// Water: [`water`].
-    Water,
-    /// Water with the round numbers of the source paper, density 1000 kg/m³ and specific heat
-    /// 4200 J/(kg K), which make rho cp 0.8 % too large at 26 degC; otherwise as [`Liquid::Water`].
-    PaperWater,
-    /// The same properties at every temperature.
-    Constant {
-        /// Density, kg/m³.
-        density: f64,
-        /// Specific heat, J/(kg K).
-        specific_heat: f64,
-        /// Dynamic viscosity, Pa s.
-        viscosity: f64,
-        /// Conductivity, W/(m K).
-        conductivity: f64,
-    },
-}
+/// Range of the properties, degC.
+const RANGE: (f64, f64) = (0.0, 150.0);
 
 /// Properties of a liquid at one temperature.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,67 +36,127 @@ impl LiquidProperties {
     }
 }
 
-impl Liquid {
-    /// Properties at `temperature` (K).
-    ///
-    /// # Errors
-    /// Water outside 0..60 degC.
-    pub fn at(&self, temperature: f64) -> Result<LiquidProperties> {
-        match self {
-            Self::Water => water(temperature),
-            Self::PaperWater => Ok(LiquidProperties { density: 1000.0, specific_heat: 4200.0, ..water(temperature)? }),
-            &Self::Constant { density, specific_heat, viscosity, conductivity } => {
-                Ok(LiquidProperties { density, specific_heat, viscosity, conductivity })
-            }
-        }
-    }
-
-    /// What is doubtful about the properties at `temperature` (K), if anything.
-    pub fn note(&self, temperature: f64) -> Option<&'static str> {
-        let celsius = temperature - ZERO_CELSIUS;
-        if matches!(self, Self::Constant { .. }) || (FITTED.0..=FITTED.1).contains(&celsius) {
-            None
-        } else if (ACCEPTED.0..=ACCEPTED.1).contains(&celsius) {
-            Some("water properties are fitted over 5..40 degC; between there and 0..60 degC the viscosity is up to 2.1 % off")
-        } else {
-            Some("water properties are not known outside 0..60 degC")
-        }
-    }
+/// Range of the properties, K: 0 to 150 degC.
+pub fn range() -> (f64, f64) {
+    (RANGE.0 + ZERO_CELSIUS, RANGE.1 + ZERO_CELSIUS)
 }
 
-/// Liquid water at `temperature` (K) and about 0.2 MPa.
+/// Liquid water at `temperature` (K), at pressures from saturation to 1 MPa.
 ///
-/// With x = (T/degC - 22.5)/17.5: polynomials in x for density (cubic), specific heat (cubic), the
-/// logarithm of the viscosity (cubic) and conductivity (quadratic). Largest relative errors:
+/// Polynomials for density, specific heat, the logarithm of the viscosity and conductivity: of third degree (conductivity:
+/// second) over 5..40 degC, and beyond of fifth above and second below, continued from there with value and slope. Largest
+/// relative errors at the pressures of the fit:
 ///
 /// | range, degC | density | specific heat | viscosity | conductivity | Prandtl |
 /// |---|---|---|---|---|---|
-/// | 5..40 (the fit) | 4.5e-6 | 3.2e-5 | 2.2e-4 | 2.6e-4 | 5.1e-4 |
-/// | 0..5 | 5.2e-5 | 3.9e-4 | 2.5e-3 | 1.6e-3 | 4.5e-3 |
-/// | 40..50 | 1.1e-4 | 7.2e-4 | 5.4e-3 | 2.1e-3 | 4.0e-3 |
-/// | 50..60 | 4.4e-4 | 2.9e-3 | 2.2e-2 | 5.4e-3 | 1.9e-2 |
+/// | 0..5 | 7.6e-6 | 5.4e-5 | 3.7e-4 | 3.8e-4 | 8e-4 |
+/// | 5..40 | 4.5e-6 | 3.2e-5 | 2.2e-4 | 2.6e-4 | 5.1e-4 |
+/// | 40..150 | 1.9e-5 | 1.2e-4 | 8.4e-4 | 5.5e-4 | 1.3e-3 |
 ///
 /// # Errors
-/// Temperatures outside 0..60 degC.
+/// Temperatures outside 0..150 degC.
 ///
 /// ```
 /// # use coldplate::physics::water::water;
 /// let state = water(293.15).unwrap();
 /// assert!((state.density / 998.2523 - 1.0).abs() < 1e-5); // IAPWS-95
-/// assert!(water(353.15).is_err());
+/// assert!(water(433.15).is_err());
 /// ```
 pub fn water(temperature: f64) -> Result<LiquidProperties> {
     let celsius = temperature - ZERO_CELSIUS;
-    if !(ACCEPTED.0..=ACCEPTED.1).contains(&celsius) {
+    if !(RANGE.0..=RANGE.1).contains(&celsius) {
         return Err(Error::input("the water temperature leaves the range in which its properties are known")
             .read(format_args!("{celsius:.2} degC"))
-            .help("stay between 0 and 60 degC, or describe the liquid by constant properties"));
+            .help("stay between 0 and 150 degC, or describe the liquid by a [fluid.NAME] of its own"));
     }
-    let x = (celsius - 22.5) / 17.5;
-    Ok(LiquidProperties {
-        density: 997.707_9 + x * (-4.067_856 + x * (-1.566_046 + x * 0.190_096_5)),
-        specific_heat: 4182.083 + x * (-9.304_152 + x * (9.680_501 - x * 3.416_477)),
-        viscosity: (-6.966_516 + x * (-0.412_971_9 + x * (0.053_963_46 - x * 0.009_022_698))).exp(),
-        conductivity: 0.602_450_3 + x * (0.030_184_18 - x * 0.004_257_554),
-    })
+    let [density, specific_heat, log_viscosity, conductivity] = match celsius {
+        t if t < 5.0 => COLD.map(|fit| polynomial(&fit, (5.0 - t) / 5.0)),
+        t if t <= 40.0 => MILD.map(|fit| polynomial(&fit, (t - 22.5) / 17.5)),
+        t => HOT.map(|fit| polynomial(&fit, (t - 40.0) / 110.0)),
+    };
+    Ok(LiquidProperties { density, specific_heat, viscosity: log_viscosity.exp(), conductivity })
+}
+
+/// Below 5 degC, in powers of (5 - T/degC)/5: density, specific heat, ln viscosity, conductivity.
+const COLD: [[f64; 3]; 4] = [
+    [1_000.019_613_5, 0.104_421_283_709, -0.238_382_279_873],
+    [4_204.484_13, 11.118_452_857_8, 3.579_318_287_02],
+    [-6.490_557_942, 0.156_561_975_428, 0.009_684_486_425_46],
+    [0.568_008_566, -0.011_056_939_427_9, -0.001_436_606_684_07],
+];
+
+/// Between 5 and 40 degC, in powers of (T/degC - 22.5)/17.5.
+const MILD: [[f64; 4]; 4] = [
+    [997.707_9, -4.067_856, -1.566_046, 0.190_096_5],
+    [4_182.083, -9.304_152, 9.680_501, -3.416_477],
+    [-6.966_516, -0.412_971_9, 0.053_963_46, -0.009_022_698],
+    [0.602_450_3, 0.030_184_18, -0.004_257_554, 0.0],
+];
+
+/// Above 40 degC, in powers of (T/degC - 40)/110.
+const HOT: [[f64; 6]; 4] = [
+    [992.264_094_5, -41.672_139_19, -48.591_522_023_3, 31.379_645_576_1, -24.564_433_192_1, 8.209_192_353_13],
+    [4_179.042_872, -1.210_509_435_62, 247.701_920_836, -489.300_026_922, 613.384_444_982, -243.040_768_735],
+    [-7.334_547_138, -2.087_567_893_84, 1.538_775_438_22, -1.553_590_878_83, 1.295_960_271_02, -0.468_009_221_091],
+    [0.628_376_926, 0.136_205_595_441, -0.025_363_740_295_1, -0.254_579_839_486, 0.341_737_445_628, -0.145_730_947_647],
+];
+
+/// Horner's scheme.
+fn polynomial(coefficients: &[f64], x: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| c + x * sum)
+}
+
+/// Coefficients of IAPWS-IF97, region 4.
+const SATURATION: [f64; 10] = [
+    1_167.052_145_276_7,
+    -724_213.167_032_06,
+    -17.073_846_940_092,
+    12_020.824_702_470,
+    -3_232_555.032_233_3,
+    14.915_108_613_530,
+    -4_823.265_736_159_1,
+    405_113.405_420_57,
+    -0.238_555_575_678_49,
+    650.175_348_447_98,
+];
+
+/// Pressure (Pa) at which water of `temperature` (K) boils: IAPWS-IF97, equation 30, exact to 3e-4 against IAPWS-95.
+///
+/// Range: 273.15..647.096 K; nothing outside.
+///
+/// ```
+/// # use coldplate::physics::water::saturation_pressure;
+/// assert!((saturation_pressure(300.0).unwrap() - 3536.58941).abs() < 1e-5); // IAPWS-IF97, table 35
+/// ```
+pub fn saturation_pressure(temperature: f64) -> Option<f64> {
+    let n = &SATURATION;
+    if !(273.15..=647.096).contains(&temperature) {
+        return None;
+    }
+    let x = temperature + n[8] / (temperature - n[9]);
+    let a = x * x + n[0] * x + n[1];
+    let b = n[2] * x * x + n[3] * x + n[4];
+    let c = n[5] * x * x + n[6] * x + n[7];
+    Some(1e6 * (2.0 * c / (-b + (b * b - 4.0 * a * c).sqrt())).powi(4))
+}
+
+/// Temperature (K) at which water boils under `pressure` (Pa): IAPWS-IF97, equation 31.
+///
+/// Range: 611.213 Pa..22.064 MPa; nothing outside.
+///
+/// ```
+/// # use coldplate::physics::water::saturation_temperature;
+/// assert!((saturation_temperature(1e5).unwrap() - 372.755919).abs() < 1e-6); // IAPWS-IF97, table 36
+/// ```
+pub fn saturation_temperature(pressure: f64) -> Option<f64> {
+    let n = &SATURATION;
+    if !(611.213..=22.064e6).contains(&pressure) {
+        return None;
+    }
+    let x = (pressure / 1e6).powf(0.25);
+    let e = x * x + n[2] * x + n[5];
+    let f = n[0] * x * x + n[3] * x + n[6];
+    let g = n[1] * x * x + n[4] * x + n[7];
+    let d = 2.0 * g / (-f - (f * f - 4.0 * e * g).sqrt());
+    Some(0.5 * (n[9] + d - ((n[9] + d).powi(2) - 4.0 * (n[8] + n[9] * d)).sqrt()))
 }

@@ -86,7 +86,7 @@ impl<'a> Solver<'a> {
         let mut solver =
             Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
-        solver.reference.1 = solver.steady_from(reference, &solver.reference.1.temperatures)?;
+        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures)?;
         Ok(solver)
     }
 
@@ -109,9 +109,13 @@ impl<'a> Solver<'a> {
     ///
     /// # Errors
     /// No convergence, a temperature that is not finite, or a heat balance left open: each says by how
-    /// much. A result that is returned is converged and balanced.
+    /// much. A result that is returned is converged and balanced. Coolant that boils or leaves its range.
     pub fn steady(&self, load: &Load) -> Result<Solution> {
-        if *load == self.reference.0 { Ok(self.reference.1.clone()) } else { self.iterate(load) }
+        if *load != self.reference.0 {
+            return self.iterate(load);
+        }
+        self.network.check_coolant(load, &self.reference.1.temperatures)?;
+        Ok(self.reference.1.clone())
     }
 
     /// From the reference temperatures, or what known states make of them.
@@ -135,6 +139,13 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// As [`Solver::steady`].
     pub fn steady_from(&self, load: &Load, start: &[f64]) -> Result<Solution> {
+        let solution = self.newton(load, start)?;
+        self.network.check_coolant(load, &solution.temperatures)?;
+        Ok(solution)
+    }
+
+    /// The same, whatever became of the coolant.
+    fn newton(&self, load: &Load, start: &[f64]) -> Result<Solution> {
         let network = self.network;
         let mut temperatures = start.to_vec();
         hold(network, load, &mut temperatures);

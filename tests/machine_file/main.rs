@@ -2,6 +2,7 @@
 
 mod clearance;
 mod enclosures;
+mod fluids;
 mod formulas;
 mod laws;
 mod machines;

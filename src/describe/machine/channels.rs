@@ -1,6 +1,7 @@
 //! Coolant channels and the circuits that feed them.
 
 use super::condition::Symbols;
+use super::fluids::Fluids;
 use super::keys::flow as keys;
 use super::names::{Index, lookup};
 use super::shape::{distance, origin, part_contains};
@@ -11,8 +12,8 @@ use crate::error::Result;
 use crate::foundation::document::{Section, Value};
 use crate::foundation::formula::Formula;
 use crate::physics::channel::Wall;
-use crate::physics::water::Liquid;
-use crate::units::Dimension;
+use crate::physics::liquid::Liquid;
+use crate::units::{Dimension, ZERO_CELSIUS};
 
 /// A coolant channel: a round hole along a path through parts.
 #[derive(Debug, Clone)]
@@ -64,6 +65,8 @@ pub struct Circuit {
     pub inlet: Formula,
     /// Properties of the liquid.
     pub liquid: Liquid,
+    /// Absolute pressure where it is lowest, Pa: what the liquid boils under.
+    pub pressure: f64,
     /// The order in which the channels are passed.
     pub layout: Layout,
     /// Whether viscous dissipation heats the liquid.
@@ -307,7 +310,7 @@ fn serpentine(section: Section<'_>, part: &Part) -> Result<Vec<[f64; 3]>> {
 }
 
 /// Reads `[circuit.NAME]`; every channel must be fed exactly once.
-pub(super) fn circuits(root: &Section<'_>, names: &[String], symbols: &Symbols) -> Result<Vec<Circuit>> {
+pub(super) fn circuits(root: &Section<'_>, names: &[String], symbols: &Symbols, fluids: &Fluids) -> Result<Vec<Circuit>> {
     let mut found = Vec::new();
     let mut fed: Vec<Option<String>> = vec![None; names.len()];
     for (name, section) in root.sections("circuit")? {
@@ -318,7 +321,7 @@ pub(super) fn circuits(root: &Section<'_>, names: &[String], symbols: &Symbols) 
         let inlet = formula_or(&section, &keys::INLET_TEMPERATURE, symbols)?;
         let liquid = match section.opt("liquid") {
             None => Liquid::Water,
-            Some(value) if value.is_text() => [Liquid::Water, Liquid::PaperWater][value.choice(&["water", "paper_water"])?].clone(),
+            Some(value) if value.is_text() => fluids.find(&value)?,
             Some(value) => {
                 let table = value.section()?;
                 let liquid = Liquid::Constant {
@@ -333,8 +336,22 @@ pub(super) fn circuits(root: &Section<'_>, names: &[String], symbols: &Symbols) 
         };
         let layout = layout(&section.value("layout")?, true, names, &name, &mut fed)?;
         let dissipation = keys::DISSIPATION.read_flag(&section)?;
+        let pressure = keys::PRESSURE.read(&section)?;
+        if !(1e3..=1e6).contains(&pressure) {
+            return Err(section.error_at("pressure", "properties of liquids hold from 0.01 to 10 bar").help("state the absolute pressure"));
+        }
+        let boils = liquid.boils_at(pressure);
+        if let Some((inlet, boils)) = inlet.as_constant().zip(boils).filter(|(inlet, boils)| inlet > boils) {
+            let help = format!(
+                "water boils at {:.1} degC under {:.4} bar: state the circuit's absolute pressure",
+                boils - ZERO_CELSIUS,
+                pressure / 1e5
+            );
+            let what = format!("the water enters as steam, at {:.1} degC", inlet - ZERO_CELSIUS);
+            return Err(section.error_at("inlet_temperature", what).help(help));
+        }
         section.finish()?;
-        found.push(Circuit { name, flow, inlet, liquid, layout, dissipation });
+        found.push(Circuit { name, flow, inlet, liquid, pressure, layout, dissipation });
     }
     match fed.iter().position(Option::is_none) {
         None => Ok(found),

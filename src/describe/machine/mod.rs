@@ -11,6 +11,7 @@ mod condition;
 mod contact_law;
 mod contacts;
 mod enclosures;
+mod fluids;
 mod geometry;
 mod import;
 mod keys;

@@ -6,6 +6,7 @@ use super::channels::{branches, channels, circuits};
 use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
 use super::enclosures::enclosures;
+use super::fluids::Fluids;
 use super::geometry::parts;
 use super::keys::{CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
@@ -92,7 +93,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let index = Index { parts: &parts, nodes: &node_names, channels: &channel_names };
     let default_contact = default_contact(&root)?;
     let contacts = contacts(&root, &index)?;
-    let circuits = circuits(&root, &channel_names, &symbols)?;
+    let circuits = circuits(&root, &channel_names, &symbols, &Fluids::read(&root)?)?;
     super::clearance::check(&root, &parts, &channels, &circuits)?;
     let boundaries = boundaries(&root, &index, &symbols)?;
     let radiation_links = radiation_links(&root, &index)?;

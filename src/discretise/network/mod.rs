@@ -8,6 +8,7 @@
 
 pub mod block;
 mod build;
+mod coolant;
 mod enclosure;
 mod load;
 pub mod slopes;

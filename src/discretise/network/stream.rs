@@ -11,7 +11,8 @@ use crate::describe::machine::{Circuit, Film, Layout};
 use crate::discretise::mesh::path::Station;
 use crate::error::{Kind, Result};
 use crate::physics::channel;
-use crate::physics::water::{Liquid, LiquidProperties};
+use crate::physics::liquid::Liquid;
+use crate::physics::water::LiquidProperties;
 
 /// A coolant channel in the network.
 #[derive(Debug, Clone)]
@@ -138,6 +139,7 @@ impl Network {
             })
         };
         let inlet = at(load.inlets[c])?;
+        let (low, high) = tree.circuit.liquid.range();
         let total = load.flows[c];
         // Mass is conserved along the circuit; volume flow is stated at the inlet.
         let mass_flow = total * inlet.density;
@@ -145,8 +147,9 @@ impl Network {
         let mut liquids = vec![None; self.streams.len()];
         for s in members(&tree.layout) {
             let (_, water) = means[s];
-            // Water at rest carries nothing, whatever its wall makes of it.
-            let mean = if total > 0.0 { water.clamp(load.inlets[c] - 1.0, load.inlets[c] + 60.0) } else { load.inlets[c] };
+            // Water at rest carries nothing, whatever its wall makes of it. On the way to a solution the mean may stray;
+            // of a solution, `Network::check_coolant` refuses what lies outside.
+            let mean = if total > 0.0 { water.clamp(low, high) } else { load.inlets[c] };
             liquids[s] = Some(at(mean)?);
         }
         self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
@@ -273,8 +276,9 @@ impl Stream {
         match &self.film {
             Film::Given(h) => (self.film_factor * h, None),
             Film::Correlation { bend_factor, wall } => {
-                // Outside the range of the water formulas the wall factor is taken as one.
-                let prandtl_wall = kind.at(wall_temperature).map_or(liquid.prandtl(), |s| s.prandtl());
+                // A wall outside the range of the liquid's properties counts as at its end.
+                let (low, high) = kind.range();
+                let prandtl_wall = kind.at(wall_temperature.clamp(low, high)).map_or(liquid.prandtl(), |s| s.prandtl());
                 let nusselt = channel::nusselt(reynolds, liquid.prandtl(), self.diameter / self.length, *wall, false, prandtl_wall);
                 let note = channel::note(reynolds, liquid.prandtl(), self.diameter / self.length, prandtl_wall);
                 (self.film_factor * bend_factor * nusselt * liquid.conductivity / self.diameter, note)

@@ -38,7 +38,7 @@ pub struct ChannelRecord {
     pub h_W_m2K: f64,
     pub pressure_drop_Pa: f64,
     /// A law outside its range.
-    pub note: Option<&'static str>,
+    pub note: Option<String>,
 }
 
 /// One contact.
@@ -107,14 +107,15 @@ impl MeshedMachine {
     /// A state for other programs; the total time is that of assembly and solution.
     pub fn record(&self, state: &SteadyState) -> SolveRecord {
         let (network, solution) = (&self.network, &state.solution);
-        let coolant = (network.streams.iter().zip(&solution.streams)).map(|(stream, at)| {
+        let notes = network.coolant_notes(&solution.streams, &solution.temperatures);
+        let coolant = (network.streams.iter().zip(&solution.streams).zip(notes)).map(|((stream, at), note)| {
             let record = ChannelRecord {
                 outlet_degC: celsius(solution.temperatures[stream.outlet() as usize]),
                 flow_m3_s: at.flow,
                 reynolds: at.reynolds,
                 h_W_m2K: at.film,
                 pressure_drop_Pa: at.pressure_drop,
-                note: at.note,
+                note,
             };
             (stream.name.clone(), record)
         });

@@ -165,7 +165,7 @@ impl<'a> Transient<'a> {
     /// called after every step.
     ///
     /// # Errors
-    /// A condition cannot be evaluated, a step does not converge, or `seen` fails.
+    /// A condition cannot be evaluated, a step does not converge, the coolant boils or leaves its range, or `seen` fails.
     pub fn advance(
         &mut self,
         state: &mut TransientState,
@@ -232,6 +232,7 @@ impl<'a> Transient<'a> {
             step = if is_last { step.max(grown) } else { grown }.min(self.settings.longest);
             state.step = step;
             now = load(state.time)?;
+            self.network.check_coolant(&now, &state.temperatures)?;
             seen(state, &now)?;
         }
         Ok(())

@@ -4,6 +4,7 @@ use super::{CELSIUS, CONDUCTIVITY, DENSITY, FILM, METRES, MICROMETRES, MILLIMETR
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
 use crate::units::Dimension;
 
+const VISCOSITY: Unit = Unit::of(Dimension::VISCOSITY, "Pa s");
 const DIRECTIONS: Form = Form::Word(&["+x", "-x", "+y", "-y", "+z", "-z"]);
 
 /// The block that holds a serpentine.
@@ -103,7 +104,7 @@ const LIQUID: Table = Table {
     keys: &[&[
         Key::new("density", Form::Quantity(DENSITY), "density").required().positive(),
         Key::new("specific_heat", Form::Quantity(SPECIFIC_HEAT), "specific heat").required().positive(),
-        Key::new("viscosity", Form::Quantity(Unit::of(Dimension::VISCOSITY, "Pa s")), "dynamic viscosity").required().positive(),
+        Key::new("viscosity", Form::Quantity(VISCOSITY), "dynamic viscosity").required().positive(),
         Key::new("conductivity", Form::Quantity(CONDUCTIVITY), "conductivity").required().positive(),
     ]],
     one_of: &[],
@@ -123,6 +124,49 @@ pub(in crate::describe::machine) const INLET_TEMPERATURE: Key =
 /// Whether friction heats the liquid.
 pub(in crate::describe::machine) const DISSIPATION: Key = Key::new("dissipation", Form::Flag, "viscous heating").or(Unstated::Flag(true));
 
+/// Absolute pressure of a circuit.
+pub(in crate::describe::machine) const PRESSURE: Key = Key::new(
+    "pressure",
+    Form::Quantity(Unit::of(Dimension::PRESSURE, "bar")),
+    "absolute, where it is lowest: the temperature at which water boils follows from it; at most 10 bar",
+)
+.or(Unstated::Si(101_325.0));
+
+const PROPERTY_OF_FLUID: &str = "a constant, or a table against temperature `[[\"20 degC\", \"870 kg/m3\"], ...]`";
+
+/// `[fluid.NAME]`
+pub(super) const FLUID: Table = Table {
+    doc: "a liquid by its properties against temperature",
+    keys: &[&[
+        Key::new("density", Form::Either(&[Form::Quantity(DENSITY), Form::Curve(CELSIUS, DENSITY)]), PROPERTY_OF_FLUID)
+            .required()
+            .also(&["rho"]),
+        Key::new(
+            "specific_heat",
+            Form::Either(&[Form::Quantity(SPECIFIC_HEAT), Form::Curve(CELSIUS, SPECIFIC_HEAT)]),
+            "a constant, or a table",
+        )
+        .required()
+        .also(&["cp", "c", "heat_capacity"]),
+        Key::new(
+            "conductivity",
+            Form::Either(&[Form::Quantity(CONDUCTIVITY), Form::Curve(CELSIUS, CONDUCTIVITY)]),
+            "a constant, or a table",
+        )
+        .required()
+        .also(&["k", "lambda", "thermal_conductivity"]),
+        Key::new(
+            "viscosity",
+            Form::Either(&[Form::Quantity(VISCOSITY), Form::Curve(CELSIUS, VISCOSITY)]),
+            "dynamic; a constant, or a table, whose logarithm runs straight in 1/T between the points",
+        )
+        .required()
+        .also(&["mu", "eta", "dynamic_viscosity"]),
+        Key::new("source", Form::Text, "where the numbers come from").reaching(Reach::Report),
+    ]],
+    one_of: &[],
+};
+
 /// `[circuit.NAME]`
 pub(super) const CIRCUIT: Table = Table {
     doc: "what flows through the channels",
@@ -138,11 +182,13 @@ pub(super) const CIRCUIT: Table = Table {
         INLET_TEMPERATURE,
         Key::new(
             "liquid",
-            Form::Either(&[Form::Word(&["water", "paper_water"]), Form::Table(&LIQUID)]),
-            "`\"paper_water\"` (1000 kg/m3, 4200 J/(kg K)), or `{ density, specific_heat, viscosity, conductivity }`",
+            Form::Either(&[Form::Word(&["water", "paper_water"]), Form::Name("fluid"), Form::Table(&LIQUID)]),
+            "`\"paper_water\"` (1000 kg/m3, 4200 J/(kg K)), a `[fluid.NAME]`, a mixture such as `\"ethylene glycol 30 %\"`, or \
+             `{ density, specific_heat, viscosity, conductivity }`",
         )
         .or(Unstated::Text("water"))
         .also(&["fluid", "coolant"]),
+        PRESSURE,
         DISSIPATION,
     ]],
     one_of: &[],

@@ -59,6 +59,7 @@ pub const SCHEMA: Table = Table {
         Key::new("contact", Form::Named(&joints::CONTACT), "what joins two places"),
         Key::new("contacts", Form::Table(&joints::CONTACTS), "what joins places that touch and that no contact names"),
         Key::new("channel", Form::Named(&flow::CHANNEL), "coolant channels").also(&["channels"]),
+        Key::new("fluid", Form::Named(&flow::FLUID), "liquids beside water and those of the library").also(&["fluids", "liquid"]),
         Key::new("circuit", Form::Named(&flow::CIRCUIT), "what flows through the channels").also(&["circuits"]),
         Key::new("boundary", Form::Named(&joints::BOUNDARY), "what is prescribed on faces").also(&["boundaries"]),
         Key::new("radiation_link", Form::Named(&radiation::LINK), "radiation between two surfaces that face each other"),
