@@ -58,7 +58,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let machine = args.machine.as_ref().map(|path| Machine::read(path, &[])).transpose()?;
     let options = FitOptions { max_degree: args.max_degree, seed: args.seed, ..FitOptions::default() };
-    let fit = fitting::fit_table(&samples, machine.as_ref(), &options).map_err(|e| e.in_file(&args.table))?;
+    let fit = fitting::fit_table_heard(&samples, machine.as_ref(), &options, &out.progress()).map_err(|e| e.in_file(&args.table))?;
     let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
     file::write(&fit.surrogate, &path)?;
     let bytes = std::fs::metadata(&path).map_or(0, |m| m.len());

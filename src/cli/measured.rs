@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::output::Output;
 use crate::describe::machine::Machine;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, did_you_mean};
 use crate::evidence::measurement::{Data, Uncertainty};
 use crate::explore::simulate::Start;
 use crate::foundation::atomic_file;
@@ -19,6 +19,32 @@ pub fn data(table: Option<&Path>, machine: &Machine) -> Result<Data> {
         Some(path) => Data::read(path, machine),
         None => Data::of_machine(machine),
     }
+}
+
+/// Leaves sensors out of the data, as `--without` names them.
+///
+/// # Errors
+/// No column is of such a sensor, or no reading is left.
+pub fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
+    for name in names {
+        let Some(k) = data.names.iter().position(|n| n == name) else {
+            let error = Error::input(format!("no column is of a sensor '{name}'")).at_key("--without");
+            return Err(match did_you_mean(name, data.names.iter().map(String::as_str)) {
+                Some(near) => error.help(format!("did you mean '{near}'?")),
+                None => error.help(format!("sensors here: {}", data.names.join(", "))),
+            });
+        };
+        data.names.remove(k);
+        data.sensors.remove(k);
+        data.rows.iter_mut().for_each(|row| {
+            row.readings.remove(k);
+        });
+    }
+    // Rows of a log also say what the conditions were.
+    if !data.is_transient() {
+        data.rows.retain(|row| row.readings.iter().any(Option::is_some));
+    }
+    if data.count() == 0 { Err(Error::input("no reading is left").at_key("--without")) } else { Ok(()) }
 }
 
 /// How uncertain the readings are: from `DATA.toml` beside the table, or usual values, which is said.

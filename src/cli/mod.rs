@@ -2,12 +2,18 @@
 
 pub mod chart;
 pub mod check;
+pub mod completions;
 pub mod condition;
 pub mod diagnose;
 pub mod fit;
+pub mod help;
 pub mod identify;
+pub mod man;
+pub mod materials;
 pub mod measured;
+pub mod new;
 pub mod output;
+pub mod predict;
 pub mod query;
 pub mod run;
 pub mod schema;
@@ -16,10 +22,11 @@ pub mod simulate;
 pub mod solve;
 pub mod sweep;
 pub mod text;
+pub mod units;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{FromArgMatches, Parser, Subcommand};
 
 use output::Output;
 
@@ -33,13 +40,16 @@ struct Cli {
     #[command(subcommand)]
     command: Command,
     /// Print one JSON object and nothing else on standard output
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Program")]
     json: bool,
     /// No progress and no notes on standard error
-    #[arg(long, global = true)]
+    #[arg(long, global = true, help_heading = "Program")]
     quiet: bool,
+    /// Progress as lines on standard error, also where that is no terminal
+    #[arg(long, global = true, help_heading = "Program", conflicts_with = "quiet")]
+    progress: bool,
     /// Worker threads (default: all cores); results do not depend on it
-    #[arg(long, global = true, value_name = "N")]
+    #[arg(long, global = true, help_heading = "Program", value_name = "N")]
     threads: Option<usize>,
 }
 
@@ -61,20 +71,35 @@ enum Command {
     Fit(fit::Args),
     /// Parameters of a machine file from measured data
     Identify(identify::Args),
+    /// A machine beside measured data: prediction, residual, RMSE per test and sensor
+    Predict(predict::Args),
     /// What the simulation gets wrong against measured data, why, and how much better it gets
     Diagnose(diagnose::Args),
     /// Figures: from chart definitions, a surrogate file, or a folder of results
     Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
     Query(query::Args),
+    /// A commented machine file to start from, and a sweep over it
+    New(new::Args),
+    /// Units that values may carry
+    Units(units::Args),
+    /// Materials and liquids that machine files may name
+    Materials(materials::Args),
     /// What may stand in a machine file: JSON Schema for editors
     Schema(schema::Args),
+    /// Completions for a shell
+    Completions(completions::Args),
+    /// Manual pages
+    Man(man::Args),
 }
 
 /// Runs the program on the process's arguments.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = Cli::from_arg_matches(&help::command().get_matches()).unwrap_or_else(|error| error.exit());
     let out = Output { json: cli.json, quiet: cli.quiet };
+    if cli.progress {
+        Output::progress_as_lines();
+    }
     if let Some(n) = cli.threads {
         // Fails only if a pool exists already, which nothing before this line makes.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
@@ -88,10 +113,16 @@ pub fn main() -> ExitCode {
         Command::Sweep(args) => sweep::run(args, out),
         Command::Fit(args) => fit::run(args, out),
         Command::Identify(args) => identify::run(args, out),
+        Command::Predict(args) => predict::run(args, out),
         Command::Diagnose(args) => diagnose::run(args, out),
         Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
+        Command::New(args) => new::run(args, out),
+        Command::Units(args) => units::run(args, out),
+        Command::Materials(args) => materials::run(args, out),
         Command::Schema(args) => schema::run(args, out),
+        Command::Completions(args) => completions::run(args, out),
+        Command::Man(args) => man::run(args, out),
     };
     match result {
         Ok(status) => ExitCode::from(status),

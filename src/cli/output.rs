@@ -3,11 +3,16 @@
 
 use std::io::Write;
 use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
 use crate::foundation::progress::Progress;
+
+/// Whether progress was asked for as lines, also where standard error is no terminal: one setting of the process, made
+/// before any work begins.
+static AS_LINES: AtomicBool = AtomicBool::new(false);
 
 /// How a command reports.
 #[derive(Debug, Clone, Copy)]
@@ -44,29 +49,80 @@ impl Output {
         }
     }
 
+    /// From now on, progress comes as lines on standard error, also where that is no terminal.
+    pub fn progress_as_lines() {
+        AS_LINES.store(true, Ordering::Relaxed);
+    }
+
     /// Hears of the progress of the library: remarks as lines, counted work as a bar.
     pub fn progress(self) -> Terminal {
-        Terminal { output: self, bar: Mutex::new(None) }
+        Terminal { output: self, bar: Mutex::new(None), spinner: Mutex::new(None) }
+    }
+
+    /// Where bars go: a terminal or nowhere.
+    pub fn target(self) -> ProgressDrawTarget {
+        if self.quiet || AS_LINES.load(Ordering::Relaxed) { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() }
     }
 }
 
-/// Progress on standard error, unless quiet; the bar shows only if that is a terminal.
+/// Progress on standard error, unless quiet; bars and what is shown in place only if that is a terminal, or as lines where
+/// that was asked for.
 #[derive(Debug)]
 pub struct Terminal {
     output: Output,
     bar: Mutex<Option<ProgressBar>>,
+    spinner: Mutex<Option<ProgressBar>>,
+}
+
+impl Terminal {
+    fn line(&self, text: &str) {
+        if AS_LINES.load(Ordering::Relaxed) {
+            self.output.note(text);
+        }
+    }
+
+    fn stop_spinning(&self) {
+        if let Some(spinner) = self.spinner.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).take() {
+            spinner.finish_and_clear();
+        }
+    }
+}
+
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        self.stop_spinning();
+    }
 }
 
 impl Progress for Terminal {
     fn say(&self, what: &str) {
+        self.stop_spinning();
         self.output.note(what);
     }
 
+    fn at(&self, what: &str) {
+        self.line(what);
+        let mut held = self.spinner.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        let spinner = held.get_or_insert_with(|| {
+            let spinner = ProgressBar::with_draw_target(None, self.output.target());
+            if let Ok(style) = ProgressStyle::with_template("{spinner} {elapsed} {msg}") {
+                spinner.set_style(style);
+            }
+            spinner
+        });
+        spinner.set_message(what.to_string());
+        spinner.tick();
+    }
+
     fn count(&self, done: usize, total: usize, what: &str) {
+        self.stop_spinning();
+        // Every tenth as a line.
+        if total > 0 && 10 * done / total != 10 * done.saturating_sub(1) / total {
+            self.line(&format!("{done}/{total} {what}"));
+        }
         let mut held = self.bar.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         let bar = held.get_or_insert_with(|| {
-            let target = if self.output.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-            let bar = ProgressBar::with_draw_target(Some(total as u64), target);
+            let bar = ProgressBar::with_draw_target(Some(total as u64), self.output.target());
             if let Ok(style) = ProgressStyle::with_template(&format!("{{bar:40}} {{pos}}/{{len}} {what}, {{elapsed}} passed, {{eta}} left"))
             {
                 bar.set_style(style);

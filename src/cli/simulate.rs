@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{ProgressBar, ProgressStyle};
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
@@ -171,8 +171,7 @@ fn notes(machine: &Machine, schedule: &Schedule, out: Output) {
 }
 
 fn progress_bar(start: f64, end: f64, out: Output) -> ProgressBar {
-    let target = if out.quiet { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() };
-    let bar = ProgressBar::with_draw_target(Some(1000), target);
+    let bar = ProgressBar::with_draw_target(Some(1000), out.target());
     let template = format!("{{bar:40}} {{percent}} % of {}, {{elapsed}} passed, {{eta}} left", duration(end - start));
     if let Ok(style) = ProgressStyle::with_template(&template) {
         bar.set_style(style);

@@ -10,6 +10,7 @@ use crate::describe::machine::Machine;
 use crate::discretise::mesh::vtu;
 use crate::error::Result;
 use crate::foundation::numbers::significant;
+use crate::foundation::progress::Progress;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats};
 use crate::solve::meshed::{MeshedMachine, SteadyState};
 use crate::units::{Celsius, Kelvin, express};
@@ -54,9 +55,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             ));
         }
     }
+    let progress = out.progress();
+    progress.at("meshing");
     let model = MeshedMachine::new(machine, args.cells)?;
-    let solver = model.solver(&condition)?;
+    let solver = model.solver_heard(&condition, &progress)?;
     let state = model.solve(&solver, &condition)?;
+    drop(progress);
     let seconds = start.elapsed().as_secs_f64();
     if let Some(path) = &args.vtu {
         vtu::write(path, &model.machine, &model.mesh, &state.solution.temperatures)?;
@@ -76,9 +80,13 @@ fn outlet(model: &MeshedMachine, state: &SteadyState, s: usize) -> Celsius {
 fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], seconds: f64) -> String {
     let solution = &state.solution;
     let mut text = format!("{}\n\n", model.machine.name);
-    let readings: Vec<Vec<String>> =
-        model.network.sensor_names.iter().zip(model.readings(state)).map(|(n, t)| vec![n.clone(), format!("{:.3}", t.0)]).collect();
-    text += &table(&["sensor", "degC"], &readings);
+    let shown = model.shown(state);
+    let row = |(name, t): (&String, Celsius)| {
+        let reads = shown.iter().find(|(n, _)| n == name).map(|(_, degrees)| format!("reads {degrees:.3}"));
+        [Some(name.clone()), Some(format!("{:.3}", t.0)), reads].into_iter().flatten().collect()
+    };
+    let readings: Vec<Vec<String>> = model.network.sensor_names.iter().zip(model.readings(state)).map(row).collect();
+    text += &if shown.is_empty() { table(&["sensor", "degC"], &readings) } else { table(&["sensor", "degC", ""], &readings) };
     let limits: Vec<Vec<String>> = (model.limits(state).iter())
         .map(|l| {
             let shown = |x: f64| if l.is_absolute { format!("{:.3} degC", Celsius::from(Kelvin(x)).0) } else { format!("{x:.3} K") };

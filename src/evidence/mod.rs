@@ -4,3 +4,4 @@
 pub mod diagnose;
 pub mod identify;
 pub mod measurement;
+pub mod residuals;

@@ -10,6 +10,11 @@ pub trait Progress: Sync {
     fn count(&self, done: usize, total: usize, what: &str) {
         let _ = (done, total, what);
     }
+
+    /// Where the present stage stands: shown in place where somebody looks on, and kept nowhere.
+    fn at(&self, what: &str) {
+        let _ = what;
+    }
 }
 
 impl<F: Fn(&str) + Sync> Progress for F {

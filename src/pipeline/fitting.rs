@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
+use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Limit, LimitKind, Surrogate, Variable};
 use crate::surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
@@ -54,8 +55,16 @@ pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
 /// # Errors
 /// As [`samples`] and [`fit::fit`].
 pub fn fit_table(table: &Table, machine: Option<&Machine>, options: &FitOptions) -> Result<Fit> {
+    fit_table_heard(table, machine, options, &Silent)
+}
+
+/// The same, saying how it comes along.
+///
+/// # Errors
+/// As [`fit_table`].
+pub fn fit_table_heard(table: &Table, machine: Option<&Machine>, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
     let (samples, held) = samples(table)?;
-    let mut fit = fit::fit(&samples, options)?;
+    let mut fit = fit::fit_heard(&samples, options, progress)?;
     if let Some(machine) = machine {
         let (limits, notes) = limits(machine, &fit.surrogate);
         fit.surrogate.limits = limits;

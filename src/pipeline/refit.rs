@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::figures::Comparison;
-use super::fitting::fit_table;
+use super::fitting::fit_table_heard;
 use crate::describe::machine::{Machine, Variable};
 use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
@@ -61,7 +61,7 @@ fn is_varied(variable: &Variable) -> bool {
 /// Solves a small design on about `cells` cells and fits it; `folder` is for the journal, `name` for errors and provenance.
 ///
 /// # Errors
-/// As [`check`], [`Sweep::run`] and [`fit_table`].
+/// As [`check`], [`Sweep::run`] and [`fit_table_heard`].
 pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progress: &dyn Progress) -> Result<Refit> {
     let machine = Machine::from_document(document)?;
     check(&machine)?;
@@ -83,7 +83,7 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
     let plan = definition.plan(&machine.variables)?;
     let sweep = Sweep { definition, model: MeshedMachine::new(machine, Some(cells))?, plan };
     let swept = sweep.run(folder, sweep::SweepOptions { progress: Some(progress), ..Default::default() })?;
-    let fit = fit_table(&swept.table, Some(&sweep.model.machine), &FitOptions::default())?;
+    let fit = fit_table_heard(&swept.table, Some(&sweep.model.machine), &FitOptions::default(), progress)?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut largest = None;
     if let Some(validation) = &swept.validation {

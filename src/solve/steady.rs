@@ -10,6 +10,7 @@ use super::start::Anchors;
 use super::system::System;
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
+use crate::foundation::progress::{Progress, Silent};
 
 /// Largest relative heat imbalance of a result that may be printed.
 pub const BALANCE_TOLERANCE: f64 = 1e-8;
@@ -69,6 +70,19 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// As [`Solver::new`].
     pub fn near(network: &'a Network, reference: &Load, start: Vec<f64>) -> Result<Self> {
+        Self::begun(network, reference, start, &Silent)
+    }
+
+    /// As [`Solver::new`], saying how Newton's method comes along.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn heard(network: &'a Network, reference: &Load, progress: &dyn Progress) -> Result<Self> {
+        Self::begun(network, reference, initial(network, reference), progress)
+    }
+
+    fn begun(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
+        progress.at(&format!("{} unknowns: setting up", network.nodes));
         let system = System::new(network);
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
@@ -86,7 +100,7 @@ impl<'a> Solver<'a> {
         let mut solver =
             Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
-        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures)?;
+        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures, progress)?;
         Ok(solver)
     }
 
@@ -139,13 +153,13 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// As [`Solver::steady`].
     pub fn steady_from(&self, load: &Load, start: &[f64]) -> Result<Solution> {
-        let solution = self.newton(load, start)?;
+        let solution = self.newton(load, start, &Silent)?;
         self.network.check_coolant(load, &solution.temperatures)?;
         Ok(solution)
     }
 
     /// The same, whatever became of the coolant.
-    fn newton(&self, load: &Load, start: &[f64]) -> Result<Solution> {
+    fn newton(&self, load: &Load, start: &[f64], progress: &dyn Progress) -> Result<Solution> {
         let network = self.network;
         let mut temperatures = start.to_vec();
         hold(network, load, &mut temperatures);
@@ -217,6 +231,10 @@ impl<'a> Solver<'a> {
                 temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
             temperatures.iter_mut().zip(&step).for_each(|(t, s)| *t += factor * s);
             newton += 1;
+            progress.at(&format!(
+                "{} unknowns: Newton step {newton} moved {last_step:.1e} K, {imbalance:.1e} W of {through:.1e} W were open",
+                network.nodes
+            ));
         }
     }
 

@@ -7,11 +7,13 @@
 //! assert!(parse("20.5", Dimension::TEMPERATURE).is_err()); // a bare number is refused
 //! ```
 
+mod known;
 mod symbols;
 
 use std::fmt;
 
 use crate::error::{Error, Result, did_you_mean};
+pub use known::{KnownQuantity, KnownUnit, quantities, symbols};
 use symbols::{MISTAKEN, UNITS};
 
 /// The one offset between the Celsius and the Kelvin scale.

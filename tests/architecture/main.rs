@@ -27,8 +27,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("describe::machine", &["error", "units", "foundation::*", "physics", "describe::gmsh", "describe::schema"]),
     ("discretise::mesh", &["error", "units", "foundation::atomic_file", "describe::*"]),
     ("discretise::network", &["error", "units", "describe::machine", "discretise::mesh", "physics"]),
-    ("solve", &["error", "units", "discretise::network", "physics"]),
-    ("solve::meshed", &["error", "units", "describe::machine", "discretise::*", "physics", "solve"]),
+    ("solve", &["error", "units", "foundation::progress", "discretise::network", "physics"]),
+    ("solve::meshed", &["error", "units", "foundation::progress", "describe::machine", "discretise::*", "physics", "solve"]),
     (
         "solve::sensitivity",
         &["error", "units", "foundation::document", "describe::*", "discretise::*", "solve", "solve::meshed", "physics"],
@@ -57,6 +57,19 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "explore::schedule",
             "explore::simulate",
             "evidence::measurement",
+        ],
+    ),
+    (
+        "evidence::residuals",
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "describe::machine",
+            "explore::simulate",
+            "solve::sensitivity",
+            "evidence::measurement",
+            "evidence::identify",
         ],
     ),
     (

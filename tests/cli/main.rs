@@ -1,5 +1,9 @@
 //! The program as its users meet it: every shipped file through the binary, statuses, JSON, kill -9.
 
+mod help;
+mod progress;
+mod start;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;

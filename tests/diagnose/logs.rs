@@ -241,6 +241,12 @@ fn a_slow_sensor() {
         assert!(is_named(&found, "sensor lag", "motor"), "{}", told(seed, &found));
         let part = found.explanations[0].causes.iter().find(|p| p.hypothesis.kind() == "sensor lag").unwrap();
         assert!((part.amplitude / lag - 1.0).abs() < 0.25, "{}", told(seed, &found));
+        // The extended machine has a sensor that lags.
+        let lines = found.sets.clone().unwrap_or_default();
+        assert_eq!(lines.len(), 1, "{lines:?}");
+        let extended = study(CELLS, &lines);
+        let shows = extended.model.machine.sensors[0].shows;
+        assert!((shows.lag / part.amplitude - 1.0).abs() < 1e-6 && shows.offset == 0.0 && shows.gain == 1.0, "{lines:?}");
     }
 }
 

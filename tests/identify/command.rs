@@ -26,13 +26,19 @@ fn solved(machine: &str, ambient: &str) -> Value {
 #[test]
 fn the_written_machine_predicts_what_was_reported_and_keeps_its_comments() {
     let (folder, machine, data) = folder("written");
+    let goal = folder.join("found.toml");
     let before = std::fs::read_to_string(&machine).unwrap();
     let args = ["identify", &machine, &data, "--free", "contact.first.total_conductance", "--free", SECOND, "--json"];
     // A value that is changed for the run is part of the machine that is written.
     let args = [&args[..], &["--set", "source.motor.power=33 W"]].concat();
+    // Unless that is asked for, nothing is written, neither beside the machine nor anywhere else.
+    let unwritten = json(&coldplate(&args));
+    assert!(unwritten["machine"].is_null() && std::fs::read_dir(&folder).unwrap().count() == 2, "{unwritten}");
+    let args = [&args[..], &["--out", goal.to_str().unwrap()]].concat();
     let found = json(&coldplate(&args));
+    assert_eq!(found["parameters"], unwritten["parameters"]);
     let path = found["machine"].as_str().unwrap().to_string();
-    assert_eq!(Path::new(&path), folder.join("nodes.identified.toml"));
+    assert_eq!(Path::new(&path), goal);
     assert_eq!(std::fs::read_to_string(&machine).unwrap(), before);
     let text = std::fs::read_to_string(&path).unwrap();
     for kept in ["# two nodes in a row", "# keep this remark", "# a guess", "# 4 W/K over the area", "data.csv", "first, second", "33 W"] {
@@ -51,10 +57,8 @@ fn the_written_machine_predicts_what_was_reported_and_keeps_its_comments() {
         let there = solved["sensors"][r["sensor"].as_str().unwrap()].as_f64().unwrap();
         assert!((there - r["after_degC"].as_f64().unwrap()).abs() < 1e-6, "{r} {there}");
     }
-    // Again: another name. A name that is taken: refused before any work, and left as it is.
-    let again = json(&coldplate(&args));
-    assert_eq!(Path::new(again["machine"].as_str().unwrap()), folder.join("nodes.identified-2.toml"));
-    let taken = coldplate(&[&args[..], &["--out", &path]].concat());
+    // A name that is taken: refused before any work, and left as it is.
+    let taken = coldplate(&args);
     assert!(taken.status.code() == Some(2) && message(&taken).contains("nothing is written over"), "{}", message(&taken));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
     // What was identified is a machine like any other: identified again, nothing changes.

@@ -6,4 +6,6 @@ mod command;
 mod common;
 mod data;
 mod logs;
+mod predict;
+mod response;
 mod twins;

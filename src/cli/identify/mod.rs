@@ -9,11 +9,11 @@ use std::time::Instant;
 use super::condition::pair_of;
 use super::measured;
 use super::output::Output;
-use crate::error::{Error, Result, did_you_mean};
+use crate::error::{Error, Result};
 use crate::evidence::identify::record::HeldOut;
 use crate::evidence::identify::{self, Free, IdentifyOptions, Problem};
-use crate::evidence::measurement::Data;
 use crate::foundation::atomic_file;
+use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::Study;
 use show::Found;
 
@@ -48,7 +48,7 @@ pub struct Args {
     /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
-    /// Write the identified machine here (default: beside the machine file, as NAME.identified.toml); never over a file
+    /// Write the identified machine here; never over a file (default: it is not written)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Change a value of the machine file first
@@ -69,7 +69,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let study = Study::read(&args.machine, &sets, args.cells)?;
     let machine = &study.model.machine;
     let mut all = measured::data(args.data.as_deref(), machine)?;
-    drop_sensors(&mut all, &args.without)?;
+    measured::drop_sensors(&mut all, &args.without)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
     let (data, others) = if args.use_tests.is_empty() {
         (all.clone(), None)
@@ -87,17 +87,20 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         )));
     }
     let free = args.free.iter().map(|text| Free::parse(text, &study)).collect::<Result<Vec<_>>>()?;
-    let path = measured::goal(args.out.as_deref(), &args.machine, machine, "identified")?;
+    let path = args.out.as_deref().map(|path| measured::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
     let problem = Problem { study, data, uncertainty, free, start };
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }
-    let estimate = identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &out.progress())?;
+    let progress = out.progress();
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &progress)?;
     let (profiles, advice) = if args.brief {
         (Vec::new(), Vec::new())
     } else {
-        out.note("profile likelihoods, further tests");
-        let profiles = (0..problem.free.len()).map(|k| identify::profile(&problem, &estimate, k)).collect::<Result<Vec<_>>>()?;
+        progress.say("profile likelihoods, further tests");
+        let profiles = (0..problem.free.len()).map(|k| identify::profile_heard(&problem, &estimate, k, &progress));
+        let profiles = profiles.collect::<Result<Vec<_>>>()?;
+        progress.at("further tests");
         (profiles, identify::next_tests(&problem, &estimate, &(0..problem.study.model.machine.sensors.len()).collect::<Vec<_>>())?)
     };
     let held_out = match &others {
@@ -108,39 +111,20 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         None => None,
     };
-    let text = identify::write_machine(&problem, &estimate, &problem.data.tests())?;
-    atomic_file::write(&path, text.as_bytes())?;
+    if let Some(path) = &path {
+        let text = identify::write_machine(&problem, &estimate, &problem.data.tests())?;
+        atomic_file::write(path, text.as_bytes())?;
+    }
+    drop(progress);
     let found = Found {
         problem: &problem,
         estimate: &estimate,
         profiles: &profiles,
         advice: &advice,
         held_out,
-        path: &path,
+        path: path.as_deref(),
         seconds: clock.elapsed().as_secs_f64(),
     };
     out.report(&found.text(), &found.record());
     Ok(0)
-}
-
-fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
-    for name in names {
-        let Some(k) = data.names.iter().position(|n| n == name) else {
-            let error = Error::input(format!("no column is of a sensor '{name}'")).at_key("--without");
-            return Err(match did_you_mean(name, data.names.iter().map(String::as_str)) {
-                Some(near) => error.help(format!("did you mean '{near}'?")),
-                None => error.help(format!("sensors here: {}", data.names.join(", "))),
-            });
-        };
-        data.names.remove(k);
-        data.sensors.remove(k);
-        data.rows.iter_mut().for_each(|row| {
-            row.readings.remove(k);
-        });
-    }
-    // Rows of a log also say what the conditions were.
-    if !data.is_transient() {
-        data.rows.retain(|row| row.readings.iter().any(Option::is_some));
-    }
-    if data.count() == 0 { Err(Error::input("no reading is left").at_key("--without")) } else { Ok(()) }
 }

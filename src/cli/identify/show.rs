@@ -16,7 +16,7 @@ pub(super) struct Found<'a> {
     pub(super) profiles: &'a [Profile],
     pub(super) advice: &'a [Advice],
     pub(super) held_out: Option<HeldOut>,
-    pub(super) path: &'a Path,
+    pub(super) path: Option<&'a Path>,
     pub(super) seconds: f64,
 }
 
@@ -94,13 +94,16 @@ impl Found<'_> {
                 text += &format!("  the interval of {} would shrink to {:.0} %\n", free.parameter.name, 100.0 * best.shrink[k]);
             }
         }
-        text += &format!("\nwrote {}\n{:.2} s, {} predictions\n", self.path.display(), self.seconds, estimate.evaluations);
-        text
+        text += &match self.path {
+            Some(path) => format!("\nwrote {}\n", path.display()),
+            None => "\nno machine file was written: --out FILE writes the one with these values\n".to_string(),
+        };
+        text + &format!("{:.2} s, {} predictions\n", self.seconds, estimate.evaluations)
     }
 
     pub(super) fn record(&self) -> IdentifyRecord {
         let mut record = self.estimate.record(self.problem, self.profiles, self.advice, self.held_out.as_ref());
-        record.machine = self.path.display().to_string();
+        record.machine = self.path.map(|path| path.display().to_string());
         record.seconds = self.seconds;
         record
     }

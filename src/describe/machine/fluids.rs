@@ -45,6 +45,22 @@ impl Fluids {
     }
 }
 
+/// The liquids every machine file may name beside water, each with its source.
+///
+/// # Errors
+/// Never for the library that is shipped.
+pub(super) fn built_in() -> Result<Vec<(FluidTable, String)>> {
+    let document = Document::parse(LIBRARY, "the built-in fluids")?;
+    let root = document.root();
+    let one = |(name, section): (String, Section<'_>)| {
+        let source = section.opt_text("source")?.unwrap_or_default();
+        Ok((fluid(name, section)?, source))
+    };
+    let found = root.sections("fluid")?.into_iter().map(one).collect::<Result<_>>()?;
+    root.finish()?;
+    Ok(found)
+}
+
 fn fluid(name: String, section: Section<'_>) -> Result<FluidTable> {
     if matches!(name.as_str(), "water" | "paper_water") {
         return Err(section.error(format!("'{name}' is there already")).help("give the fluid another name"));

@@ -8,6 +8,18 @@ use crate::units::Dimension;
 /// The materials every machine file may name, with sources.
 const LIBRARY: &str = include_str!("../../../data/materials.toml");
 
+/// The materials every machine file may name.
+///
+/// # Errors
+/// Never for the library that is shipped.
+pub(super) fn built_in() -> Result<Vec<Material>> {
+    let document = Document::parse(LIBRARY, "the built-in materials")?;
+    let root = document.root();
+    let found = root.sections("material")?.into_iter().map(|(name, section)| material(name, section, &[])).collect::<Result<_>>()?;
+    root.finish()?;
+    Ok(found)
+}
+
 /// Every known material; those in use are kept by [`Shelf::take`] in the order of first use.
 pub(super) struct Shelf {
     own: Vec<Material>,
@@ -19,13 +31,7 @@ pub(super) struct Shelf {
 impl Shelf {
     /// Reads `[material.NAME]` and the library.
     pub(super) fn read(root: &Section<'_>) -> Result<Self> {
-        let document = Document::parse(LIBRARY, "the built-in materials")?;
-        let built_in = document.root();
-        let mut library = Vec::new();
-        for (name, section) in built_in.sections("material")? {
-            library.push(material(name, section, &[])?);
-        }
-        built_in.finish()?;
+        let library = built_in()?;
         let mut own: Vec<Material> = Vec::new();
         for (name, section) in root.sections("material")? {
             let known = [own.as_slice(), library.as_slice()].concat();

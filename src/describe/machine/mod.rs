@@ -5,6 +5,7 @@
 
 use crate::foundation::formula::Formula;
 
+mod catalogue;
 mod channels;
 mod clearance;
 mod condition;
@@ -19,14 +20,17 @@ mod library;
 mod names;
 mod parts;
 mod read;
+mod response;
 mod sensors;
 mod shape;
 mod slope;
 mod source_law;
+pub mod starters;
 mod variables;
 
 pub use coldplate_runtime::LimitKind;
 
+pub use catalogue::{Catalogue, LiquidRecord, MaterialRecord, PropertyRecord};
 pub use channels::{Channel, Circuit, Film, Layout};
 pub use condition::Condition;
 pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Total};
@@ -34,6 +38,7 @@ pub use contacts::{Boundary, BoundaryLaw, Contact, Place, RadiationLink};
 pub use enclosures::{Enclosure, EnclosureSurface, Views};
 pub use keys::SCHEMA;
 pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
+pub use response::{SensorResponse, Shown};
 pub use slope::Slope;
 pub use source_law::{ConstantPower, LinearPower, SourceLaw};
 
@@ -160,6 +165,8 @@ pub struct Sensor {
     pub name: String,
     /// What it reads.
     pub reads: Reading,
+    /// What it shows of that.
+    pub shows: SensorResponse,
 }
 
 /// What a sensor reads.

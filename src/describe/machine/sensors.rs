@@ -4,10 +4,11 @@ use super::channels::absolute;
 use super::condition::Symbols;
 use super::geometry::{check_name, emissivity};
 use super::keys::bodies::CAPACITY;
+use super::keys::outputs::{GAIN, LAG, OFFSET};
 use super::names::{Index, lookup};
 use super::shape::{origin, part_contains};
 use super::variables::formula;
-use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, Source, SourceLaw, Variable};
+use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, SensorResponse, Source, SourceLaw, Variable};
 use crate::error::Result;
 use crate::foundation::document::{Section, suggestion};
 use crate::units::Dimension;
@@ -91,8 +92,12 @@ pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Senso
             "inlet" => Reading::Inlet(index.channel(&value)?),
             _ => Reading::Outlet(index.channel(&value)?),
         };
+        let shows = SensorResponse { lag: LAG.read(&section)?, offset: OFFSET.read(&section)?, gain: GAIN.read(&section)? };
+        if shows.lag < 0.0 {
+            return Err(section.error_at("lag", "a sensor cannot run ahead").help("leave it out for a sensor without lag"));
+        }
         section.finish()?;
-        found.push(Sensor { name, reads });
+        found.push(Sensor { name, reads, shows });
     }
     Ok(found)
 }

@@ -12,7 +12,7 @@ use super::signature::{Signatures, difference};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::Result;
-use crate::evidence::identify::{self, Prediction};
+use crate::evidence::identify::{self, Prediction, own_key};
 use crate::evidence::measurement::{Data, whiten};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::{Basis, Course, Derivatives, Disturbance, Moment, Parameter, Study, Variation};
@@ -154,16 +154,44 @@ impl Logs<'_> {
         for (test, moments) in data.tests().iter().zip(histories) {
             let states: Vec<At> = moments.par_iter().map(linearised).collect::<Result<_>>()?;
             for (column, found) in columns.iter_mut().zip(self.of_test(test, &basis, &states, &wanted)) {
-                let Some(found) = found else { continue };
+                let Some(found) = found.map(|found| self.shown(found)) else { continue };
                 let column = column.get_or_insert_with(|| vec![0.0; count]);
                 found.into_iter().for_each(|(i, value)| column[i] = value);
             }
         }
-        let along = columns.split_off(hypotheses.len());
+        let mut along = columns.split_off(hypotheses.len());
+        for (column, variation) in along.iter_mut().zip(&variations) {
+            if own_key(&variation.parameter, data).is_some() {
+                *column = Some(self.own(&variation.parameter)?);
+            }
+        }
         let rows = |which: std::ops::Range<usize>| -> Vec<Vec<f64>> {
             (0..count).map(|i| which.clone().map(|p| along[p].as_ref().map_or(0.0, |column| column[i])).collect()).collect()
         };
         Ok(Followed { columns, slopes: rows(0..uncertain.len()), conditions: rows(uncertain.len()..along.len()) })
+    }
+
+    /// What the sensors show of a change of the temperatures of their places in one test; a place among all readings, and K.
+    fn shown(&self, mut found: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
+        let machine = &self.study.model.machine;
+        let places = whiten::places(self.data);
+        for (k, sensor) in self.data.sensors.iter().enumerate() {
+            let response = machine.sensors[*sensor].shows;
+            if response.lag == 0.0 && response.gain == 1.0 {
+                continue;
+            }
+            let own: Vec<usize> = (0..found.len()).filter(|n| places[found[*n].0].1 == k).collect();
+            let times: Vec<f64> = own.iter().map(|n| self.data.rows[places[found[*n].0].0].time.unwrap_or(0.0)).collect();
+            let changes: Vec<f64> = own.iter().map(|n| found[*n].1).collect();
+            own.iter().zip(response.course_of_change(&times, &changes)).for_each(|(n, shown)| found[*n].1 = shown);
+        }
+        found
+    }
+
+    /// The slope of all readings along a number of a sensor's own.
+    fn own(&self, parameter: &Parameter) -> Result<Vec<f64>> {
+        let found = identify::predict_within(self.study, self.data, std::slice::from_ref(parameter), self.start, TIME_TOLERANCE)?;
+        Ok(found.slopes.into_iter().map(|row| row[0]).collect())
     }
 
     /// What disturbances under their laws do to the readings of one test: where each stands among all readings, and K per unit.

@@ -323,7 +323,7 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
     let members = best.map(|e| e.causes.iter().map(|p| (&p.hypothesis, p.amplitude)).collect::<Vec<_>>());
     let explained = best.and_then(|_| outcome.leading_predictions());
     let sets = match &members {
-        Some(members) => predictor.extended(members)?.map(|extended| extended.sets),
+        Some(members) => predictor.written(members)?,
         None => None,
     };
     progress.say("gain on conditions kept out");

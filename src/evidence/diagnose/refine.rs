@@ -76,6 +76,26 @@ impl Predictor<'_> {
         Ok(Some(Extended { study, sets: all }))
     }
 
+    /// The lines of a machine file in which several hypotheses are in force at once, what sensors show included; `None` where it
+    /// has no words for one.
+    ///
+    /// # Errors
+    /// As [`Predictor::extended`].
+    pub fn written(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<Vec<(String, String)>>> {
+        let mut all: Vec<(String, String)> = Vec::new();
+        let mut study = self.study.clone();
+        let machine = members.iter().filter(|(h, _)| !h.is_sensor()).copied();
+        for (h, amplitude) in machine.chain(in_order(members)) {
+            let Some(sets) = h.written(&study, self.data, self.scales, self.user, amplitude)? else { return Ok(None) };
+            if !sets.is_empty() {
+                study = study.edited(&sets)?;
+            }
+            all.retain(|(key, _)| sets.iter().all(|(other, _)| other != key) || !key.starts_with("sensor."));
+            all.extend(sets);
+        }
+        Ok(Some(all))
+    }
+
     /// Predictions with hypotheses in force.
     ///
     /// # Errors

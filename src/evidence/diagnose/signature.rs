@@ -6,8 +6,9 @@
 use rayon::prelude::*;
 
 use super::effects::{EffectDerivatives, Hypothesis, Scales, UserKind};
+use crate::describe::machine::SensorResponse;
 use crate::error::Result;
-use crate::evidence::identify::{Prediction, conditions, states};
+use crate::evidence::identify::{Prediction, conditions, own_key, states};
 use crate::evidence::measurement::{Data, whiten};
 use crate::solve::sensitivity::{Adjoint, Derivatives, Disturbance, Parameter, Study, Target};
 
@@ -47,6 +48,7 @@ pub fn steady(
     let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
     let wanted: Vec<_> = uncertain.iter().chain(&variables).cloned().collect();
     let derivatives = EffectDerivatives::new(study, hypotheses, user);
+    let responses: Vec<SensorResponse> = data.sensors.iter().map(|s| study.model.machine.sensors[*s].shows).collect();
     struct At {
         values: Vec<f64>,
         slopes: Vec<Vec<f64>>,
@@ -55,7 +57,7 @@ pub fn steady(
     let of = |at: &Derivatives<'_>| -> Result<At> {
         let adjoints: Vec<Adjoint> =
             data.sensors.par_iter().map(|s| at.adjoint_within(Target::Sensor(*s), ADJOINT)).collect::<Result<_>>()?;
-        let slopes = wanted
+        let mut slopes = wanted
             .iter()
             .map(|p| {
                 let partial = at.partial(p)?;
@@ -70,7 +72,19 @@ pub fn steady(
             adjoints.iter().enumerate().map(on).collect()
         };
         let effects = derivatives.disturbances(at, &screen).into_par_iter().map(on_all).collect();
-        let values = data.sensors.iter().map(|s| network.sensors[*s].read(&at.state.solution.temperatures, &at.state.load)).collect();
+        let read = |s: &usize| network.sensors[*s].read(&at.state.solution.temperatures, &at.state.load);
+        let temperatures: Vec<f64> = data.sensors.iter().map(read).collect();
+        // What the sensors make of all that.
+        let mut effects: Vec<Vec<f64>> = effects;
+        for rows in [&mut slopes, &mut effects] {
+            rows.iter_mut().for_each(|row| row.iter_mut().zip(&responses).for_each(|(slope, r)| *slope *= r.gain));
+        }
+        for (row, p) in slopes.iter_mut().zip(&wanted) {
+            if let Some((k, key)) = own_key(p, data) {
+                row[k] += SensorResponse::slope(&key, temperatures[k]).unwrap_or(0.0);
+            }
+        }
+        let values = responses.iter().zip(temperatures).map(|(r, t)| r.settled(t)).collect();
         Ok(At { values, slopes, effects })
     };
     let all: Vec<At> = states.par_iter().map(of).collect::<Result<_>>()?;

@@ -88,7 +88,7 @@ pub struct Estimate {
 /// Nothing to find, the same twice, or no data; the machine cannot be solved where the search begins.
 pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
     check(problem)?;
-    let mut search = Search::new(problem);
+    let mut search = Search::new(problem, progress);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
     let (nominal, mut whitener) = search.whole(start.clone())?;
     let mut noise = Random::new(options.seed);

@@ -24,8 +24,10 @@ use crate::units;
 
 pub use advice::{Advice, next_tests};
 pub use estimate::{Estimate, IdentifyOptions, Undetermined, chi_square_tail, identify};
-pub use predict::{Prediction, TIME_TOLERANCE, conditions, histories, predict, predict_within, states, steady_near, values, values_within};
-pub use profile::{Profile, profile};
+pub use predict::{
+    Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, values, values_within,
+};
+pub use profile::{Profile, profile, profile_heard};
 pub use scan::{Scan, scan};
 pub use write::write_machine;
 

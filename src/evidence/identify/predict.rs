@@ -2,13 +2,14 @@
 
 use rayon::prelude::*;
 
-use crate::describe::machine::Condition;
+use crate::describe::machine::{Condition, SensorResponse};
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::evidence::measurement::Data;
 use crate::evidence::measurement::whiten::places;
 use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, Seen, Start};
+use crate::foundation::document::Document;
 use crate::solve::Solver;
 use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
 
@@ -97,7 +98,7 @@ pub fn values(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
 /// As [`predict`].
 pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<Vec<f64>> {
     if data.is_transient() {
-        return run_logs(study, data, start, None, tolerance);
+        return Ok(run_logs(study, data, start, None, tolerance)?.0);
     }
     Ok(steady_near(study, data, &[])?.0)
 }
@@ -121,7 +122,8 @@ pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec
             Some(from) => solver.steady_from(&load, from)?,
             None => solver.steady(&load)?,
         };
-        Ok((model.network.sensors.iter().map(|s| s.read(&solution.temperatures, &load)).collect(), solution.temperatures))
+        let places = model.network.sensors.iter().zip(&model.machine.sensors);
+        Ok((places.map(|(at, s)| s.shows.settled(at.read(&solution.temperatures, &load))).collect(), solution.temperatures))
     };
     let (found, fields): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
         distinct.par_iter().enumerate().map(read).collect::<Result<Vec<_>>>()?.into_iter().unzip();
@@ -137,15 +139,27 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
     let targets: Vec<Target> = data.sensors.iter().map(|s| Target::Sensor(*s)).collect();
     let solver = study.model.solver(&distinct[0])?;
     let sensors = &study.model.network.sensors;
+    let responses: Vec<SensorResponse> = data.sensors.iter().map(|s| study.model.machine.sensors[*s].shows).collect();
+    let own: Vec<Option<(usize, String)>> = all.iter().map(|p| own_key(p, data)).collect();
+    let shown = |temperatures: &[f64]| responses.iter().zip(temperatures).map(|(r, t)| r.settled(*t)).collect::<Vec<f64>>();
     let at = |c: &Condition| -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
         let state = study.model.solve(&solver, c)?;
         if variations.is_empty() {
-            let read = data.sensors.iter().map(|s| sensors[*s].read(&state.solution.temperatures, &state.load));
-            return Ok((read.collect(), vec![Vec::new(); targets.len()]));
+            let read: Vec<f64> = data.sensors.iter().map(|s| sensors[*s].read(&state.solution.temperatures, &state.load)).collect();
+            return Ok((shown(&read), vec![Vec::new(); targets.len()]));
         }
         let point = Derivatives::new(study, c, &state)?;
-        let read = data.sensors.iter().map(|s| sensors[*s].read(&point.state.solution.temperatures, &point.state.load));
-        Ok((read.collect(), point.jacobian_of(&targets, &variations)?.slopes))
+        let read: Vec<f64> = data.sensors.iter().map(|s| sensors[*s].read(&point.state.solution.temperatures, &point.state.load)).collect();
+        let mut slopes = point.jacobian_of(&targets, &variations)?.slopes;
+        for (k, row) in slopes.iter_mut().enumerate() {
+            for (slope, own) in row.iter_mut().zip(&own) {
+                *slope *= responses[k].gain;
+                if let Some((_, key)) = own.as_ref().filter(|(sensor, _)| *sensor == k) {
+                    *slope += SensorResponse::slope(key, read[k]).unwrap_or(0.0);
+                }
+            }
+        }
+        Ok((shown(&read), slopes))
     };
     let found: Vec<(Vec<f64>, Vec<Vec<f64>>)> = distinct.par_iter().map(at).collect::<Result<_>>()?;
     let p = parameters.len();
@@ -160,7 +174,7 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
 }
 
 fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start, tolerance: f64) -> Result<Prediction> {
-    let values = run_logs(study, data, start, None, tolerance)?;
+    let (values, temperatures) = run_logs(study, data, start, None, tolerance)?;
     let step = |p: &Parameter| match p.value {
         _ if p.dimension.is_absolute() || p.kind == Kind::Offset => RUN_KELVIN,
         0.0 => RUN_STEP_FROM_ZERO * p.step(0.0),
@@ -168,7 +182,12 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
     };
     let column = |p: &Parameter| -> Result<Vec<f64>> {
         let step = step(p);
-        let moved = run_logs(&study.with(&[(p, p.value + step)])?, data, start, None, tolerance)?;
+        let study = study.with(&[(p, p.value + step)])?;
+        // What a sensor shows changes nothing of what it stands in.
+        let moved = match own_key(p, data) {
+            Some(_) => in_rows(data, &shown(&study, data, &temperatures)),
+            None => run_logs(&study, data, start, None, tolerance)?.0,
+        };
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
     let columns: Vec<Vec<f64>> = parameters.par_iter().map(column).collect::<Result<_>>()?;
@@ -179,7 +198,7 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
         if step == 0.0 || variable.name == schedule::TIME {
             return Ok(vec![0.0; values.len()]);
         }
-        let moved = run_logs(study, data, start, Some((v, step)), tolerance)?;
+        let (moved, _) = run_logs(study, data, start, Some((v, step)), tolerance)?;
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
     let variables = if with_conditions { study.model.machine.variables.len() } else { 0 };
@@ -197,11 +216,11 @@ pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Re
     let run = |test: &String| -> Result<(Vec<Vec<f64>>, Vec<Moment>)> {
         let mut moments = Moments::default();
         let mut look = |seen: &Seen<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
-        let readings = run_log(study, data, test, start, None, tolerance, &mut look)?;
-        Ok((readings, moments.into_kept()))
+        let temperatures = run_log(study, data, test, start, None, tolerance, &mut look)?;
+        Ok((temperatures, moments.into_kept()))
     };
     let (found, moments): (Vec<_>, Vec<_>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
-    Ok((in_rows(data, &tests, &found), moments))
+    Ok((in_rows(data, &shown(study, data, &found)), moments))
 }
 
 /// The state a test begins with.
@@ -221,15 +240,35 @@ fn beginning(rows: &[&crate::evidence::measurement::Row], start: Start) -> Resul
     })
 }
 
-/// Runs every test of a log; `shift` adds to one variable (SI) throughout.
-fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, tolerance: f64) -> Result<Vec<f64>> {
-    let tests = data.tests();
-    let run = |test: &String| run_log(study, data, test, start, shift, tolerance, &mut |_| {});
-    let found: Vec<Vec<Vec<f64>>> = tests.par_iter().map(run).collect::<Result<_>>()?;
-    Ok(in_rows(data, &tests, &found))
+/// The sensor (a column of the data) whose own lag, gain or offset a parameter is, and which of them.
+pub fn own_key(parameter: &Parameter, data: &Data) -> Option<(usize, String)> {
+    match Document::names_in(&parameter.name)?.as_slice() {
+        [table, name, key] if table == "sensor" && SensorResponse::slope(key, 0.0).is_some() => {
+            Some((data.names.iter().position(|n| n == name)?, key.clone()))
+        }
+        _ => None,
+    }
 }
 
-/// Runs one test: readings of all sensors at each of its rows.
+/// Temperatures of all sensors' places at the rows of each test, K.
+type Courses = Vec<Vec<Vec<f64>>>;
+
+/// Runs every test of a log; `shift` adds to one variable (SI) throughout. What the sensors show, and the temperatures of their
+/// places.
+fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, tolerance: f64) -> Result<(Vec<f64>, Courses)> {
+    let run = |test: &String| run_log(study, data, test, start, shift, tolerance, &mut |_| {});
+    let found: Courses = data.tests().par_iter().map(run).collect::<Result<_>>()?;
+    Ok((in_rows(data, &shown(study, data, &found)), found))
+}
+
+/// What the sensors of a machine show of the temperatures of their places.
+fn shown(study: &Study, data: &Data, temperatures: &Courses) -> Courses {
+    let times = |test: &String| data.rows.iter().filter(|row| row.test == *test).map(|row| row.time.unwrap_or(0.0)).collect::<Vec<f64>>();
+    let of = |(test, course): (&String, &Vec<Vec<f64>>)| simulate::shown(&study.model.machine, &times(test), course);
+    data.tests().iter().zip(temperatures).map(of).collect()
+}
+
+/// Runs one test: temperatures of all sensors' places at each of its rows.
 fn run_log(
     study: &Study,
     data: &Data,
@@ -254,13 +293,17 @@ fn run_log(
     let at = |row: &&crate::evidence::measurement::Row| {
         let time = row.time.unwrap_or(0.0);
         let nearest = |a: &usize, b: &usize| (history.times[*a] - time).abs().total_cmp(&(history.times[*b] - time).abs());
-        (0..history.times.len()).min_by(nearest).map(|i| history.readings[i].clone()).ok_or_else(|| Error::numerics("a run without output"))
+        (0..history.times.len())
+            .min_by(nearest)
+            .map(|i| history.temperatures[i].clone())
+            .ok_or_else(|| Error::numerics("a run without output"))
     };
     rows.iter().map(at).collect()
 }
 
 /// Readings of every test in the order of the data.
-fn in_rows(data: &Data, tests: &[String], found: &[Vec<Vec<f64>>]) -> Vec<f64> {
+fn in_rows(data: &Data, found: &[Vec<Vec<f64>>]) -> Vec<f64> {
+    let tests = data.tests();
     let mut next = vec![0; tests.len()];
     let mut of_row = Vec::with_capacity(data.rows.len());
     for row in &data.rows {

@@ -4,6 +4,7 @@ use super::Problem;
 use super::estimate::Estimate;
 use super::search::{Search, priors};
 use crate::error::Result;
+use crate::foundation::progress::{Progress, Silent};
 
 /// Misfit above the least one at the ends of a 95 % interval: chi-square of one degree of freedom.
 const RISE_95: f64 = 3.841_459;
@@ -27,12 +28,20 @@ pub struct Profile {
 /// # Errors
 /// As [`Problem::predict`].
 pub fn profile(problem: &Problem, estimate: &Estimate, parameter: usize) -> Result<Profile> {
+    profile_heard(problem, estimate, parameter, &Silent)
+}
+
+/// The same, saying how it comes along.
+///
+/// # Errors
+/// As [`profile`].
+pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, progress: &dyn Progress) -> Result<Profile> {
     let free = &problem.free[parameter];
     let best: Vec<f64> = problem.free.iter().zip(&estimate.values).map(|(f, v)| f.coordinate(*v)).collect();
     let (low, high) = free.coordinate_bounds();
     let spread = estimate.deviations[parameter].min((high - low) / 4.0);
     let least = estimate.misfit.1 + priors(&problem.free, &best);
-    let mut search = Search::new(problem);
+    let mut search = Search::new(problem, progress);
     search.frozen = Some(parameter);
     let mut points = vec![(best[parameter], 0.0)];
     for side in [-1.0, 1.0] {

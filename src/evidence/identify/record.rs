@@ -24,8 +24,8 @@ pub struct IdentifyRecord {
     pub next_tests: Vec<NextTestRecord>,
     /// Misfit that each start of the search ended with.
     pub starts: Vec<f64>,
-    /// Where the identified machine is written.
-    pub machine: String,
+    /// Where the identified machine is written, if that was asked for.
+    pub machine: Option<String>,
     pub evaluations: usize,
     pub seconds: f64,
 }
@@ -168,7 +168,7 @@ impl Estimate {
             }),
             next_tests: advice.iter().take(5).map(next).collect(),
             starts: self.ends.clone(),
-            machine: String::new(),
+            machine: None,
             evaluations: self.evaluations,
             seconds: 0.0,
         }

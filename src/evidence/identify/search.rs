@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::{Free, Prediction, Problem};
 use crate::error::Result;
 use crate::evidence::measurement::{Whitener, whiten};
+use crate::foundation::progress::Progress;
 
 /// The search ends when no coordinate moves by more than this share of its standard deviation.
 const STEP_TOLERANCE: f64 = 1e-3;
@@ -32,11 +33,12 @@ pub(super) struct Search<'a> {
     pub evaluations: usize,
     /// A coordinate that stays where it is.
     pub frozen: Option<usize>,
+    progress: &'a dyn Progress,
 }
 
 impl<'a> Search<'a> {
-    pub fn new(problem: &'a Problem) -> Self {
-        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: None }
+    pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
+        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: None, progress }
     }
 
     pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
@@ -58,6 +60,7 @@ impl<'a> Search<'a> {
         let prediction = self.problem.predict_free(&self.values(&coordinates), moves)?;
         self.evaluations += 1;
         let cost = self.cost(&coordinates, &prediction, whitener);
+        self.progress.at(&format!("prediction {}: misfit {cost:.2}", self.evaluations));
         Ok(Point { coordinates, prediction, cost })
     }
 

@@ -7,7 +7,7 @@ mod settle;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crate::describe::machine::Condition;
+use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment, TIME};
@@ -89,8 +89,10 @@ pub struct History {
     pub times: Vec<f64>,
     /// The condition at each; at a step the one before and the one behind it.
     pub conditions: Vec<Condition>,
-    /// Readings of all sensors at each, K.
+    /// What all sensors show at each, K, straight between them: their own lag, gain and offset included.
     pub readings: Vec<Vec<f64>>,
+    /// The temperatures of the sensors' places at each, K.
+    pub temperatures: Vec<Vec<f64>>,
     /// Steady readings at the last condition, K, or why there are none.
     pub steady: std::result::Result<Vec<f64>, String>,
     /// How near to them counts as settled, K.
@@ -222,18 +224,32 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
             state.energy.entered, state.energy.left, state.energy.stored
         )));
     }
+    let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
+    let sensors = &model.machine.sensors;
+    let steady = progress.steady.as_ref().map(|t| sensors.iter().zip(t).map(|(s, t)| s.shows.settled(*t)).collect());
     Ok(History {
-        times: stops.iter().map(|stop| stop.time).collect(),
+        readings: shown(&model.machine, &times, &progress.readings),
+        temperatures: progress.readings,
+        times,
         conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
-        readings: progress.readings,
         settled: progress.settling.settled(schedule.start(), progress.steady.is_ok()),
-        steady: progress.steady,
+        steady: steady.map_err(String::clone),
         within: options.within,
         steps: state.steps,
         rejected: state.rejected,
         energy: state.energy,
         resumed_at,
     })
+}
+
+/// What the sensors of a machine show of the temperatures of their places (K, all sensors at each of ascending times, s).
+pub fn shown(machine: &Machine, times: &[f64], temperatures: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut readings = temperatures.to_vec();
+    for (s, sensor) in machine.sensors.iter().enumerate().filter(|(_, sensor)| !sensor.shows.is_ideal()) {
+        let course: Vec<f64> = temperatures.iter().map(|row| row[s]).collect();
+        readings.iter_mut().zip(sensor.shows.course(times, &course)).for_each(|(row, shown)| row[s] = shown);
+    }
+    readings
 }
 
 /// The condition recorded at a stop: behind the step, where one is there.

@@ -59,8 +59,8 @@ impl ExtendedMachine {
             let five = |v: f64| significant(v, 5);
             let unit = part.hypothesis.unit;
             remarks.push(format!("  amplitude {} [{unit}], 90 % interval {} to {}", five(part.amplitude), five(low), five(high)));
-            if part.hypothesis.is_sensor() {
-                remarks.push("  (a sensor's own error: nothing in this file changes for it)".into());
+            if part.hypothesis.is_fixed() {
+                remarks.push("  (sensors exchanged in the data: nothing in this file changes for it)".into());
             }
         }
         let document = problem.study.document();
@@ -88,7 +88,7 @@ fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2]
     let mut all: Vec<(String, [String; 2])> = Vec::new();
     for part in &best.causes {
         let (low, high) = part.interval();
-        let at = |amplitude: f64| part.hypothesis.sets(&problem.study, &scales, &problem.user, amplitude);
+        let at = |amplitude: f64| part.hypothesis.written(&problem.study, &problem.data, &scales, &problem.user, amplitude);
         let (Some(low), Some(high)) = (at(low)?, at(high)?) else { continue };
         for ((key, low), (other, high)) in low.into_iter().zip(high) {
             if key == other && all.iter().all(|(known, _)| *known != key) {

@@ -130,7 +130,7 @@ impl Findings<'_> {
             Verdict::Consistent => "nothing is wrong, so there is nothing to extend",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
             _ if self.diagnosis.sets.as_ref().is_some_and(Vec::is_empty) => {
-                "the cause lies in the readings: nothing changes in the machine file"
+                "the sensors are exchanged in the data: nothing changes in the machine file"
             }
             _ => "the machine file has no number that is the cause",
         }

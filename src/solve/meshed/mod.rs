@@ -15,8 +15,9 @@ use crate::describe::machine::{Condition, Machine};
 use crate::discretise::mesh::Mesh;
 use crate::discretise::network::{Load, Network};
 use crate::error::Result;
+use crate::foundation::progress::Progress;
 use crate::solve::{Solution, Solver};
-use crate::units::{Celsius, Kelvin};
+use crate::units::{Celsius, Kelvin, celsius};
 
 /// Machine, mesh and network.
 #[derive(Debug, Clone)]
@@ -48,6 +49,14 @@ impl MeshedMachine {
         Solver::new(&self.network, &Load::at(&self.machine, reference)?)
     }
 
+    /// The same, saying how it comes along.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn solver_heard(&self, reference: &Condition, progress: &dyn Progress) -> Result<Solver<'_>> {
+        Solver::heard(&self.network, &Load::at(&self.machine, reference)?, progress)
+    }
+
     /// Solves a single condition; [`MeshedMachine::solver`] and [`MeshedMachine::solve`] share the setup between many.
     ///
     /// # Errors
@@ -72,7 +81,14 @@ impl MeshedMachine {
         limit_states(&self.machine, &readings, &state.load.variables)
     }
 
-    /// Readings of all sensors in a state, in the machine's order.
+    /// What sensors with a gain or offset of their own show in a state, degC, by name.
+    pub fn shown(&self, state: &SteadyState) -> Vec<(String, f64)> {
+        let sensors = self.machine.sensors.iter().zip(self.readings(state));
+        let own = sensors.filter(|(s, t)| s.shows.settled(Kelvin::from(*t).0) != Kelvin::from(*t).0);
+        own.map(|(s, t)| (s.name.clone(), celsius(s.shows.settled(Kelvin::from(t).0)))).collect()
+    }
+
+    /// Temperatures of the places of all sensors in a state, in the machine's order.
     pub fn readings(&self, state: &SteadyState) -> Vec<Celsius> {
         self.network.sensors.iter().map(|s| Kelvin(s.read(&state.solution.temperatures, &state.load)).into()).collect()
     }

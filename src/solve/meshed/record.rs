@@ -14,8 +14,11 @@ use crate::units::{Celsius, Kelvin, celsius};
 #[non_exhaustive]
 #[allow(missing_docs)]
 pub struct SolveRecord {
-    /// Readings, degC.
+    /// Temperatures of the sensors' places, degC: what limits judge.
     pub sensors: BTreeMap<String, f64>,
+    /// What sensors with a gain or offset of their own show there, degC; left out where there is none.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub readings: BTreeMap<String, f64>,
     pub coolant: BTreeMap<String, ChannelRecord>,
     pub contacts: BTreeMap<String, ContactRecord>,
     pub enclosures: BTreeMap<String, Vec<SurfaceRecord>>,
@@ -127,6 +130,7 @@ impl MeshedMachine {
             |(a, b, heat): (usize, usize, f64)| FlowRecord { from: network.groups[a].clone(), to: network.groups[b].clone(), heat_W: heat };
         let balance = &solution.balance;
         SolveRecord {
+            readings: self.shown(state).into_iter().collect(),
             sensors: network.sensor_names.iter().cloned().zip(self.readings(state).into_iter().map(|t| t.0)).collect(),
             coolant: coolant.collect(),
             contacts: contact_flows(network, &solution.temperatures).into_iter().map(ContactRecord::of).collect(),

@@ -104,7 +104,8 @@ impl Study {
         let keys: Vec<&str> = sets.iter().map(|(key, _)| key.as_str()).collect();
         // What the file did not have before may change the network's shape.
         let is_channel = |key: &str| matches!(Reach::of(key, &machine), Reach::Channel(_));
-        let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))) || is_channel(key));
+        let is_report = |key: &str| schema_key(key).is_some_and(|found| found.key.reach == schema::Reach::Report);
+        let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))) || is_channel(key) || is_report(key));
         let kept = if is_known { self.kept(&machine, &keys) } else { None };
         let (mesh, network) = match kept {
             Some(network) => (self.model.mesh.clone(), network),

@@ -19,12 +19,13 @@ pub mod tune;
 pub mod validation;
 
 pub use evaluate::evaluate;
-pub use select::fit;
+pub use select::fit_heard;
 
 use model::{Kernel, Surrogate, Transform, Variable};
 use rbf::Criterion;
 
 use crate::error::{Error, Result};
+use crate::foundation::progress::Silent;
 
 /// One output of a table.
 #[derive(Debug, Clone)]
@@ -206,6 +207,14 @@ pub struct PointReport {
     pub half_width: f64,
     /// Everything considered, the chosen one among it.
     pub candidates: Vec<Candidate>,
+}
+
+/// Fits every output of `samples`; [`fit_heard`] says how it comes along.
+///
+/// # Errors
+/// As [`fit_heard`].
+pub fn fit(samples: &Samples, options: &FitOptions) -> Result<Fit> {
+    fit_heard(samples, options, &Silent)
 }
 
 /// A surrogate with the record of its choice.

@@ -13,6 +13,7 @@ use super::tune::{Tuned, retune, tune};
 use super::validation::{folds, half_width};
 use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples};
 use crate::error::{Error, Result};
+use crate::foundation::progress::Progress;
 
 /// Radial functions cost a query more than a polynomial: they must beat it by this share of the held-out error.
 const RADIAL_MUST_BEAT: f64 = 0.95;
@@ -33,14 +34,14 @@ const MOST_WEIGHT: f64 = 1e6;
 /// also where chance misleads most; fewer on more rows. Pairs of most rows and number.
 const SHORTLIST: [(usize, usize); 3] = [(60, usize::MAX), (120, 4), (usize::MAX, 2)];
 
-/// Fits every output of `samples`.
+/// Fits every output of `samples`, saying how it comes along.
 ///
 /// The result depends only on the samples and options, not on the number of threads.
 ///
 /// # Errors
 /// Bad input: rows and values that do not match, a missing condition, too few rows for an output (three more than varying
 /// variables are needed), nothing to choose from in `options`. Numerics: no candidate could be fitted to an output.
-pub fn fit(samples: &Samples, options: &FitOptions) -> Result<Fit> {
+pub fn fit_heard(samples: &Samples, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
     let samples = samples.checked()?;
     if options.folds < 2 || !(options.coverage > 0.0 && options.coverage < 1.0) || options.max_degree > 12 {
         return Err(Error::input("options of the fit: at least 2 folds, coverage between 0 and 1, degree at most 12"));
@@ -74,8 +75,9 @@ pub fn fit(samples: &Samples, options: &FitOptions) -> Result<Fit> {
     let many = groups.len();
     for (rows, outputs) in groups {
         let group = Group::new(&samples, options, &active, rows, outputs);
+        progress.at(&format!("fit of {} outputs on {} rows: polynomials", group.outputs.len(), group.rows.len()));
         let bases = if many == 1 { options.max_bases } else { options.max_bases.min(1) };
-        for (o, model, report) in group.fit(bases, &mut surrogate.bases)? {
+        for (o, model, report) in group.fit(bases, &mut surrogate.bases, progress)? {
             found[o] = Some((model, report));
         }
     }
@@ -135,7 +137,7 @@ impl<'a> Group<'a> {
         Self { samples, options, search, rows, outputs, y, folds, fold_count }
     }
 
-    fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>) -> Result<Vec<(usize, PointModel, PointReport)>> {
+    fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>, progress: &dyn Progress) -> Result<Vec<(usize, PointModel, PointReport)>> {
         let scores = self.search.transform_scores(&self.rows, &self.y);
         let (polynomials, polynomial_held_out) = if self.options.polynomials {
             (Some(self.polynomials(&self.rows, &self.y, &scores)), Some(self.polynomial_folds()))
@@ -144,6 +146,9 @@ impl<'a> Group<'a> {
         };
         let usable =
             !self.options.kernels.is_empty() && most_bases > 0 && self.rows.len() <= MOST_CENTRES && self.search.active.contains(&true);
+        if usable {
+            progress.at(&format!("fit of {} outputs on {} rows: radial functions", self.outputs.len(), self.rows.len()));
+        }
         let radial = if usable { self.radial(&scores, polynomial_held_out.as_ref(), most_bases) } else { None };
         let shared_basis = bases.len();
         let mut own_bases: BTreeMap<usize, usize> = BTreeMap::new();

@@ -25,6 +25,7 @@ const FILM: Unit = Unit::of(Dimension::FILM, "W/(m2 K)");
 const CONDUCTIVITY: Unit = Unit::of(Dimension::CONDUCTIVITY, "W/(m K)");
 const DENSITY: Unit = Unit::of(Dimension::DENSITY, "kg/m3");
 const SPECIFIC_HEAT: Unit = Unit::of(Dimension::SPECIFIC_HEAT, "J/(kg K)");
+const SECONDS: Unit = Unit::of(Dimension::TIME, "s");
 const PASCALS: Unit = Unit::of(Dimension::PRESSURE, "Pa");
 
 /// A property: a constant, or a table against temperature.

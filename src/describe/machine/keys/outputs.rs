@@ -1,7 +1,25 @@
 //! Sensors, limits and measured states.
 
-use super::{CELSIUS, KELVIN, TRIPLE, flow::COORDINATES};
-use crate::describe::schema::{Form, Key, Reach, Table};
+use super::{CELSIUS, KELVIN, SECONDS, TRIPLE, flow::COORDINATES};
+use crate::describe::schema::{Form, Key, Reach, Table, Unstated};
+
+/// First-order lag of a sensor behind the temperature of its place.
+pub(in crate::describe::machine) const LAG: Key = Key::new(
+    "lag",
+    Form::Quantity(SECONDS),
+    "what it shows follows the temperature of its place with this time constant; logs and schedules only",
+)
+.or(Unstated::Si(0.0))
+.reaching(Reach::Report)
+.also(&["time_constant", "tau"]);
+/// Offset of a sensor.
+pub(in crate::describe::machine) const OFFSET: Key =
+    Key::new("offset", Form::Quantity(KELVIN), "it shows so much more").or(Unstated::Si(0.0)).reaching(Reach::Report).also(&["bias"]);
+/// Gain of a sensor.
+pub(in crate::describe::machine) const GAIN: Key = Key::new("gain", Form::Number, "it shows 20 degC + gain (T - 20 degC) + offset")
+    .positive()
+    .or(Unstated::Si(1.0))
+    .reaching(Reach::Report);
 
 /// `[sensor.NAME]`
 pub(super) const SENSOR: Table = Table {
@@ -15,6 +33,9 @@ pub(super) const SENSOR: Table = Table {
         Key::new("node", Form::Name("node"), "temperature of a lumped node"),
         Key::new("inlet", Form::Name("channel"), "water that enters a channel"),
         Key::new("outlet", Form::Name("channel"), "water that leaves a channel"),
+        LAG,
+        OFFSET,
+        GAIN,
     ]],
     one_of: &["point", "face", "part", "node", "inlet", "outlet"],
 };

@@ -212,6 +212,17 @@ impl Hypothesis {
         self.effect.family().lines(&MachineEdit { study, scales, user, hypothesis: self, amplitude })
     }
 
+    /// The lines of a machine file of its own that say all of it, what sensors show included.
+    ///
+    /// # Errors
+    /// As [`Hypothesis::sets`].
+    pub fn written(&self, study: &Study, data: &Data, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Lines> {
+        match self.sensor() {
+            Some(sensor) => Ok(Some(sensor.written(&study.model.machine, data, amplitude))),
+            None => self.sets(study, scales, user, amplitude),
+        }
+    }
+
     /// Whether it drifts with the temperature of its place, which its derivative must know.
     pub fn is_drift(&self) -> bool {
         self.law == Law::Temperature

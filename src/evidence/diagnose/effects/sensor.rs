@@ -2,14 +2,15 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::file::text;
+use super::law::nine_digits;
 use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
+use crate::describe::machine::{Machine, SensorResponse, Shown};
 use crate::error::Result;
 use crate::evidence::measurement::{Data, whiten};
+use crate::foundation::document::quoted;
 use crate::solve::sensitivity::Disturbance;
-
-/// Temperature that gains are counted from, K.
-const REFERENCE: f64 = 293.15;
 
 /// Errors of sensors, by their columns in the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -53,7 +54,8 @@ impl Family for Sensor {
         }
     }
 
-    /// Nothing changes in the machine file.
+    /// Nothing changes in the machine: what its sensors show of it is read after it is solved. [`Sensor::written`] has the lines
+    /// for a machine file of its own.
     fn lines(&self, _edit: &MachineEdit<'_>) -> Result<Lines> {
         Ok(Some(Vec::new()))
     }
@@ -108,6 +110,30 @@ impl Sensor {
         Some(places.iter().enumerate().map(of).collect())
     }
 
+    /// The lines of a machine file whose sensor has this error beside its own, (key, TOML value); none for an exchange of sensors,
+    /// which lies in the data.
+    pub fn written(self, machine: &Machine, data: &Data, amplitude: f64) -> Vec<(String, String)> {
+        let (column, changed): (usize, fn(SensorResponse, f64) -> SensorResponse) = match self {
+            Self::Offset(k) => (k, SensorResponse::with_offset),
+            Self::Gain(k) => (k, SensorResponse::with_gain),
+            Self::Lag(k) => (k, SensorResponse::with_lag),
+            Self::Swap(..) => return Vec::new(),
+        };
+        let before = machine.sensors[data.sensors[column]].shows;
+        let after = changed(before, amplitude);
+        let numbers = [
+            ("lag", before.lag, after.lag, " s"),
+            ("offset", before.offset, after.offset, " K"),
+            ("gain", before.gain, after.gain, ""),
+        ];
+        let line = |(key, _, now, unit): (&str, f64, f64, &str)| {
+            let number = format!("{:?}", nine_digits(now));
+            let value = if unit.is_empty() { number } else { text(format!("{number}{unit}")) };
+            (format!("sensor.{}.{key}", quoted(&data.names[column])), value)
+        };
+        numbers.into_iter().filter(|(_, before, now, _)| before != now).map(line).collect()
+    }
+
     /// What it makes of predicted readings (rows, then sensors), K.
     pub fn read(self, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
         let places = whiten::places(data);
@@ -115,45 +141,27 @@ impl Sensor {
         let own = |k: usize| places.iter().enumerate().filter(move |(_, (_, sensor))| *sensor == k);
         match self {
             Self::Offset(k) => own(k).for_each(|(i, _)| found[i] += amplitude),
-            Self::Gain(k) => own(k).for_each(|(i, _)| found[i] += amplitude * (found[i] - REFERENCE)),
+            Self::Gain(k) => {
+                let more = SensorResponse::default().with_gain(amplitude);
+                own(k).for_each(|(i, _)| found[i] = more.settled(found[i]));
+            }
             Self::Swap(..) => {
                 let others = self.relabelled(&places).unwrap_or_default();
                 others.iter().enumerate().for_each(|(i, other)| found[i] += amplitude * (predicted[*other] - predicted[i]));
             }
             Self::Lag(k) => {
                 // First-order lag behind the predicted course, which runs straight between the rows of each test.
-                let mut last: BTreeMap<&str, Lagging> = BTreeMap::new();
+                let mut last: BTreeMap<&str, Shown> = BTreeMap::new();
                 for (i, (r, _)) in own(k) {
                     let row = &data.rows[*r];
                     let (time, told) = (row.time.unwrap_or(0.0), predicted[i]);
-                    let shown = last.get(row.test.as_str()).map_or(told, |before| before.followed(time, told, amplitude));
-                    last.insert(&row.test, Lagging { time, told, shown });
-                    found[i] = shown;
+                    let before = last.get(row.test.as_str());
+                    let now = before.map_or(Shown::settled(time, told), |before| before.followed(time, told, amplitude));
+                    last.insert(&row.test, now);
+                    found[i] = now.shown;
                 }
             }
         }
         found
-    }
-}
-
-/// A sensor that lags, at a row.
-struct Lagging {
-    /// s
-    time: f64,
-    /// Temperature of its place, K.
-    told: f64,
-    /// What it shows, K.
-    shown: f64,
-}
-
-impl Lagging {
-    /// What it shows at a later time (s), its place at `told` (K), with a time constant (s).
-    fn followed(&self, time: f64, told: f64, constant: f64) -> f64 {
-        let passed = time - self.time;
-        if constant <= 0.0 || passed <= 0.0 {
-            return told;
-        }
-        let behind = constant * (told - self.told) / passed;
-        told - behind + (self.shown - self.told + behind) * (-passed / constant).exp()
     }
 }

@@ -1,0 +1,85 @@
+//! What `--help`, completions and manual pages say beside the options themselves: examples, and headings of what options are.
+
+use clap::{Arg, Command, CommandFactory};
+
+/// Commands as a user would type them in the project's folder; each is tried by a test, in this order.
+pub const EXAMPLES: &[(&str, &[&str])] = &[
+    ("run", &["coldplate run examples/tutorial/sweep.toml --out out/tutorial"]),
+    ("check", &["coldplate check examples/tutorial/machine.toml", "coldplate check examples/tutorial/machine.toml --rise \"1 K\""]),
+    (
+        "solve",
+        &[
+            "coldplate solve examples/tutorial/machine.toml --motor-speed \"2500 rpm\"",
+            "coldplate solve examples/tutorial/machine.toml --set contact.motor_foot.conductance=\"400 W/(m2 K)\" --vtu out/field.vtu",
+        ],
+    ),
+    ("sensitivity", &["coldplate sensitivity examples/tutorial/machine.toml --sensor motor --top 5"]),
+    (
+        "simulate",
+        &["coldplate simulate examples/tutorial/machine.toml examples/tutorial/warm_up.csv --within \"0.5 K\" --chart out/warm_up.svg"],
+    ),
+    ("sweep", &["coldplate sweep examples/tutorial/sweep.toml --out out/design"]),
+    ("fit", &["coldplate fit out/design/sweep.csv --machine examples/tutorial/machine.toml --out out/design.cps"]),
+    (
+        "query",
+        &[
+            "coldplate query out/tutorial/surrogate.cps --coolant-flow \"4 L/min\" --coolant-temperature \"20 degC\" \
+             --motor-speed \"2000 rpm\" --ambient-temperature \"22 degC\"",
+            "coldplate query out/tutorial/surrogate.cps --free coolant_flow --coolant-temperature \"20 degC\" \
+             --motor-speed \"2000 rpm\" --ambient-temperature \"22 degC\"",
+        ],
+    ),
+    ("chart", &["coldplate chart out/tutorial/surrogate.cps --out out/figures"]),
+    ("predict", &["coldplate predict examples/tutorial/machine.toml examples/tutorial/readings.csv"]),
+    (
+        "identify",
+        &["coldplate identify examples/tutorial/machine.toml examples/tutorial/readings.csv \
+           --free contact.motor_foot.conductance --out out/identified.toml"],
+    ),
+    (
+        "diagnose",
+        &["coldplate diagnose examples/tutorial/machine.toml examples/tutorial/readings.csv --out out/extended.toml \
+           --report out/diagnosis.html"],
+    ),
+    ("new", &["coldplate new --list", "coldplate new out/press --from spindle"]),
+    ("units", &["coldplate units", "coldplate units pressure"]),
+    ("materials", &["coldplate materials", "coldplate materials steel"]),
+    ("schema", &["coldplate schema > out/machine.schema.json"]),
+    ("completions", &["coldplate completions bash > out/coldplate.bash"]),
+    ("man", &["coldplate man --out out/man"]),
+];
+
+/// Options by what they are about; those named here with a command are that command's alone.
+const HEADINGS: &[(&str, &[&str])] = &[
+    ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
+    ("Machine", &["set", "cells", "machine"]),
+    ("Data", &["use_tests", "without", "uncertain", "kinds", "inputs", "ignored", "from"]),
+    ("Question", &["to", "sensor", "rise", "query.free", "query.csv", "map", "within", "new.from"]),
+    ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
+    ("Time", &["every", "until", "hold", "repeat", "tolerance", "simulate.from"]),
+    ("Going on", &["checkpoint", "checkpoint_every", "resume", "retry_failed"]),
+    ("Results", &["out", "chart", "vtu", "report", "surrogate", "results", "top", "predict.csv", "markdown", "update", "no_sweep", "list"]),
+];
+
+/// The whole command line: options under their headings, examples below them.
+pub fn command() -> Command {
+    super::Cli::command().mut_subcommands(|sub| {
+        let name = sub.get_name().to_string();
+        let sub = sub.mut_args(|arg| under_heading(&name, arg));
+        let Some((_, examples)) = EXAMPLES.iter().find(|(command, _)| *command == name) else { return sub };
+        let before = sub.get_after_help().map_or(String::new(), |text| format!("{text}\n\n"));
+        let lines: String = examples.iter().map(|line| format!("\n  {line}")).collect();
+        sub.after_help(format!("{before}Examples:{lines}"))
+    })
+}
+
+fn under_heading(command: &str, arg: Arg) -> Arg {
+    if arg.is_positional() || arg.is_global_set() {
+        return arg;
+    }
+    let id = arg.get_id().as_str().to_string();
+    let own = format!("{command}.{id}");
+    let find = |id: &str| HEADINGS.iter().find(|(_, ids)| ids.contains(&id)).map(|(heading, _)| *heading);
+    let heading = find(&own).or_else(|| find(&id));
+    arg.help_heading(heading)
+}

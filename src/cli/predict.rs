@@ -1,0 +1,109 @@
+//! `coldplate predict`: a machine beside measured data, and nothing else.
+
+use std::path::PathBuf;
+
+use super::condition::pair_of;
+use super::measured;
+use super::output::Output;
+use super::text::table;
+use crate::error::{Error, Result};
+use crate::evidence::residuals::{Residuals, Spread};
+use crate::foundation::atomic_file;
+use crate::solve::sensitivity::Study;
+use crate::units::celsius;
+
+/// A machine beside measured data: prediction, residual, RMSE per test and per sensor; nothing is fitted or judged
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Machine file
+    machine: PathBuf,
+    /// Measured data: CSV with test, conditions and sensors (default: the measurements in the machine file)
+    data: Option<PathBuf>,
+    /// Of this test only; may be repeated (default: all tests)
+    #[arg(long = "use", value_name = "TEST")]
+    use_tests: Vec<String>,
+    /// Leave out a sensor; may be repeated
+    #[arg(long, value_name = "SENSOR")]
+    without: Vec<String>,
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
+    #[arg(long, value_name = "STATE", default_value = "steady")]
+    from: String,
+    /// Print the whole table as CSV instead: the data with prediction and residual beside every sensor
+    #[arg(long, conflicts_with = "json")]
+    csv: bool,
+    /// Write the whole table: CSV, or Parquet by the name's ending
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Change a value of the machine file first
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+}
+
+/// Most readings that are shown one by one.
+const MOST_SHOWN: usize = 60;
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or numerics that failed.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let start = measured::start(&args.from)?;
+    if let Some(path) = &args.out {
+        if args.data.as_ref().is_some_and(|data| data.canonicalize().is_ok_and(|d| path.canonicalize().is_ok_and(|p| p == d))) {
+            let error = Error::input("the data would be written over").in_file(path).at_key("--out");
+            return Err(error.help("give another name: measured data are kept"));
+        }
+        atomic_file::check(path).map_err(|e| e.at_key("--out"))?;
+    }
+    let mut data = measured::data(args.data.as_deref(), &study.model.machine)?;
+    measured::drop_sensors(&mut data, &args.without)?;
+    if !args.use_tests.is_empty() {
+        data = data.split(&args.use_tests)?.0;
+    }
+    data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
+    let found = Residuals::of(&study, data, start)?;
+    if let Some(path) = &args.out {
+        let series = found.table(&study)?;
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
+            series.write_parquet(path)?;
+        } else {
+            series.write_csv(path)?;
+        }
+        out.note(&format!("wrote {}", path.display()));
+    }
+    let text = if args.csv { found.table(&study)?.to_csv()? } else { text(&found, &study) };
+    out.report(&text, &found.record(&study));
+    Ok(0)
+}
+
+fn text(found: &Residuals, study: &Study) -> String {
+    let mut text = format!("{}\n", study.model.machine.name);
+    if !found.data.is_transient() && found.places.len() <= MOST_SHOWN {
+        let row = |(i, (r, k)): (usize, &(usize, usize))| {
+            vec![
+                found.data.rows[*r].test.clone(),
+                found.data.names[*k].clone(),
+                format!("{:.2}", celsius(found.measured[i])),
+                format!("{:.2}", celsius(found.predicted[i])),
+                format!("{:+.2}", found.residual(i)),
+            ]
+        };
+        text += "\n";
+        let rows: Vec<Vec<String>> = found.places.iter().enumerate().map(row).collect();
+        text += &table(&["test", "sensor", "measured degC", "predicted degC", "residual K"], &rows);
+    }
+    let of = |(name, s): &(String, Spread)| {
+        vec![name.clone(), s.readings.to_string(), format!("{:.3}", s.rmse_K), format!("{:+.3}", s.mean_K), format!("{:+.3}", s.largest_K)]
+    };
+    for (what, spreads) in [("test", found.by_test()), ("sensor", found.by_sensor())] {
+        text += "\n";
+        text += &table(&[what, "readings", "RMSE K", "mean K", "largest K"], &spreads.iter().map(of).collect::<Vec<_>>());
+    }
+    let all = found.overall();
+    text + &format!("\n{} readings: RMSE {:.3} K, mean {:+.3} K (measured less predicted)\n", all.readings, all.rmse_K, all.mean_K)
+}

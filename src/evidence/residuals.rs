@@ -1,0 +1,178 @@
+//! Measured data beside a machine as its file has it: prediction and residual of every reading, and their root mean square.
+//! Nothing is fitted and nothing is judged.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::error::Result;
+use crate::evidence::identify;
+use crate::evidence::measurement::{Data, TEST, TIME, whiten};
+use crate::explore::simulate::Start;
+use crate::foundation::table::{Column, Table, TextColumn};
+use crate::solve::sensitivity::Study;
+use crate::units::{celsius, express};
+
+/// Readings with what the machine predicts for them. Residuals are measured less predicted.
+#[derive(Debug, Clone)]
+pub struct Residuals {
+    /// The readings.
+    pub data: Data,
+    /// Row and sensor (a column of the data) of every reading.
+    pub places: Vec<(usize, usize)>,
+    /// The readings, K: rows, then sensors, missing ones left out.
+    pub measured: Vec<f64>,
+    /// Likewise the predictions, K.
+    pub predicted: Vec<f64>,
+}
+
+/// How far some readings lie from their predictions.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(non_snake_case)]
+pub struct Spread {
+    /// How many readings.
+    pub readings: usize,
+    /// Root mean square of the residuals, K.
+    pub rmse_K: f64,
+    /// Their mean, K.
+    pub mean_K: f64,
+    /// The one farthest from zero, K.
+    pub largest_K: f64,
+}
+
+impl Spread {
+    fn of(residuals: impl Iterator<Item = f64>) -> Self {
+        let all: Vec<f64> = residuals.collect();
+        let count = all.len().max(1) as f64;
+        Self {
+            readings: all.len(),
+            rmse_K: (all.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
+            mean_K: all.iter().sum::<f64>() / count,
+            largest_K: all.iter().copied().fold(0.0, |most: f64, r| if r.abs() > most.abs() { r } else { most }),
+        }
+    }
+}
+
+impl Residuals {
+    /// Predicts every reading; logs begin with the state `start`.
+    ///
+    /// # Errors
+    /// The machine cannot be solved at a condition, or a log cannot be run.
+    pub fn of(study: &Study, data: Data, start: Start) -> Result<Self> {
+        let predicted = identify::values(study, &data, start)?;
+        Ok(Self { places: whiten::places(&data), measured: whiten::readings(&data), predicted, data })
+    }
+
+    /// Measured less predicted, K.
+    pub fn residual(&self, reading: usize) -> f64 {
+        self.measured[reading] - self.predicted[reading]
+    }
+
+    fn spread(&self, keep: impl Fn(usize, usize) -> bool) -> Spread {
+        Spread::of(self.places.iter().enumerate().filter(|(_, (r, k))| keep(*r, *k)).map(|(i, _)| self.residual(i)))
+    }
+
+    /// Of all readings.
+    pub fn overall(&self) -> Spread {
+        self.spread(|_, _| true)
+    }
+
+    /// Of every test, in the order they come.
+    pub fn by_test(&self) -> Vec<(String, Spread)> {
+        let of = |test: String| {
+            let spread = self.spread(|r, _| self.data.rows[r].test == test);
+            (test, spread)
+        };
+        self.data.tests().into_iter().map(of).collect()
+    }
+
+    /// Of every sensor that has a reading.
+    pub fn by_sensor(&self) -> Vec<(String, Spread)> {
+        let of = |(k, name): (usize, &String)| (name.clone(), self.spread(|_, sensor| sensor == k));
+        self.data.names.iter().enumerate().map(of).filter(|(_, spread)| spread.readings > 0).collect()
+    }
+
+    /// The table of the data with two more columns for each sensor, `NAME predicted` and `NAME residual`.
+    ///
+    /// # Errors
+    /// A variable's unit cannot be expressed.
+    pub fn table(&self, study: &Study) -> Result<Table> {
+        let (machine, rows) = (&study.model.machine, &self.data.rows);
+        let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
+        let mut columns = Vec::new();
+        if self.data.is_transient() {
+            columns.push(column(TIME, "s", rows.iter().map(|row| row.time.unwrap_or(f64::NAN)).collect()));
+        }
+        for (v, variable) in machine.variables.iter().enumerate().filter(|(_, v)| v.name != TIME) {
+            let values = rows.iter().map(|row| express(row.condition.si()[v], &variable.unit, variable.dimension));
+            columns.push(column(&variable.name, &variable.unit, values.collect::<Result<_>>()?));
+        }
+        let inputs = columns.len();
+        for (k, name) in self.data.names.iter().enumerate() {
+            let of = |value: &dyn Fn(usize) -> f64| {
+                let mut values = vec![f64::NAN; rows.len()];
+                self.places.iter().enumerate().filter(|(_, (_, s))| *s == k).for_each(|(i, (r, _))| values[*r] = value(i));
+                values
+            };
+            columns.push(column(name, "degC", of(&|i| celsius(self.measured[i]))));
+            columns.push(column(&format!("{name} predicted"), "degC", of(&|i| celsius(self.predicted[i]))));
+            columns.push(column(&format!("{name} residual"), "K", of(&|i| self.residual(i))));
+        }
+        let provenance = vec![
+            ("machine".to_string(), machine.name.clone()),
+            ("machine_hash".to_string(), machine.hash.clone()),
+            ("cells".to_string(), study.model.mesh.cells.to_string()),
+            ("data".to_string(), self.data.source.clone()),
+            ("program".to_string(), concat!("coldplate ", env!("CARGO_PKG_VERSION")).to_string()),
+        ];
+        let tests = TextColumn { name: TEST.into(), values: rows.iter().map(|row| row.test.clone()).collect() };
+        Ok(Table { texts: vec![tests], columns, inputs, provenance })
+    }
+
+    /// The comparison for other programs.
+    pub fn record(&self, study: &Study) -> PredictRecord {
+        let reading = |(i, (r, k)): (usize, &(usize, usize))| PredictedReading {
+            test: self.data.rows[*r].test.clone(),
+            time_s: self.data.rows[*r].time,
+            sensor: self.data.names[*k].clone(),
+            measured_degC: celsius(self.measured[i]),
+            predicted_degC: celsius(self.predicted[i]),
+            residual_K: self.residual(i),
+        };
+        PredictRecord {
+            machine: study.model.machine.name.clone(),
+            data: self.data.source.clone(),
+            all: self.overall(),
+            tests: self.by_test().into_iter().collect(),
+            sensors: self.by_sensor().into_iter().collect(),
+            readings: self.places.iter().enumerate().map(reading).collect(),
+        }
+    }
+}
+
+/// The comparison as outside programs read it: each field is a key of `coldplate predict --json`.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct PredictRecord {
+    pub machine: String,
+    pub data: String,
+    /// Of all readings.
+    pub all: Spread,
+    pub tests: BTreeMap<String, Spread>,
+    pub sensors: BTreeMap<String, Spread>,
+    pub readings: Vec<PredictedReading>,
+}
+
+/// One reading beside its prediction.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct PredictedReading {
+    pub test: String,
+    pub time_s: Option<f64>,
+    pub sensor: String,
+    pub measured_degC: f64,
+    pub predicted_degC: f64,
+    /// Measured less predicted.
+    pub residual_K: f64,
+}

@@ -1,0 +1,87 @@
+//! `--help`, completions and manual pages: every example works, every option has its heading.
+
+use std::path::Path;
+use std::process::Command;
+
+use coldplate::cli::help::{EXAMPLES, command};
+
+use super::{coldplate, json, message, root, scratch, status};
+
+/// Words of a command line as a shell would split it; a redirection is left out.
+fn words(line: &str) -> Vec<String> {
+    let (mut words, mut word, mut quoted) = (Vec::new(), String::new(), false);
+    for c in line.split(" > ").next().unwrap().chars() {
+        match c {
+            '"' => quoted = !quoted,
+            ' ' if !quoted => words.extend((!word.is_empty()).then(|| std::mem::take(&mut word))),
+            c => word.push(c),
+        }
+    }
+    words.extend((!word.is_empty()).then_some(word));
+    words
+}
+
+/// In a folder that looks like the project but for its results; coarse where cells can be said.
+#[test]
+fn every_example_works() {
+    let place = scratch("help");
+    std::fs::create_dir_all(place.join("out")).unwrap();
+    for name in ["machines", "sweeps", "examples", "data"] {
+        std::os::unix::fs::symlink(root().join(name), place.join(name)).unwrap();
+    }
+    let commands = command();
+    for (name, examples) in EXAMPLES {
+        let has_cells = commands.find_subcommand(name).unwrap().get_arguments().any(|a| a.get_id() == "cells");
+        for line in *examples {
+            let words = words(line);
+            assert_eq!(words[..2], ["coldplate", name], "{line}");
+            let mut run = Command::new(env!("CARGO_BIN_EXE_coldplate"));
+            run.args(&words[1..]).current_dir(&place);
+            if has_cells {
+                run.args(["--cells", "150"]);
+            }
+            let output = run.output().unwrap();
+            assert_eq!(status(&output), 0, "{line}\n{}", message(&output));
+            assert!(!output.stdout.is_empty(), "{line}");
+        }
+        let help = coldplate(&[name, "--help"]);
+        let help = String::from_utf8_lossy(&help.stdout).into_owned();
+        examples.iter().for_each(|line| assert!(help.contains(line), "{help}"));
+    }
+}
+
+#[test]
+fn every_command_has_examples_and_every_option_a_heading() {
+    for sub in command().get_subcommands().filter(|sub| sub.get_name() != "help") {
+        let name = sub.get_name();
+        assert!(EXAMPLES.iter().any(|(command, examples)| *command == name && !examples.is_empty()), "{name} has no example");
+        for arg in sub.get_arguments().filter(|a| !a.is_positional() && !["help", "version"].contains(&a.get_id().as_str())) {
+            assert!(arg.get_help_heading().is_some(), "{name} --{}", arg.get_id());
+        }
+    }
+    let solve = String::from_utf8_lossy(&coldplate(&["solve", "--help"]).stdout).into_owned();
+    for heading in ["Condition:", "Machine:", "Results:", "Program:", "Examples:"] {
+        assert!(solve.contains(heading), "{heading}: {solve}");
+    }
+}
+
+#[test]
+fn completions_and_manual_pages_name_every_command() {
+    let names: Vec<&str> = EXAMPLES.iter().map(|(name, _)| *name).collect();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = String::from_utf8_lossy(&coldplate(&["completions", shell]).stdout).into_owned();
+        names.iter().for_each(|name| assert!(script.contains(name), "{shell}: {name}"));
+        assert!(script.contains("coolant-flow"), "{shell}");
+    }
+    let folder = scratch("man");
+    let made = json(&coldplate(&["man", "--out", folder.to_str().unwrap(), "--json"]));
+    assert!(made["files"].as_array().unwrap().len() > names.len());
+    for name in &names {
+        let page = std::fs::read_to_string(folder.join(format!("coldplate-{name}.1"))).unwrap();
+        assert!(page.contains(".TH") && page.contains("Examples:"), "{page}");
+    }
+    let page = String::from_utf8_lossy(&coldplate(&["man"]).stdout).into_owned();
+    assert!(page.contains(".TH coldplate 1") && page.contains("coldplate\\-solve"), "{page}");
+    assert!(!Path::new("coldplate.1").exists());
+    assert_eq!(status(&coldplate(&["completions", "tcsh"])), 2);
+}
