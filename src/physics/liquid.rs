@@ -9,7 +9,7 @@ use crate::units::ZERO_CELSIUS;
 /// A coolant.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Liquid {
-    /// Water: [`water`].
+    /// Water: [`water()`].
     Water,
     /// Water with the round numbers of the source paper, density 1000 kg/m³ and specific heat
     /// 4200 J/(kg K), which make rho cp 0.8 % too large at 26 degC; otherwise as [`Liquid::Water`].
