@@ -93,7 +93,8 @@ fn map(args: &Args, surrogate: &Surrogate<'_>, folder: &Path) -> Result<Vec<Path
     };
     let (across, up) = (verdict::condition::index_of(surrogate, across)?, verdict::condition::index_of(surrogate, up)?);
     let given = verdict::condition::partial(surrogate, &args.condition.values()?)?;
-    let here = match (given[across], given[up]) {
+    let given = verdict::condition::varied(surrogate, given)?;
+    let here = match (given.get(across).copied().flatten(), given.get(up).copied().flatten()) {
         (Some(x), Some(y)) => Some(Here { x, y, label: "asked for".into() }),
         _ => None,
     };

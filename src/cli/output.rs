@@ -34,11 +34,18 @@ impl Output {
             Some(Err(error)) => Err(error.into()),
             None => writeln!(stdout, "{}", text.trim_end()),
         };
-        if let Err(error) = written.and_then(|()| stdout.flush())
-            && error.kind() != std::io::ErrorKind::BrokenPipe
-        {
-            eprintln!("error: the result cannot be written to standard output: {error}");
-            std::process::exit(2);
+        is_open(written.and_then(|()| stdout.flush()));
+    }
+
+    /// Standard output for a result that comes piece by piece, under the same rule. Once its reader is gone, the pieces go
+    /// nowhere, but the exit status is still that of the whole result.
+    pub fn pieces(self) -> impl FnMut(&[u8]) {
+        let mut open = true;
+        move |piece| {
+            if open {
+                let mut stdout = std::io::stdout().lock();
+                open = is_open(stdout.write_all(piece).and_then(|()| stdout.flush()));
+            }
         }
     }
 
@@ -62,6 +69,18 @@ impl Output {
     /// Where bars go: a terminal or nowhere.
     pub fn target(self) -> ProgressDrawTarget {
         if self.quiet || AS_LINES.load(Ordering::Relaxed) { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr() }
+    }
+}
+
+/// Whether standard output still takes what is written: a closed pipe does not. Any other failure ends the program.
+fn is_open(written: std::io::Result<()>) -> bool {
+    match written {
+        Ok(()) => true,
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => false,
+        Err(error) => {
+            eprintln!("error: the result cannot be written to standard output: {error}");
+            std::process::exit(2);
+        }
     }
 }
 

@@ -1,5 +1,7 @@
 //! `coldplate query`: temperatures, verdict and margins from a surrogate file.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use super::condition::ConditionArgs;
@@ -7,10 +9,9 @@ use super::output::Output;
 use super::text::table;
 use crate::error::{Error, Result};
 use crate::foundation::numbers::{compact, without_zeros};
-use crate::foundation::table::quoted;
 use crate::surrogate::fit::file;
-use crate::surrogate::verdict::record::{BatchRecord, code};
-use crate::surrogate::verdict::{self, Acceptability, Answer, Inverse, Outside, Surrogate, batch, condition};
+use crate::surrogate::verdict::stream::{self, Form};
+use crate::surrogate::verdict::{self, Acceptability, Answer, Inverse, Outside, Surrogate, condition};
 
 /// Arguments of `coldplate query`.
 #[derive(Debug, clap::Args)]
@@ -29,6 +30,13 @@ pub struct Args {
     /// Answer every row of a CSV file; its header names variables with units, as in "coolant_flow [L/min]"
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
+    /// With --csv, only these columns, in this order: names as in the header of the answer, or conditions, temperatures,
+    /// bands, margins for all of a kind; JSON rows are then flat objects
+    #[arg(long, value_name = "A,B,..", requires = "csv")]
+    pub columns: Vec<String>,
+    /// With --csv, numbers of so many significant digits (default: all)
+    #[arg(long, value_name = "N", requires = "csv", value_parser = clap::value_parser!(u8).range(1..=17))]
+    pub digits: Option<u8>,
 }
 
 /// Answers the query and returns the exit status.
@@ -41,7 +49,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
     let given = args.condition.values()?;
     match (&args.csv, &args.free) {
-        (Some(csv), _) => many(&surrogate, csv, &given, out),
+        (Some(csv), _) => many(&surrogate, csv, &given, args, out),
         (None, Some(name)) => inverse(&surrogate, name, &given, out),
         (None, None) => {
             let answer = verdict::query(&surrogate, &condition::condition(&surrogate, &given)?)?;
@@ -59,27 +67,16 @@ fn status(verdict: Acceptability) -> u8 {
     }
 }
 
-fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], out: Output) -> Result<u8> {
-    let content = std::fs::read_to_string(csv).map_err(|e| Error::file("read", csv, e))?;
-    let rows = batch::read(surrogate, &content, csv, given)?;
-    let labelled = rows.iter().any(|r| r.label.is_some());
-    let mut lines = vec![csv_header(surrogate, labelled)];
-    let mut conditions = Vec::new();
-    let (mut refused, mut open) = (false, false);
-    for row in &rows {
-        let answer = verdict::query(surrogate, &row.condition)?;
-        refused |= answer.verdict == Acceptability::NotAcceptable;
-        open |= answer.verdict == Acceptability::Uncertain;
-        if out.json {
-            conditions.push(answer.record_of_row(surrogate, row));
-        } else {
-            lines.push(csv_row(&answer, labelled.then(|| row.label.clone().unwrap_or_default())));
-        }
-    }
-    out.report(&lines.join("\n"), &BatchRecord { conditions });
-    Ok(if refused {
+fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], args: &Args, out: Output) -> Result<u8> {
+    let open = || File::open(csv).map(BufReader::new).map_err(|e| Error::file("read", csv, e));
+    // A mistake shows before the first answer; only a pipe, which can be read once, is answered up to its mistake.
+    let is_file = std::fs::metadata(csv).is_ok_and(|m| m.is_file());
+    let total = if is_file { Some(stream::check(surrogate, open()?, given).map_err(|e| e.in_file(csv))?) } else { None };
+    let form = Form { json: out.json, columns: args.columns.clone(), digits: args.digits.map(usize::from) };
+    let tally = stream::answer(surrogate, open()?, given, &form, total, &out.progress(), out.pieces()).map_err(|e| e.in_file(csv))?;
+    Ok(if tally.refused {
         1
-    } else if open {
+    } else if tally.open {
         3
     } else {
         0
@@ -88,7 +85,7 @@ fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], out: 
 
 fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], out: Output) -> Result<u8> {
     let index = condition::index_of(surrogate, name)?;
-    let Some(variable) = surrogate.variable(index) else { return Err(Error::input("no such variable").at_key(name)) };
+    let variable = condition::variables(surrogate)[index];
     let mut x = condition::partial(surrogate, given)?;
     if x[index].is_some() {
         return Err(Error::input(format!("'{}' is given and asked for at once", variable.name))
@@ -135,7 +132,12 @@ fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], ou
 
 fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
     let condition = surrogate.variables().zip(&answer.condition).map(|(v, x)| format!("{} {} {}", v.name, plain(*x), v.unit));
-    let mut text = condition.collect::<Vec<_>>().join(", ") + "\n\n";
+    let mut text = condition.collect::<Vec<_>>().join(", ") + "\n";
+    if !answer.held.is_empty() {
+        let held = answer.held.iter().map(|held| format!("{} {} {}", held.name, held.value, held.unit));
+        text += &format!("held when the surrogate was made: {}\n", held.collect::<Vec<_>>().join(", "));
+    }
+    text.push('\n');
     let rows: Vec<Vec<String>> =
         answer.temperatures.iter().map(|p| vec![p.name.clone(), fixed(p.value), fixed(p.low), fixed(p.high), p.unit.clone()]).collect();
     text += &table(&["point", "value", "low", "high", "unit"], &rows);
@@ -161,7 +163,7 @@ fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
 fn outside_sentence(outside: &Outside) -> String {
     let Outside { name, unit, value, low, high } = outside;
     if low == high {
-        return format!("{name} = {} {unit} is not the {} {unit} at which the surrogate was fitted.\n", plain(*value), plain(*low));
+        return format!("{name} = {value} {unit} is not the {low} {unit} at which it was held when the surrogate was made.\n");
     }
     format!("{name} = {} {unit} is outside the fitted range, {} to {} {unit}.\n", plain(*value), plain(*low), plain(*high))
 }
@@ -188,26 +190,6 @@ fn sentence(answer: &Answer) -> String {
         (Acceptability::Acceptable, None) => "Acceptable.\n".into(),
         (Acceptability::NotAcceptable, None) => "Not acceptable.\n".into(),
     }
-}
-
-fn csv_header(surrogate: &Surrogate<'_>, labelled: bool) -> String {
-    let mut cells: Vec<String> = if labelled { vec!["test".into()] } else { vec![] };
-    cells.extend(surrogate.variables().map(|v| format!("{} [{}]", v.name, v.unit)));
-    for point in surrogate.points() {
-        cells.extend([format!("{} [{}]", point.name, point.unit), format!("{} low", point.name), format!("{} high", point.name)]);
-    }
-    cells.extend(surrogate.limits().map(|l| format!("margin of {}", l.name)));
-    cells.extend(["verdict", "binding", "in_domain"].map(String::from));
-    cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",")
-}
-
-fn csv_row(answer: &Answer, label: Option<String>) -> String {
-    let mut cells: Vec<String> = label.into_iter().collect();
-    cells.extend(answer.condition.iter().map(f64::to_string));
-    cells.extend(answer.temperatures.iter().flat_map(|p| [p.value, p.low, p.high]).map(|v| v.to_string()));
-    cells.extend(answer.limits.iter().map(|l| l.margin.to_string()));
-    cells.extend([code(answer.verdict).into(), answer.binding_name().unwrap_or("").to_owned(), answer.in_domain.to_string()]);
-    cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",")
 }
 
 /// Temperatures and margins, to the millikelvin.

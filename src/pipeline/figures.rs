@@ -5,6 +5,7 @@ use crate::figures::chart::acceptability::{AcceptabilityMap, Here};
 use crate::figures::chart::error_overview::{ErrorOverview, PointErrors};
 use crate::figures::chart::one_factor::{Curve, OneFactorFigure};
 use crate::figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
+use crate::figures::chart::page::fixed_conditions;
 use crate::figures::chart::parity::{ParityFigure, Sample};
 use crate::figures::chart::residuals::ResidualFigure;
 use crate::figures::chart::style::{Quantity, fixed as decimals, number};
@@ -21,9 +22,22 @@ fn quantity(surrogate: &Surrogate<'_>, variable: usize) -> Quantity {
     surrogate.variable(variable).map_or_else(Quantity::default, |v| Quantity::new(v.name, v.unit))
 }
 
-/// Variables other than `shown`, with their values in `x`.
+/// Variables other than `shown`, with their values in `x`, and those that were held when the surrogate was made.
 fn held(surrogate: &Surrogate<'_>, x: &[f64], shown: &[usize]) -> Vec<(Quantity, f64)> {
-    (0..x.len()).filter(|i| !shown.contains(i)).map(|i| (quantity(surrogate, i), x[i])).collect()
+    let x = x.iter().take(surrogate.variable_count()).enumerate();
+    let fixed = x.filter(|(i, _)| !shown.contains(i)).map(|(i, x)| (quantity(surrogate, i), *x));
+    fixed.chain(always(surrogate)).collect()
+}
+
+/// The variables that were held when the surrogate was made: what a figure shows is true there alone.
+pub fn always(surrogate: &Surrogate<'_>) -> Vec<(Quantity, f64)> {
+    surrogate.held().map(|held| (Quantity::new(held.name, held.unit), held.value)).collect()
+}
+
+/// The same as a line below a figure; none where nothing was held.
+fn held_note(surrogate: &Surrogate<'_>) -> Vec<String> {
+    let held = always(surrogate);
+    if held.is_empty() { Vec::new() } else { vec![fixed_conditions(&held)] }
 }
 
 /// `n` values from `low` to `high`, evenly spaced.
@@ -256,6 +270,7 @@ pub fn parity(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usize) 
             .map(|((reference, predicted), held_out)| Sample { reference: *reference, predicted: *predicted, held_out: *held_out })
             .collect(),
         half_width: p.half_width,
+        notes: held_note(surrogate),
         ..ParityFigure::default()
     })
 }
@@ -275,7 +290,7 @@ pub fn residuals(surrogate: &Surrogate<'_>, comparison: &Comparison, point: usiz
         residuals: comparison.values[point].iter().map(|(found, predicted)| found - predicted).collect(),
         held_out: comparison.held_out.clone(),
         half_width: p.half_width,
-        notes: Vec::new(),
+        notes: held_note(surrogate),
     })
 }
 
@@ -301,7 +316,7 @@ pub fn errors(
         unit: "K".into(),
         points: surrogate.points().enumerate().map(point).collect(),
         target,
-        notes: Vec::new(),
+        notes: held_note(surrogate),
     }
 }
 
@@ -311,7 +326,10 @@ pub fn errors(
 /// # Errors
 /// A surrogate without limits or without the four condition variables.
 pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str) -> Result<OperatorSheet> {
-    let index = |name: &str| verdict::condition::index_of(surrogate, name);
+    let index = |name: &str| match verdict::condition::index_of(surrogate, name)? {
+        index if index < surrogate.variable_count() => Ok(index),
+        _ => Err(Error::input(format!("the sheet varies '{name}', which was held when the surrogate was made")).help("sweep over it")),
+    };
     let (flow, coolant, speed, ambient) =
         (index("coolant_flow")?, index("coolant_temperature")?, index("motor_speed")?, index("ambient_temperature")?);
     let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
@@ -364,11 +382,16 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
             cells,
         }),
         limits: limit_texts(surrogate)?,
-        how_to_read: vec![
-            "Find the speed below and the flow at the side: the colour and the hatching say whether the condition is acceptable.".into(),
-            "The letter in a region is the limit that decides there.".into(),
-            "Uncertain means: closer to a limit than the prediction is sure. Take it as not acceptable, or ask.".into(),
-        ],
+        how_to_read: held_note(surrogate)
+            .into_iter()
+            .map(|held| format!("{held}. At any other value this sheet says nothing."))
+            .chain([
+                "Find the speed below and the flow at the side: the colour and the hatching say whether the condition is acceptable."
+                    .into(),
+                "The letter in a region is the limit that decides there.".into(),
+                "Uncertain means: closer to a limit than the prediction is sure. Take it as not acceptable, or ask.".into(),
+            ])
+            .collect(),
         provenance: provenance.into(),
     })
 }

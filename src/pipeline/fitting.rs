@@ -8,20 +8,9 @@ use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::table::Table;
-use crate::surrogate::fit::model::{Limit, LimitKind, Surrogate, Variable};
+use crate::surrogate::fit::model::{Held, Limit, LimitKind, Surrogate, Variable};
 use crate::surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
 use crate::units::{Celsius, Kelvin};
-
-/// A condition variable that a table holds at one value.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Held {
-    /// Name.
-    pub name: String,
-    /// Unit.
-    pub unit: String,
-    /// Value.
-    pub value: f64,
-}
 
 /// The samples of a table: its varying condition variables and its outputs, and what it holds fixed.
 ///
@@ -66,7 +55,7 @@ pub fn fit_table_heard(table: &Table, machine: Option<&Machine>, options: &FitOp
     let (samples, held) = samples(table)?;
     let mut fit = fit::fit_heard(&samples, options, progress)?;
     if let Some(machine) = machine {
-        let (limits, notes) = limits(machine, &fit.surrogate);
+        let (limits, notes) = limits(machine, &fit.surrogate, &held);
         fit.surrogate.limits = limits;
         fit.notes.extend(notes);
     }
@@ -76,16 +65,26 @@ pub fn fit_table_heard(table: &Table, machine: Option<&Machine>, options: &FitOp
         provenance.push(("program".into(), format!("coldplate {}", env!("CARGO_PKG_VERSION"))));
     }
     provenance.push(("conditions".into(), table.rows().to_string()));
-    provenance.extend(held.into_iter().map(|h| (format!("held {}", h.name), format!("{} {}", h.value, h.unit))));
+    fit.surrogate.held = held;
     Ok(fit)
 }
 
 /// The limits of a machine in the surrogate's points and units; notes name those that cannot be carried over.
-fn limits(machine: &Machine, surrogate: &Surrogate) -> (Vec<Limit>, Vec<String>) {
+/// A rise over a variable that was held is a maximum.
+fn limits(machine: &Machine, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
     let (mut limits, mut notes) = (Vec::new(), Vec::new());
     let point = |sensor: usize| surrogate.points.iter().position(|p| p.name == machine.sensors[sensor].name);
     let variable = |index: usize| surrogate.variables.iter().position(|v| v.name == machine.variables[index].name);
     for limit in &machine.limits {
+        if let LimitKind::Rise { point: sensor, variable } = limit.kind
+            && let Some(held) = held.iter().find(|held| held.name == machine.variables[variable].name)
+            && let Some(point) = point(sensor).filter(|point| surrogate.points[*point].unit == held.unit)
+        {
+            let maximum = held.value + limit.maximum;
+            notes.push(format!("the limit '{}' is over {}, which was held: at most {maximum} {}", limit.name, held.name, held.unit));
+            limits.push(Limit { name: limit.name.clone(), kind: LimitKind::Maximum { point }, maximum });
+            continue;
+        }
         let kind = limit.kind.renumbered(point, variable);
         let maximum = match limit.kind {
             LimitKind::Maximum { .. } => Celsius::from(Kelvin(limit.maximum)).0,

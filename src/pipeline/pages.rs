@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use super::figures as figures_of;
 use super::gallery::Gallery;
 use super::{Material, SURROGATE, TARGET};
 use crate::error::Result;
+use crate::figures::chart::page::fixed_conditions;
 use crate::figures::chart::style::Quantity;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::surrogate::fit::file;
@@ -103,6 +105,10 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
         "A condition is acceptable if every limit is kept even at the unfavourable end of its band, not acceptable if some limit is \
          broken even at the favourable end, and uncertain otherwise. Outside the fitted range nothing is ever called acceptable.",
     );
+    let held = figures_of::always(&surrogate);
+    if !held.is_empty() {
+        section.note(Tone::Plain, format!("{}. All of this, and the surrogate file, is for these values alone.", fixed_conditions(&held)));
+    }
     figures(section, material.gallery, "acceptability");
     section.heading("Some conditions");
     let variables: Vec<Quantity> = surrogate.variables().map(|v| Quantity::new(v.name, v.unit)).collect();

@@ -23,7 +23,7 @@ pub fn draw_surrogate(
     machine: &str,
 ) -> Result<()> {
     let x = figures::centre(surrogate);
-    let index = |name: &str| index_of(surrogate, name).ok();
+    let index = |name: &str| index_of(surrogate, name).ok().filter(|index| *index < surrogate.variable_count());
     let given: Vec<&str> = ["acceptability", "operator_sheet", "slices", "errors", "parity", "residuals"]
         .into_iter()
         .filter(|topic| gallery.has(topic))

@@ -165,13 +165,15 @@ fn each_check_gives_its_own_reason() {
     let numbers = (polynomial + 28 + 2 * 8_usize).next_multiple_of(8);
     assert_eq!(reason(0, b"\x89"), None);
     assert_eq!(reason(0, b"P"), Some(OpenError::NotASurrogate));
-    assert_eq!(reason(8, &2u16.to_le_bytes()), Some(OpenError::Version(2)));
+    assert_eq!(reason(8, &3u16.to_le_bytes()), Some(OpenError::Version(3)));
+    assert_eq!(reason(8, &0u16.to_le_bytes()), Some(OpenError::Version(0)));
     assert_eq!(reason(10, &0u16.to_le_bytes()), Some(OpenError::Count("variables")));
     assert_eq!(reason(10, &9u16.to_le_bytes()), Some(OpenError::Count("variables")));
     assert_eq!(reason(16, &257u16.to_le_bytes()), Some(OpenError::Count("points")));
     assert_eq!(reason(28, &0u16.to_le_bytes()), Some(OpenError::Count("self-tests")));
     assert_eq!(reason(28, &1u16.to_le_bytes()), Some(OpenError::Length));
-    assert_eq!(reason(30, &1u16.to_le_bytes()), Some(OpenError::Reserved));
+    assert_eq!(reason(30, &1u16.to_le_bytes()), Some(OpenError::Length));
+    assert_eq!(reason(30, &65u16.to_le_bytes()), Some(OpenError::Count("further sections")));
     assert_eq!(reason(32, &u32::MAX.to_le_bytes()), Some(OpenError::Length));
     assert_eq!(reason(points, &0u32.to_le_bytes()), Some(OpenError::Place("texts")));
     assert_eq!(reason(points + 4, &0u16.to_le_bytes()), Some(OpenError::Text("name of a point")));

@@ -28,6 +28,10 @@ pub fn variable(name: &str, unit: &str, low: f64, high: f64) -> Variable {
     Variable { name: name.into(), unit: unit.into(), low, high }
 }
 
+pub fn held(name: &str, unit: &str, value: f64) -> Held {
+    Held { name: name.into(), unit: unit.into(), value }
+}
+
 pub fn point(name: &str, model: PointModel, half_width: f64) -> Point {
     Point { name: name.into(), unit: "degC".into(), model, half_width }
 }
@@ -52,6 +56,7 @@ pub fn small() -> Surrogate {
             variable("coolant_temperature", "degC", 15.0, 25.0),
             variable("ambient_temperature", "degC", 18.0, 26.0),
         ],
+        held: vec![],
         bases: vec![],
         points: vec![point("motor", PointModel::Polynomial(motor), 0.0625), point("screw nut", PointModel::Polynomial(screw), 0.03125)],
         limits: vec![
@@ -62,6 +67,11 @@ pub fn small() -> Surrogate {
         ],
         provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
     }
+}
+
+/// The same, made at one speed of the motor.
+pub fn at_one_speed() -> Surrogate {
+    Surrogate { held: vec![held("motor_speed", "rpm", 2500.0)], ..small() }
 }
 
 /// All terms up to a total degree.
@@ -106,6 +116,7 @@ pub fn ten_polynomials() -> Surrogate {
     });
     Surrogate {
         variables: four_variables(),
+        held: vec![],
         bases: vec![],
         points: points.collect(),
         limits: limits_of_ten(),
@@ -135,6 +146,7 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> Surrogate {
     });
     Surrogate {
         variables: four_variables(),
+        held: vec![],
         bases,
         points: points.collect(),
         limits: limits_of_ten(),
@@ -143,7 +155,7 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> Surrogate {
 }
 
 /// Everything the format knows in a few hundred bytes: two polynomials, two centre sets, three
-/// bases of different kernels, every kind of limit, a fixed variable.
+/// bases of different kernels, every kind of limit, a fixed variable, two held ones.
 pub fn mixed() -> Surrogate {
     use Transform::{Identity, Log, Reciprocal};
     let mut random = Random(3);
@@ -163,6 +175,7 @@ pub fn mixed() -> Surrogate {
             variable("feed", "mm/s", 0.0, 100.0),
             variable("ambient_temperature", "degC", 20.0, 20.0),
         ],
+        held: vec![held("motor_speed", "rpm", 2500.0), held("läge", "", 3.0)],
         bases: vec![
             basis(Kernel::ThinPlate, [Log, Identity, Identity], &five),
             basis(Kernel::Gaussian, [Log, Identity, Identity], &five),

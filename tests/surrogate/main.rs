@@ -3,7 +3,9 @@
 mod damage;
 mod examples;
 mod format;
+mod held;
 mod inverse;
 mod query;
+mod stream;
 mod values;
 mod verdict;

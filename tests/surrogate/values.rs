@@ -83,8 +83,7 @@ fn all() -> (Surrogate, [Expected; 5]) {
             point("multiquadric", radial(2), 0.1),
             point("gaussian", radial(3), 0.1),
         ],
-        limits: vec![],
-        provenance: vec![],
+        ..Default::default()
     };
     (surrogate, [THIN_PLATE, CUBIC, POLYNOMIAL, MULTIQUADRIC, GAUSSIAN])
 }

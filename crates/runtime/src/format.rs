@@ -1,9 +1,11 @@
-//! The byte layout of version 1, as numbers. `docs/surrogate-format.md` says it in words.
+//! The byte layout, as numbers. `docs/surrogate-format.md` says it in words.
 
 /// First eight bytes of a file; a transfer that rewrites line ends or strips bit 7 destroys them.
 pub const MAGIC: [u8; 8] = *b"\x89CPLATE\n";
-/// The version of the layout that this crate reads.
-pub const VERSION: u16 = 1;
+/// The version of the layout that is written.
+pub const VERSION: u16 = 2;
+/// The oldest version that is still read: it has no further sections.
+pub const OLDEST_VERSION: u16 = 1;
 /// Most condition variables.
 pub const MAX_VARIABLES: usize = 8;
 /// Most measurement points.
@@ -18,6 +20,10 @@ pub const MAX_CENTRES: usize = 4096;
 pub const MAX_LIMITS: usize = 256;
 /// Most provenance entries.
 pub const MAX_PROVENANCE: usize = 256;
+/// Most variables that were held.
+pub const MAX_HELD: usize = 64;
+/// Most further sections.
+pub const MAX_SECTIONS: usize = 64;
 /// Most self-test vectors; there is at least one.
 pub const MAX_SELF_TESTS: usize = 16;
 /// Longest name or unit in bytes.
@@ -29,10 +35,14 @@ pub const SELF_TEST_TOLERANCE: f64 = 1e-7;
 pub const HEADER: usize = 48;
 /// Bytes of a variable, point or provenance record.
 pub const SMALL_RECORD: usize = 8;
-/// Bytes of a limit, centre-set or basis record.
+/// Bytes of a limit, centre-set, basis or held record.
 pub const MEDIUM_RECORD: usize = 16;
 /// Bytes of a polynomial record.
 pub const POLYNOMIAL_RECORD: usize = 28;
+/// Bytes of the tag and the length before the content of a further section.
+pub const SECTION_HEADER: usize = 8;
+/// Tag of the section of held variables.
+pub const HELD: [u8; 4] = *b"HELD";
 /// Bytes of the checksum that ends the file.
 pub const TRAILER: usize = 4;
 

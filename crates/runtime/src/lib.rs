@@ -42,5 +42,5 @@ pub use bytes::Numbers;
 pub use evaluate::ShapeError;
 pub use limit::LimitKind;
 pub use open::OpenError;
-pub use surrogate::{Basis, Indices, Kernel, Limit, Point, Polynomial, Surrogate, Transform, Variable};
+pub use surrogate::{Basis, Held, Indices, Kernel, Limit, Point, Polynomial, Surrogate, Transform, Variable};
 pub use verdict::{Acceptability, LimitValue, Verdict};

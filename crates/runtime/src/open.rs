@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::*;
-use crate::surrogate::{Indices, Kernel, Scaling, Surrogate, Transform};
+use crate::surrogate::{Held, Indices, Kernel, Scaling, Surrogate, Transform};
 
 /// Why a file was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +40,8 @@ pub enum OpenError {
     Inconsistent(&'static str),
     /// A byte that must be zero is not.
     Reserved,
+    /// A further section that answers depend on is unknown to this reader, or the sections are out of order.
+    Section([u8; 4]),
     /// This reader does not reproduce the value of this point in this self-test vector.
     SelfTest {
         /// Number of the vector, from 0.
@@ -53,7 +55,7 @@ impl fmt::Display for OpenError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotASurrogate => write!(f, "this is not a surrogate file"),
-            Self::Version(found) => write!(f, "layout version {found}, and this reader knows version {VERSION}"),
+            Self::Version(found) => write!(f, "layout version {found}, and this reader knows versions {OLDEST_VERSION} to {VERSION}"),
             Self::Length => write!(f, "the file is cut off or has something added"),
             Self::Checksum => write!(f, "the checksum does not match: the file is damaged"),
             Self::Count(what) => write!(f, "the number of {what} is zero or over its bound"),
@@ -67,6 +69,7 @@ impl fmt::Display for OpenError {
             Self::Index(what) => write!(f, "the index of a {what} is out of range or there twice"),
             Self::Inconsistent(what) => write!(f, "{what}"),
             Self::Reserved => write!(f, "a byte that must be zero is not"),
+            Self::Section(tag) => write!(f, "the section '{}' is out of place, or unknown to this reader", tag.escape_ascii()),
             Self::SelfTest { vector, point } => {
                 write!(f, "self-test vector {vector} is not reproduced at point {point}")
             }
@@ -106,8 +109,27 @@ impl<'a> Surrogate<'a> {
             && cursor.exponents == exponents.len()
             && cursor.text == text.len();
         ensure(all_used, OpenError::Length)?;
+        surrogate.check_held()?;
         surrogate.check_self_tests()?;
         Ok(surrogate)
+    }
+
+    fn check_held(&self) -> Checked {
+        let mut end = 0;
+        for (i, record) in self.held.iter().enumerate() {
+            let (start, name, unit) = (u32_at(record, 8), u16_at(record, 12), u16_at(record, 14));
+            ensure(start == end, OpenError::Place("texts of the held variables"))?;
+            end = start + name + unit;
+            let whole = self.held_text.get(start..end).and_then(|text| text.is_char_boundary(name).then_some(text));
+            ensure(whole.is_some(), OpenError::Place("texts of the held variables"))?;
+            let Held { name, unit, value } = self.held_variable(record);
+            check_name(name, false).map_err(|()| OpenError::Text("name of a held variable"))?;
+            check_name(unit, true).map_err(|()| OpenError::Text("unit of a held variable"))?;
+            ensure(value.is_finite(), OpenError::Number("value of a held variable"))?;
+            let earlier = self.held().take(i).any(|other| other.name == name) || self.variables().any(|v| v.name == name);
+            ensure(!earlier, OpenError::Text("name of a held variable"))?;
+        }
+        ensure(end == self.held_text.len(), OpenError::Length)
     }
 
     fn check_variables(&self, cursor: &mut Cursor) -> Checked {
@@ -313,7 +335,7 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
     ensure(bytes.starts_with(&MAGIC), OpenError::NotASurrogate)?;
     ensure(bytes.len() >= HEADER + TRAILER, OpenError::Length)?;
     let version = u16_at(bytes, 8);
-    ensure(version == usize::from(VERSION), OpenError::Version(version as u16))?;
+    ensure((usize::from(OLDEST_VERSION)..=usize::from(VERSION)).contains(&version), OpenError::Version(version as u16))?;
     ensure(u32_at(bytes, 12) == bytes.len(), OpenError::Length)?;
     let body = part(bytes, 0, bytes.len() - TRAILER);
     ensure(u32_at(bytes, body.len()) == crc32(body) as usize, OpenError::Checksum)?;
@@ -328,7 +350,9 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
     within(limits, 0, MAX_LIMITS, "limits")?;
     within(provenance, 0, MAX_PROVENANCE, "provenance entries")?;
     within(self_tests, 1, MAX_SELF_TESTS, "self-tests")?;
-    ensure(u16_at(bytes, 30) == 0, OpenError::Reserved)?;
+    let further = u16_at(bytes, 30);
+    ensure(further == 0 || version > 1, OpenError::Reserved)?;
+    within(further, 0, MAX_SECTIONS, "further sections")?;
 
     let mut rest = part(body, HEADER, body.len() - HEADER);
     let variables = records(&mut rest, variables)?;
@@ -344,9 +368,10 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
     ensure(padding.iter().all(|b| b[0] == 0), OpenError::Reserved)?;
     let numbers = Numbers(records(&mut rest, u32_at(bytes, 32))?);
     let indices = records(&mut rest, u32_at(bytes, 36))?;
-    let (exponents, text) = rest.split_at_checked(u32_at(bytes, 40)).ok_or(OpenError::Length)?;
-    ensure(text.len() == u32_at(bytes, 44), OpenError::Length)?;
+    let (exponents, rest) = rest.split_at_checked(u32_at(bytes, 40)).ok_or(OpenError::Length)?;
+    let (text, rest) = rest.split_at_checked(u32_at(bytes, 44)).ok_or(OpenError::Length)?;
     let text = core::str::from_utf8(text).map_err(|_| OpenError::Text("text"))?;
+    let (held, held_text) = further_sections(rest, body.len(), further)?;
     ensure(numbers.iter().all(f64::is_finite), OpenError::Number("number"))?;
     let scaling = [[None; MAX_VARIABLES]; 3];
     Ok(Surrogate {
@@ -361,9 +386,49 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
         indices,
         exponents,
         text,
+        version,
         self_tests,
+        held,
+        held_text,
         scaling,
     })
+}
+
+/// The records of the held variables and their text.
+type HeldSection<'a> = (&'a [[u8; MEDIUM_RECORD]], &'a str);
+
+/// The `count` sections in `rest`, which ends at byte `end` of the file: tags rise, contents begin at multiples of eight.
+/// A tag that begins with a capital letter is one that answers depend on, and refused where it is unknown; one that
+/// begins with a small letter may be passed over.
+fn further_sections(mut rest: &[u8], end: usize, count: usize) -> Result<HeldSection<'_>, OpenError> {
+    let mut held: HeldSection<'_> = (&[], "");
+    let mut last = [0; 4];
+    for _ in 0..count {
+        let gap = (end - rest.len()).wrapping_neg() % 8;
+        let padding: &[[u8; 1]] = records(&mut rest, gap)?;
+        ensure(padding.iter().all(|b| b[0] == 0), OpenError::Reserved)?;
+        let (head, behind) = rest.split_first_chunk::<SECTION_HEADER>().ok_or(OpenError::Length)?;
+        let [a, b, c, d, ..] = *head;
+        let tag = [a, b, c, d];
+        ensure(tag > last && tag.iter().all(u8::is_ascii_alphabetic), OpenError::Section(tag))?;
+        last = tag;
+        let (mut content, behind) = behind.split_at_checked(u32_at(head, 4)).ok_or(OpenError::Length)?;
+        rest = behind;
+        match tag {
+            HELD => {
+                let count: &[[u8; 8]] = records(&mut content, 1)?;
+                let count = count.first().ok_or(OpenError::Length)?;
+                within(u32_at(count, 0), 1, MAX_HELD, "held variables")?;
+                ensure(u32_at(count, 4) == 0, OpenError::Reserved)?;
+                held.0 = records(&mut content, u32_at(count, 0))?;
+                held.1 = core::str::from_utf8(content).map_err(|_| OpenError::Text("text of the held variables"))?;
+            }
+            _ if tag[0].is_ascii_uppercase() => return Err(OpenError::Section(tag)),
+            _ => {}
+        }
+    }
+    ensure(rest.is_empty(), OpenError::Length)?;
+    Ok(held)
 }
 
 /// Takes `count` records of `N` bytes off the front.

@@ -19,7 +19,11 @@ pub struct Surrogate<'a> {
     pub(crate) indices: &'a [[u8; 2]],
     pub(crate) exponents: &'a [u8],
     pub(crate) text: &'a str,
+    pub(crate) version: usize,
     pub(crate) self_tests: usize,
+    pub(crate) held: &'a [[u8; MEDIUM_RECORD]],
+    /// Names and units of the held variables.
+    pub(crate) held_text: &'a str,
     /// Per transform and variable; `None` where no model asks for it.
     pub(crate) scaling: [[Option<Scaling>; MAX_VARIABLES]; 3],
 }
@@ -43,6 +47,17 @@ pub struct Variable<'a> {
     pub low: f64,
     /// Largest value the surrogate was fitted on; equal to `low` for a variable that was held fixed.
     pub high: f64,
+}
+
+/// A variable that did not vary while the surrogate was made: every answer is for this value alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held<'a> {
+    /// Name, for example `motor_speed`.
+    pub name: &'a str,
+    /// Unit of the value.
+    pub unit: &'a str,
+    /// The value.
+    pub value: f64,
 }
 
 /// A measurement point.
@@ -303,6 +318,26 @@ impl<'a> Surrogate<'a> {
     /// The variables, in the order of a query.
     pub fn variables(&self) -> impl Iterator<Item = Variable<'a>> + '_ {
         (0..self.variables.len()).filter_map(|i| self.variable(i))
+    }
+
+    /// The variables that were held while the surrogate was made. They are no part of a condition; what is asked about
+    /// another value of one of them lies outside the fitted range.
+    ///
+    /// Files of version 1 have no section for them; what their writer noted in the provenance is taken instead.
+    pub fn held(&self) -> impl Iterator<Item = Held<'a>> + '_ {
+        let noted = self.provenance().filter(|_| self.version == 1).filter_map(|(key, text)| {
+            let (number, unit) = text.split_once(' ').unwrap_or((text, ""));
+            let value = number.parse().ok().filter(|value: &f64| value.is_finite())?;
+            Some(Held { name: key.strip_prefix("held ")?, unit, value })
+        });
+        self.held.iter().map(|record| self.held_variable(record)).chain(noted)
+    }
+
+    pub(crate) fn held_variable(&self, record: &[u8; MEDIUM_RECORD]) -> Held<'a> {
+        let (start, name, unit) = (u32_at(record, 8), u16_at(record, 12), u16_at(record, 14));
+        let text = |from: usize, length: usize| from.checked_add(length).and_then(|end| self.held_text.get(from..end)).unwrap_or("");
+        let value = record.first_chunk().map_or(0.0, |bytes| f64::from_le_bytes(*bytes));
+        Held { name: text(start, name), unit: text(start.saturating_add(name), unit), value }
     }
 
     /// The measurement points, in the order of the values of a query.

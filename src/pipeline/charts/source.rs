@@ -137,16 +137,17 @@ impl Opened {
 /// # Errors
 /// A name that is no variable of the surrogate, a value without its unit.
 pub fn held(root: &Section<'_>, key: &str, surrogate: &Surrogate<'_>) -> Result<Vec<Option<f64>>> {
-    let mut x = vec![None; surrogate.variable_count()];
-    let Some(hold) = root.opt_section(key)? else { return Ok(x) };
-    for name in hold.keys() {
-        let value = hold.value(name)?;
-        let index = condition::index_of(surrogate, name).map_err(|e| value.place(e))?;
-        if let Some(variable) = surrogate.variable(index) {
-            x[index] = Some(condition::value_of(&variable, &value.text()?).map_err(|e| value.place(e))?);
+    let variables = condition::variables(surrogate);
+    let mut x = vec![None; variables.len()];
+    if let Some(hold) = root.opt_section(key)? {
+        for name in hold.keys() {
+            let value = hold.value(name)?;
+            let index = condition::index_of(surrogate, name).map_err(|e| value.place(e))?;
+            x[index] = Some(condition::value_of(&variables[index], &value.text()?).map_err(|e| value.place(e))?);
+            condition::varied(surrogate, x.clone()).map_err(|e| value.place(e))?;
         }
     }
-    Ok(x)
+    condition::varied(surrogate, x)
 }
 
 /// The variable of the surrogate that `key` names.

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use coldplate_runtime::Variable;
+
 use super::extended::ExtendedMachine;
 use crate::error::{Error, Result};
 use crate::evidence::diagnose::Problem;
@@ -11,8 +13,8 @@ use crate::foundation::progress::Progress;
 use crate::pipeline::refit::{Refit, refit};
 use crate::solve::sensitivity::Study;
 use crate::surrogate::fit::file;
-use crate::surrogate::verdict;
-use crate::units::{celsius, express};
+use crate::surrogate::verdict::{self, condition};
+use crate::units::celsius;
 
 /// What came of `--surrogate`.
 #[derive(Debug)]
@@ -114,22 +116,16 @@ fn errors(bytes: &[u8], study: &Study, data: &Data) -> Result<Option<(f64, usize
     let machine = &study.model.machine;
     let (mut sum, mut counted, mut left) = (0.0, 0, 0);
     for row in &data.rows {
-        let mut x = Vec::new();
-        let mut varied = vec![false; machine.variables.len()];
-        for v in surrogate.variables() {
-            let Some(at) = machine.variables.iter().position(|own| own.name == v.name) else { continue };
-            varied[at] = true;
-            x.push(express(row.condition.si()[at], v.unit, machine.variables[at].dimension)?);
-        }
-        // What the design held must be what was measured at.
-        let is_held = |(v, variable): (usize, &crate::describe::machine::Variable)| {
-            varied[v] || variable.default.is_none_or(|d| (d - row.condition.si()[v]).abs() <= 1e-6 * d.abs().max(1e-12))
+        // Held variables too: what the design held must be what was measured at.
+        let at = |variable: &Variable<'_>| -> Result<f64> {
+            let own = machine.variables.iter().zip(row.condition.si()).find(|(own, _)| own.name == variable.name);
+            own.map_or(Ok(variable.low), |(own, si)| condition::of_si(variable, *si, own.dimension))
         };
+        let x = condition::variables(&surrogate).iter().map(at).collect::<Result<Vec<_>>>()?;
         let answer = verdict::query(&surrogate, &x)?;
-        let is_covered = answer.in_domain && machine.variables.iter().enumerate().all(is_held);
         for (reading, name) in row.readings.iter().zip(&data.names) {
             let (Some(reading), Some(point)) = (reading, answer.temperatures.iter().find(|t| t.name == *name)) else { continue };
-            if is_covered {
+            if answer.in_domain {
                 sum += (point.value - celsius(*reading)).powi(2);
                 counted += 1;
             } else {

@@ -7,7 +7,7 @@ use std::path::Path;
 use coldplate_runtime as runtime;
 use runtime::format;
 
-use super::model::{Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Variable};
+use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
 
@@ -91,6 +91,7 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
     let variables = file.variables().map(|v| Variable { name: v.name.to_owned(), unit: v.unit.to_owned(), low: v.low, high: v.high });
     Ok(Surrogate {
         variables: variables.collect(),
+        held: file.held().map(|h| Held { name: h.name.to_owned(), unit: h.unit.to_owned(), value: h.value }).collect(),
         bases,
         points: points.collect(),
         limits: limits.collect(),
@@ -123,6 +124,7 @@ fn check(surrogate: &Surrogate) -> Result<()> {
         ("points", surrogate.points.len(), format::MAX_POINTS),
         ("limits", surrogate.limits.len(), format::MAX_LIMITS),
         ("provenance entries", surrogate.provenance.len(), format::MAX_PROVENANCE),
+        ("held variables", surrogate.held.len(), format::MAX_HELD),
     ];
     for (what, count, most) in bounds {
         if count > most {
@@ -340,22 +342,55 @@ impl Layout {
         let before_numbers = (format::HEADER + records.len()).next_multiple_of(8);
         records.resize(before_numbers - format::HEADER, 0);
         let Pools { numbers, indices, exponents, text } = pools;
-        let length = before_numbers + 8 * numbers.len() + indices.len() + exponents.len() + text.len() + format::TRAILER;
+        let before_sections = before_numbers + 8 * numbers.len() + indices.len() + exponents.len() + text.len();
+        let mut sections = Vec::new();
+        let mut count = 0;
+        if !surrogate.held.is_empty() {
+            section(&mut sections, before_sections, format::HELD, &held(&surrogate.held)?)?;
+            count += 1;
+        }
+        let length = before_sections + sections.len() + format::TRAILER;
         let mut bytes = Vec::with_capacity(length);
         bytes.extend(format::MAGIC);
         u16s(&mut bytes, &[usize::from(format::VERSION), variables.len()])?;
         u32s(&mut bytes, &[length])?;
         let (points, limits, provenance) = (surrogate.points.len(), surrogate.limits.len(), surrogate.provenance.len());
-        u16s(&mut bytes, &[points, self.blocks.len(), self.sets.len(), self.bases.len(), limits, provenance, tests.len(), 0])?;
+        u16s(&mut bytes, &[points, self.blocks.len(), self.sets.len(), self.bases.len(), limits, provenance, tests.len(), count])?;
         u32s(&mut bytes, &[numbers.len(), indices.len() / 2, exponents.len(), text.len()])?;
         bytes.extend(records);
         bytes.extend(numbers.iter().flat_map(|n| n.to_le_bytes()));
         bytes.extend(indices);
         bytes.extend(exponents);
         bytes.extend(text.as_bytes());
+        bytes.extend(sections);
         bytes.extend(crc32fast::hash(&bytes).to_le_bytes());
         Ok(bytes)
     }
+}
+
+/// Appends a further section, to lie behind `before` bytes of the file.
+fn section(sections: &mut Vec<u8>, before: usize, tag: [u8; 4], content: &[u8]) -> Result<()> {
+    sections.resize((before + sections.len()).next_multiple_of(8) - before, 0);
+    sections.extend(tag);
+    u32s(sections, &[content.len()])?;
+    sections.extend(content);
+    Ok(())
+}
+
+/// The content of the section of held variables.
+fn held(held: &[Held]) -> Result<Vec<u8>> {
+    let mut content = Vec::new();
+    u32s(&mut content, &[held.len(), 0])?;
+    let mut text = String::new();
+    for Held { name, unit, value } in held {
+        content.extend(value.to_le_bytes());
+        u32s(&mut content, &[text.len()])?;
+        u16s(&mut content, &[name.len(), unit.len()]).map_err(|e| e.at_key(name.chars().take(40).collect::<String>()))?;
+        text.push_str(name);
+        text.push_str(unit);
+    }
+    content.extend(text.as_bytes());
+    Ok(content)
 }
 
 /// Conditions the runtime must reproduce before it trusts itself: centre, ends, and points of a

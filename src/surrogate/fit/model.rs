@@ -15,6 +15,17 @@ pub struct Variable {
     pub high: f64,
 }
 
+/// A variable that did not vary while the surrogate was made: its answers are for this value alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// Name.
+    pub name: String,
+    /// Unit of the value.
+    pub unit: String,
+    /// The value.
+    pub value: f64,
+}
+
 /// A polynomial in the scaled variables.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Polynomial {
@@ -84,6 +95,8 @@ pub struct Limit {
 pub struct Surrogate {
     /// Condition variables, in the order of a query.
     pub variables: Vec<Variable>,
+    /// Variables that were held, in no condition.
+    pub held: Vec<Held>,
     /// Shared radial bases.
     pub bases: Vec<RbfBasis>,
     /// Measurement points.

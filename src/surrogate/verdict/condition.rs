@@ -1,6 +1,9 @@
 //! From names and values with units to the numbers a surrogate takes.
+//!
+//! A condition is one value per variable of the surrogate, in its order, and behind them one per variable that was held.
+//! The held ones may be left out: their value is then the one at which the surrogate was made.
 
-use coldplate_runtime::{Surrogate, Variable};
+use coldplate_runtime::{Held, Surrogate, Variable};
 
 use crate::error::{Error, Result, did_you_mean};
 use crate::units::{self, Dimension};
@@ -8,6 +11,12 @@ use crate::units::{self, Dimension};
 /// A value this close to an end of the range, relative to the numbers involved, counts as that end:
 /// "20.5 degC" must not fall outside a range to 20.5 degC because it went through kelvin.
 const SNAP: f64 = 1e-12;
+
+/// Everything a condition may state: the variables, then the held ones as variables whose range is one value.
+pub fn variables<'a>(surrogate: &Surrogate<'a>) -> Vec<Variable<'a>> {
+    let held = surrogate.held().map(|Held { name, unit, value }| Variable { name, unit, low: value, high: value });
+    surrogate.variables().chain(held).collect()
+}
 
 /// The condition that `given`, pairs of name and value with unit, describes.
 ///
@@ -23,42 +32,66 @@ pub fn condition(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Resul
 /// # Errors
 /// As [`condition`].
 pub fn partial(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Result<Vec<Option<f64>>> {
-    let mut x = vec![None; surrogate.variable_count()];
+    let variables = variables(surrogate);
+    let mut x = vec![None; variables.len()];
     for (name, text) in given {
         let index = index_of(surrogate, name)?;
-        let Some(variable) = surrogate.variable(index) else { continue };
         if x[index].is_some() {
             return Err(Error::input(format!("'{name}' is given twice")).at_key(name));
         }
-        x[index] = Some(value_of(&variable, text).map_err(|e| e.at_key(name))?);
+        x[index] = Some(value_of(&variables[index], text).map_err(|e| e.at_key(name))?);
     }
     Ok(x)
 }
 
-/// The condition, if no variable is missing.
+/// The condition, if no variable is missing; held ones take the value they were held at.
 ///
 /// # Errors
-/// Names the first missing variable.
-pub fn complete(surrogate: &Surrogate<'_>, x: Vec<Option<f64>>) -> Result<Vec<f64>> {
-    let values = x.into_iter().zip(surrogate.variables()).map(|(x, variable)| {
-        x.ok_or_else(|| {
-            let Variable { name, unit, low, high } = variable;
-            Error::input(format!("'{name}' is missing"))
-                .at_key(name)
-                .help(format!("this surrogate asks for it, in {unit} or a unit like it; it was fitted from {low} to {high} {unit}"))
-        })
-    });
-    values.collect()
+/// Names every missing variable.
+pub fn complete(surrogate: &Surrogate<'_>, mut x: Vec<Option<f64>>) -> Result<Vec<f64>> {
+    let variables = variables(surrogate);
+    x.resize(variables.len(), None);
+    let (varied, held) = x.split_at_mut(surrogate.variable_count());
+    held.iter_mut().zip(surrogate.held()).for_each(|(x, held)| *x = x.or(Some(held.value)));
+    let missing: Vec<&Variable<'_>> = varied.iter().zip(&variables).filter(|(x, _)| x.is_none()).map(|(_, variable)| variable).collect();
+    if !missing.is_empty() {
+        let names: Vec<String> = missing.iter().map(|v| format!("'{}'", v.name)).collect();
+        let (verb, keys): (_, Vec<&str>) = (if names.len() == 1 { "is" } else { "are" }, missing.iter().map(|v| v.name).collect());
+        let fitted: Vec<String> = missing.iter().map(|v| format!("{} from {} to {} {}", v.name, v.low, v.high, v.unit)).collect();
+        return Err(Error::input(format!("{} {verb} missing", names.join(", ")))
+            .at_key(keys.join(", "))
+            .help(format!("this surrogate asks for it, in its unit or one like it; it was fitted with {}", fitted.join(", "))));
+    }
+    Ok(x.into_iter().flatten().collect())
 }
 
-/// Index of the variable called `name`; hyphens may stand for underscores.
+/// The values of the variables alone, where those stated for held ones are the values they were held at: for figures,
+/// which show nothing else.
+///
+/// # Errors
+/// A held variable has another value.
+pub fn varied(surrogate: &Surrogate<'_>, mut x: Vec<Option<f64>>) -> Result<Vec<Option<f64>>> {
+    let stated = x.split_off(surrogate.variable_count().min(x.len()));
+    match surrogate.held().zip(stated).find(|(held, x)| x.is_some_and(|x| x != held.value)) {
+        Some((Held { name, unit, value }, x)) => {
+            Err(Error::input(format!("'{name}' was held at {value} {unit} when the surrogate was made, and says nothing elsewhere"))
+                .at_key(name)
+                .read(format!("{} {unit}", x.unwrap_or(f64::NAN)))
+                .help("leave it out, or sweep over it"))
+        }
+        None => Ok(x),
+    }
+}
+
+/// Index in [`variables`] of the one called `name`; hyphens may stand for underscores.
 ///
 /// # Errors
 /// There is none; says which there are and which was probably meant.
 pub fn index_of(surrogate: &Surrogate<'_>, name: &str) -> Result<usize> {
     let plain = name.trim().replace('-', "_");
-    surrogate.variables().position(|v| v.name == name.trim() || v.name == plain).ok_or_else(|| {
-        let known: Vec<&str> = surrogate.variables().map(|v| v.name).collect();
+    let variables = variables(surrogate);
+    variables.iter().position(|v| v.name == name.trim() || v.name == plain).ok_or_else(|| {
+        let known: Vec<&str> = variables.iter().map(|v| v.name).collect();
         let error = Error::input(format!("this surrogate has no variable '{name}'")).at_key(name);
         match did_you_mean(&plain, known.iter().copied()) {
             Some(meant) => error.help(format!("did you mean '{meant}'? Its variables are: {}", known.join(", "))),
@@ -74,6 +107,14 @@ pub fn index_of(surrogate: &Surrogate<'_>, name: &str) -> Result<usize> {
 pub fn value_of(variable: &Variable<'_>, text: &str) -> Result<f64> {
     let dimension = dimension_of(variable)?;
     Ok(snap(variable, units::express(units::parse(text, dimension)?, variable.unit, dimension)?))
+}
+
+/// A value in SI, in the unit of the variable.
+///
+/// # Errors
+/// A unit that is none of `dimension`.
+pub fn of_si(variable: &Variable<'_>, si: f64, dimension: Dimension) -> Result<f64> {
+    Ok(snap(variable, units::express(si, variable.unit, dimension)?))
 }
 
 /// A number whose unit stands in a column header, in the unit of the variable.

@@ -7,7 +7,7 @@
 
 use coldplate_runtime::Surrogate;
 
-use super::{Answer, Outside, outside, query};
+use super::{Answer, Outside, condition, query};
 use crate::error::{Error, Result};
 
 /// Intervals of the scan over the fitted range. Twelve, the highest degree of a polynomial, would
@@ -50,7 +50,8 @@ pub enum Inverse {
 /// A variable that does not exist or was held fixed, a condition of wrong length, a surrogate
 /// without limits.
 pub fn free(surrogate: &Surrogate<'_>, x: &[f64], free: usize) -> Result<Inverse> {
-    let Some(variable) = surrogate.variable(free).filter(|_| x.len() == surrogate.variable_count()) else {
+    let (varied, variables) = (surrogate.variable_count(), condition::variables(surrogate));
+    let Some(variable) = variables.get(free).filter(|_| [varied, variables.len()].contains(&x.len())) else {
         return Err(Error::input("a condition of this surrogate has another number of values").read(x.len()));
     };
     if surrogate.limit_count() == 0 {
@@ -64,10 +65,12 @@ pub fn free(surrogate: &Surrogate<'_>, x: &[f64], free: usize) -> Result<Inverse
     }
     let mut line = Line { surrogate, x: x.to_vec(), values: vec![0.0; surrogate.point_count()], free };
     line.x[free] = low;
-    let missing = outside(surrogate, &line.x);
+    let missing = query(surrogate, &line.x)?.outside;
     if !missing.is_empty() {
         return Ok(Inverse::OutsideRange(missing));
     }
+    // The held variables have their values; the functions do not take them.
+    line.x.truncate(varied);
 
     let samples = line.samples(low, high);
     let Some(first) = samples.iter().position(|s| s.slack >= 0.0) else {

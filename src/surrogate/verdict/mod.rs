@@ -8,9 +8,11 @@
 //! ```
 
 pub mod batch;
+pub mod columns;
 pub mod condition;
 pub mod inverse;
 pub mod record;
+pub mod stream;
 
 pub use coldplate_runtime::{Acceptability, Surrogate};
 pub use condition::condition;
@@ -19,6 +21,7 @@ pub use inverse::{Inverse, free};
 use coldplate_runtime::{Indices, LimitKind};
 use serde::Serialize;
 
+use super::fit::model::Held;
 use crate::error::{Error, Result};
 
 /// The value of a measurement point, with the band that covers 95 % of conditions inside the range.
@@ -77,8 +80,10 @@ pub struct Outside {
 /// Everything there is to say about one condition.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Answer {
-    /// The condition, in the surrogate's variables and units.
+    /// The condition: one value per variable of the surrogate, and one per variable that was held, in their units.
     pub condition: Vec<f64>,
+    /// The variables that were held while the surrogate was made; what is said is true there alone.
+    pub held: Vec<Held>,
     /// One per measurement point.
     pub temperatures: Vec<Temperature>,
     /// One per limit.
@@ -87,7 +92,7 @@ pub struct Answer {
     pub binding: Option<usize>,
     /// The verdict.
     pub verdict: Acceptability,
-    /// True if every variable lies within its fitted range.
+    /// True if every variable lies within its fitted range, and every held one has the value it was held at.
     pub in_domain: bool,
     /// The variables that do not.
     pub outside: Vec<Outside>,
@@ -100,13 +105,16 @@ impl Answer {
     }
 }
 
-/// Temperatures, limits and verdict at the condition `x`, in the surrogate's variables and units.
+/// Temperatures, limits and verdict at the condition `x`, in the surrogate's variables and units; see [`condition`] for
+/// the held ones.
 ///
 /// # Errors
-/// If `x` does not have one value per variable.
+/// If `x` has another number of values than there are variables, with or without the held ones.
 pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<Answer> {
     let mut values = vec![0.0; surrogate.point_count()];
-    let verdict = surrogate
+    let (x, stated) = split(surrogate, x);
+    let outside = outside(surrogate, x, stated);
+    let mut verdict = surrogate
         .query(x, &mut values)
         .map_err(|e| Error::input(format!("a condition of this surrogate has {} values", e.expected)).read(e.found))?;
     let temperatures = surrogate.points().zip(&values).map(|(point, value)| Temperature {
@@ -129,21 +137,35 @@ pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<Answer> {
             state: at.state,
         })
     });
+    if !outside.is_empty() {
+        (verdict.in_domain, verdict.state) = (false, Acceptability::Uncertain);
+    }
+    let held: Vec<Held> =
+        surrogate.held().map(|held| Held { name: held.name.to_owned(), unit: held.unit.to_owned(), value: held.value }).collect();
     Ok(Answer {
-        condition: x.to_vec(),
+        condition: x.iter().chain(stated).copied().chain(held.iter().map(|held| held.value).skip(stated.len())).collect(),
+        held,
         temperatures: temperatures.collect(),
         limits: limits.collect(),
         binding: verdict.binding,
         verdict: verdict.state,
         in_domain: verdict.in_domain,
-        outside: outside(surrogate, x),
+        outside,
     })
 }
 
-/// The variables of `x` that lie outside their fitted ranges.
-pub fn outside(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<Outside> {
-    let variables = surrogate.variables().zip(x).filter(|(v, x)| !(v.low..=v.high).contains(*x));
-    variables.map(|(v, x)| Outside { name: v.name.to_owned(), unit: v.unit.to_owned(), value: *x, low: v.low, high: v.high }).collect()
+/// The values of the variables, and those of the held ones that are stated.
+fn split<'x>(surrogate: &Surrogate<'_>, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
+    let (varied, held) = (surrogate.variable_count(), surrogate.held().count());
+    if (varied + 1..=varied + held).contains(&x.len()) { x.split_at(varied) } else { (x, &[]) }
+}
+
+/// The variables of `x` that lie outside their fitted ranges, and those of `stated` that were held at another value.
+fn outside(surrogate: &Surrogate<'_>, x: &[f64], stated: &[f64]) -> Vec<Outside> {
+    let all = condition::variables(surrogate);
+    let (varied, held) = all.split_at(surrogate.variable_count().min(x.len()));
+    let values = varied.iter().zip(x).chain(held.iter().zip(stated)).filter(|(v, x)| !(v.low..=v.high).contains(*x));
+    values.map(|(v, x)| Outside { name: v.name.to_owned(), unit: v.unit.to_owned(), value: *x, low: v.low, high: v.high }).collect()
 }
 
 /// Differences of Celsius temperatures are kelvins.

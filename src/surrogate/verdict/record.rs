@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::batch::Row;
+use super::condition;
 use super::{Acceptability, Answer, Inverse, LimitAnswer, Outside, Surrogate, Temperature};
 use crate::units::celsius;
 
@@ -19,6 +20,9 @@ pub struct QueryRecord {
     /// Name of the limit that decides.
     pub binding: Option<String>,
     pub in_domain: bool,
+    /// Variables that were held while the surrogate was made, at the value they were held at.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub held: BTreeMap<String, ValueRecord>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outside: Vec<Outside>,
     /// The answer to the inverse question, where that was asked.
@@ -88,13 +92,6 @@ pub struct ValueRecord {
     pub unit: String,
 }
 
-/// Answers to a table of conditions.
-#[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs)]
-pub struct BatchRecord {
-    pub conditions: Vec<QueryRecord>,
-}
-
 /// The word for a verdict: `acceptable`, `not_acceptable` or `uncertain`.
 pub fn code(verdict: Acceptability) -> &'static str {
     match verdict {
@@ -113,6 +110,7 @@ impl Answer {
             limits: self.limits.clone(),
             binding: self.binding_name().map(str::to_owned),
             in_domain: self.in_domain,
+            held: self.held.iter().map(|held| (held.name.clone(), ValueRecord { value: held.value, unit: held.unit.clone() })).collect(),
             outside: self.outside.clone(),
             free: None,
             row: None,
@@ -123,7 +121,7 @@ impl Answer {
     pub fn record_of_row(&self, surrogate: &Surrogate<'_>, row: &Row) -> QueryRecord {
         let value =
             |(v, x): (coldplate_runtime::Variable<'_>, &f64)| (v.name.to_owned(), ValueRecord { value: *x, unit: v.unit.to_owned() });
-        let condition = surrogate.variables().zip(&row.condition).map(value).collect();
+        let condition = condition::variables(surrogate).into_iter().zip(&row.condition).map(value).collect();
         QueryRecord { row: Some(RowRecord { line: row.line, test: row.label.clone(), condition }), ..self.record() }
     }
 }

@@ -1,0 +1,181 @@
+//! Variables that were held while a surrogate was made: stored, shown, and binding.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use coldplate::surrogate::fit::file::{decode, encode, open, write};
+use coldplate::surrogate::fit::model::Surrogate;
+use coldplate::surrogate::verdict::{Acceptability, Inverse, condition, free, query};
+use coldplate_runtime::{OpenError, format};
+
+use crate::examples::*;
+
+fn pairs(given: &[(&str, &str)]) -> Vec<(String, String)> {
+    given.iter().map(|(n, v)| ((*n).into(), (*v).into())).collect()
+}
+
+#[test]
+fn a_condition_may_state_the_held_value_and_another_is_outside() {
+    let bytes = encode(&at_one_speed()).unwrap();
+    let file = open(&bytes).unwrap();
+    let three = [("coolant_flow", "8 L/min"), ("coolant_temperature", "20 degC"), ("ambient_temperature", "21 degC")];
+    let answer = |speed: Option<&str>| {
+        let given: Vec<_> = three.iter().copied().chain(speed.map(|speed| ("motor_speed", speed))).collect();
+        query(&file, &condition(&file, &pairs(&given)).unwrap()).unwrap()
+    };
+    let silent = answer(None);
+    assert_eq!((silent.verdict, silent.in_domain, silent.condition.last()), (Acceptability::Acceptable, true, Some(&2500.0)));
+    for same in ["2500 rpm", "261.79938779914943 rad/s"] {
+        assert_eq!(answer(Some(same)), silent, "{same}");
+    }
+    let other = answer(Some("1000 rpm"));
+    assert_eq!((other.verdict, other.in_domain), (Acceptability::Uncertain, false));
+    assert_eq!((other.outside[0].name.as_str(), other.outside[0].value, other.outside[0].low), ("motor_speed", 1000.0, 2500.0));
+    // The inverse question, too.
+    let at = |speed: f64| free(&file, &[0.0, 20.0, 21.0, speed], 0).unwrap();
+    assert!(matches!(at(2500.0), Inverse::Found { .. }));
+    assert!(matches!(at(1000.0), Inverse::OutsideRange(outside) if outside[0].name == "motor_speed"));
+    assert!(free(&file, &[8.0, 20.0, 21.0, 0.0], 3).unwrap_err().to_string().contains("was held at 2500 rpm"));
+}
+
+/// A file of version 1 has the held values in its provenance only.
+#[test]
+fn old_files_hold_what_their_provenance_says() {
+    let mut surrogate = small();
+    surrogate.provenance.push(("held motor_speed".into(), "2500 rpm".into()));
+    let mut bytes = encode(&surrogate).unwrap();
+    assert_eq!(decode(&bytes).unwrap().held, []);
+    bytes[8] = 1;
+    fix_checksum(&mut bytes);
+    let held = decode(&bytes).unwrap().held;
+    assert_eq!((held[0].name.as_str(), held[0].unit.as_str(), held[0].value), ("motor_speed", "rpm", 2500.0));
+}
+
+fn fix_checksum(bytes: &mut [u8]) {
+    let end = bytes.len() - format::TRAILER;
+    let crc = format::crc32(&bytes[..end]);
+    bytes[end..].copy_from_slice(&crc.to_le_bytes());
+}
+
+/// A file with one more section behind its text.
+fn with_section(surrogate: &Surrogate, tag: &[u8; 4], content: &[u8]) -> Vec<u8> {
+    let mut bytes = encode(surrogate).unwrap();
+    bytes.truncate(bytes.len() - format::TRAILER);
+    bytes.resize(bytes.len().next_multiple_of(8), 0);
+    bytes.extend(tag);
+    bytes.extend((content.len() as u32).to_le_bytes());
+    bytes.extend(content);
+    bytes[30] += 1;
+    bytes.extend([0; format::TRAILER]);
+    let length = bytes.len() as u32;
+    bytes[12..16].copy_from_slice(&length.to_le_bytes());
+    fix_checksum(&mut bytes);
+    bytes
+}
+
+#[test]
+fn unknown_sections_are_passed_over_or_refused_by_their_first_letter() {
+    for surrogate in [small(), at_one_speed()] {
+        assert_eq!(decode(&with_section(&surrogate, b"noTE", b"anything")).unwrap(), surrogate);
+        assert_eq!(decode(&with_section(&surrogate, b"noTE", b"")).unwrap(), surrogate);
+        let reason = |tag| open(&with_section(&surrogate, tag, b"anything")).unwrap_err().to_string();
+        assert!(reason(b"NEED").contains("'NEED'"), "{}", reason(b"NEED"));
+        assert!(reason(b"no 1").contains("'no 1'"));
+    }
+    // Twice, or out of order.
+    let again = with_section(&at_one_speed(), b"HELD", b"");
+    assert_eq!(coldplate_runtime::Surrogate::open(&again).unwrap_err(), OpenError::Section(*b"HELD"));
+    let before = with_section(&at_one_speed(), b"ABCD", b"");
+    assert_eq!(coldplate_runtime::Surrogate::open(&before).unwrap_err(), OpenError::Section(*b"ABCD"));
+}
+
+#[test]
+fn held_variables_that_cannot_be_are_refused() {
+    let refuse = |name: &str, unit: &str, value: f64, needle: &str| {
+        let mut surrogate = at_one_speed();
+        surrogate.held.push(held(name, unit, value));
+        let error = encode(&surrogate).unwrap_err().to_string();
+        assert!(error.contains(needle), "{needle}: {error}");
+    };
+    refuse("motor_speed", "rpm", 1.0, "name of a held variable");
+    refuse("coolant_flow", "L/min", 1.0, "name of a held variable");
+    refuse("", "rpm", 1.0, "name of a held variable");
+    refuse("load", "k\tg", 1.0, "unit of a held variable");
+    refuse("load", "kg", f64::NAN, "value of a held variable");
+    let mut many = at_one_speed();
+    many.held = (0..65).map(|i| held(&format!("v{i}"), "1", 0.0)).collect();
+    assert!(encode(&many).unwrap_err().to_string().contains("at most 64 held"));
+}
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("coldplate-held-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).unwrap();
+        write(&at_one_speed(), &path.join("held.cps")).unwrap();
+        Self(path)
+    }
+
+    fn run(&self, words: &[&str]) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_coldplate")).args(words).current_dir(&self.0).output().unwrap()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+const CONDITION: [&str; 6] = ["--coolant-flow", "8 L/min", "--coolant-temperature", "20 degC", "--ambient-temperature", "21 degC"];
+
+#[test]
+fn every_answer_names_what_was_held() {
+    let folder = Folder::new("answers");
+    let query = |more: &[&str]| folder.run(&[&["query", "held.cps"], &CONDITION[..], more].concat());
+    let text = |output: &Output| String::from_utf8(output.stdout.clone()).unwrap();
+    let plain = query(&[]);
+    assert_eq!(plain.status.code(), Some(0));
+    assert!(text(&plain).contains("held when the surrogate was made: motor_speed 2500 rpm"), "{}", text(&plain));
+    assert_eq!(query(&["--motor-speed", "2500 rpm"]).status.code(), Some(0));
+    let other = query(&["--motor-speed", "1000 rpm"]);
+    assert_eq!(other.status.code(), Some(3));
+    assert!(text(&other).contains("motor_speed = 1000 rpm is not the 2500 rpm"), "{}", text(&other));
+    let json: serde_json::Value = serde_json::from_slice(&query(&["--json"]).stdout).unwrap();
+    assert_eq!(json["held"]["motor_speed"], serde_json::json!({ "value": 2500.0, "unit": "rpm" }));
+
+    std::fs::write(
+        folder.0.join("many.csv"),
+        "coolant_flow [L/min],coolant_temperature [degC],ambient_temperature [degC],motor_speed [rpm]\n8,20,21,2500\n8,20,21,1000\n",
+    )
+    .unwrap();
+    let many = folder.run(&["query", "held.cps", "--csv", "many.csv"]);
+    let lines: Vec<String> = text(&many).lines().map(String::from).collect();
+    assert!(lines[0].contains("ambient_temperature [degC],motor_speed [rpm],"), "{}", lines[0]);
+    assert!(lines[1].starts_with("8,20,21,2500,") && lines[1].contains(",acceptable,"), "{}", lines[1]);
+    assert!(lines[2].starts_with("8,20,21,1000,") && lines[2].contains(",uncertain,"), "{}", lines[2]);
+    assert_eq!(many.status.code(), Some(3));
+}
+
+#[test]
+fn every_figure_names_what_was_held() {
+    let folder = Folder::new("figures");
+    let drawn = folder.run(&["chart", "held.cps"]);
+    assert_eq!(drawn.status.code(), Some(0), "{}", String::from_utf8_lossy(&drawn.stderr));
+    let mut figures = 0;
+    for entry in std::fs::read_dir(folder.0.join("charts")).unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_some_and(|e| e == "svg") {
+            let svg = std::fs::read_to_string(&path).unwrap();
+            assert!(svg.contains("motor speed 2500"), "{}", path.display());
+            figures += 1;
+        }
+    }
+    assert!(figures >= 4, "{figures}");
+    let map = ["chart", "held.cps", "--map", "coolant_flow,ambient_temperature", "--motor-speed"];
+    assert_eq!(folder.run(&[&map[..], &["2500 rpm"]].concat()).status.code(), Some(0));
+    let other = folder.run(&[&map[..], &["1000 rpm"]].concat());
+    assert_eq!(other.status.code(), Some(2));
+    assert!(String::from_utf8_lossy(&other.stderr).contains("was held at 2500 rpm"));
+}
