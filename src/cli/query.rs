@@ -134,7 +134,10 @@ fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
     let condition = surrogate.variables().zip(&answer.condition).map(|(v, x)| format!("{} {} {}", v.name, plain(*x), v.unit));
     let mut text = condition.collect::<Vec<_>>().join(", ") + "\n";
     if !answer.held.is_empty() {
-        let held = answer.held.iter().map(|held| format!("{} {} {}", held.name, held.value, held.unit));
+        let held = answer.held.iter().map(|held| match held.unit.as_str() {
+            "1" | "" => format!("{} {}", held.name, held.value),
+            unit => format!("{} {} {unit}", held.name, held.value),
+        });
         text += &format!("held when the surrogate was made: {}\n", held.collect::<Vec<_>>().join(", "));
     }
     text.push('\n');

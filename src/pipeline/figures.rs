@@ -341,6 +341,8 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
         let mut at = x.clone();
         at[ambient] = end;
         let mut one = map(surrogate, speed, flow, &at, None)?;
+        // What was held stands in the words on how to read the sheet.
+        one.fixed.truncate(one.fixed.len() - surrogate.held().count());
         one.title = format!("{} {}", quantity(surrogate, ambient).name.replace('_', " "), quantity(surrogate, ambient).with_value(end));
         maps.push(one);
     }

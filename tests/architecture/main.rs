@@ -40,7 +40,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     ("explore::sweep", &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::meshed"]),
     ("surrogate::fit", &["error", "units", "foundation::*"]),
-    ("surrogate::verdict", &["error", "units", "surrogate::fit"]),
+    ("surrogate::verdict", &["error", "units", "foundation::*", "surrogate::fit"]),
     ("figures::chart", &["error", "units", "foundation::atomic_file"]),
     ("figures::report", &["error", "units", "foundation::atomic_file", "figures::chart"]),
     ("evidence::measurement", &["error", "units", "foundation::*", "describe::machine"]),
