@@ -26,7 +26,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("describe::schema", &["error", "units", "foundation::document"]),
     ("describe::machine", &["error", "units", "foundation::*", "physics", "describe::gmsh", "describe::schema"]),
     ("discretise::mesh", &["error", "units", "foundation::atomic_file", "describe::*"]),
-    ("discretise::network", &["error", "units", "describe::machine", "discretise::mesh", "physics"]),
+    ("discretise::network", &["error", "units", "foundation::formula", "describe::machine", "discretise::mesh", "physics"]),
     ("solve", &["error", "units", "foundation::progress", "discretise::network", "physics"]),
     ("solve::meshed", &["error", "units", "foundation::progress", "describe::machine", "discretise::*", "physics", "solve"]),
     (

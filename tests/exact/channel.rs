@@ -133,6 +133,38 @@ fn graetz(film: &str, wall: &str, conductivity: &str) -> String {
     )
 }
 
+/// A film by a formula of flow and condition, wall held: T = Tw + (Tin - Tw) exp(-Nu k pi L/(rho c Q)), the liquid's
+/// properties constant, so that Re = 4 rho Q/(pi d mu) and Pr = mu c/k are known by hand.
+#[test]
+fn a_film_by_a_formula() {
+    let held = "[boundary.wall]\nfaces = [\"bar.-y\", \"bar.+y\", \"bar.-z\", \"bar.+z\"]\ntemperature = \"30 degC\"";
+    let (re, pr) = (4.0 * 997.0 * 5e-6 / (PI * 0.01 * 0.00089), 0.00089 * 4180.0 / 0.606);
+    let dittus_boelter: f64 = 0.023 * f64::powf(re, 0.8) * f64::powf(pr, 0.4);
+    let velocity = 5e-6 / (PI / 4.0 * 1e-4);
+    let cases = [
+        ("nusselt = \"0.023 * Re^0.8 * Pr^0.4\"", dittus_boelter),
+        ("film = \"0.023 * Re^0.8 * Pr^0.4 * conductivity_W_m_K / diameter_m\"", dittus_boelter),
+        ("nusselt = \"(3.66 + 40 * D_over_L) * (Pr / Pr_wall)^0.11 * mu_over_mu_wall^0.14\"", 4.06),
+        ("nusselt = \"3 + coolant_flow_L_min\"", 4.0),
+        ("film = \"5000 * velocity_m_s\"\nfilm_factor = 0.5", 0.5 * 5000.0 * velocity * 0.01 / 0.606),
+    ];
+    for (lines, nusselt) in cases {
+        let run = solve(&graetz(lines, held, "\"1e7 W/(m K)\""), 10e-3);
+        let transfer = nusselt * 0.606 * PI / (997.0 * 4180.0 * 5e-6);
+        check(
+            "own",
+            &format!("T out, {}, degC", lines.replace('\n', ", ")),
+            run.celsius("out"),
+            30.0 - 10.0 * (-transfer).exp(),
+            10.0,
+            1e-7,
+        );
+    }
+    // At rest no formula of a flow holds: the water takes the wall's temperature.
+    let still = graetz(cases[0].0, held, "\"1e7 W/(m K)\"").replace("flow = \"5e-6 m3/s\"", "flow = \"0 m3/s\"");
+    check("own", "T out at rest, degC", solve(&still, 10e-3).celsius("out"), 30.0, 10.0, 1e-7);
+}
+
 /// V36: laminar channel with the Graetz solution (Shah and London 1978).
 ///
 /// Given the exact mean Nusselt number, the network must return the exact outlet temperature. The

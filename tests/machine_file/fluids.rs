@@ -129,3 +129,16 @@ fn mixtures_stand_beside_their_source() {
         near(state.viscosity, viscosity, 6e-3);
     }
 }
+
+#[test]
+fn films_by_a_formula_are_read_or_refused() {
+    let with = |lines: &str| plate(1.0, "", "").replace("diameter = \"8 mm\"", &format!("diameter = \"8 mm\"\n{lines}"));
+    assert!(solved(&with("nusselt = \"0.023 * Re^0.8 * Pr^0.4\"")).is_ok());
+    refused(&with("nusselt = \"0.023 * Ré^0.8\""), &["channel.pass.nusselt", "Re, Pr, Pr_wall"]);
+    refused(&with("nusselt = \"4\"\nfilm = \"correlation\""), &["nusselt", "film"]);
+    refused(&with("nusselt = \"4\"\nbend_factor = 1.2"), &["a given film has no 'bend_factor'"]);
+    refused(&with("nusselt = \"10 - Re\""), &["channel.pass.nusselt", "not larger than zero", "10 - Re at Re = "]);
+    refused(&with("nusselt = \"1 / (Re - Re)\""), &["channel.pass", "not finite"]);
+    let taken = with("nusselt = \"Re\"").replace("[part.plate]", "[define]\nRe = \"3\"\n[part.plate]");
+    refused(&taken, &["channel.pass.nusselt", "'Re'", "rename"]);
+}

@@ -105,3 +105,16 @@ fn faces_that_see_each_other() {
         check(&model, at, &format!("enclosed {at:?}"));
     }
 }
+
+#[test]
+fn films_by_formulas_of_the_flow() {
+    let sets = [
+        ("channel.short.nusselt", "0.023 * Re^0.8 * Pr^0.4 * mu_over_mu_wall^0.14"),
+        ("channel.long.film", "(3.66 + Re / 100) * (Pr / Pr_wall)^0.11 * conductivity_W_m_K / diameter_m + motor_speed_rpm / 10"),
+    ];
+    let sets: Vec<(String, String)> = sets.iter().map(|(key, value)| (key.to_string(), format!("\"{value}\""))).collect();
+    let model = MeshedMachine::new(Machine::read(crate::common::path("spindle"), &sets).unwrap(), Some(2500)).unwrap();
+    for at in [[3.0, 20.0, 2000.0, 22.0], [1.0, 24.0, 3000.0, 20.0]] {
+        check(&model, at, &format!("formulas {at:?}"));
+    }
+}

@@ -1,6 +1,7 @@
 //! Coolant channels and the circuits that feed them.
 
 use super::condition::Symbols;
+use super::film::Film;
 use super::fluids::Fluids;
 use super::keys::flow as keys;
 use super::names::{Index, lookup};
@@ -40,20 +41,6 @@ pub struct Channel {
     pub is_bore: bool,
 }
 
-/// How the film coefficient of a channel is found.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Film {
-    /// From the correlations of [`crate::physics::channel`], times `bend_factor`.
-    Correlation {
-        /// Heat-transfer augmentation by bends (1 = straight).
-        bend_factor: f64,
-        /// Thermal boundary condition of the laminar branch.
-        wall: Wall,
-    },
-    /// Given, W/(m² K).
-    Given(f64),
-}
-
 /// A coolant circuit: what flows in, and through which channels.
 #[derive(Debug, Clone)]
 pub struct Circuit {
@@ -88,7 +75,7 @@ pub enum Layout {
 const MOST_CORNERS: usize = 20_000;
 
 /// Reads `[channel.NAME]`; the flags say which bend factors are to be found ("auto").
-pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channel>, Vec<bool>)> {
+pub(super) fn channels(root: &Section<'_>, parts: &[Part], symbols: &Symbols) -> Result<(Vec<Channel>, Vec<bool>)> {
     let (mut found, mut automatic) = (Vec::new(), Vec::new());
     for (name, section) in root.sections("channel")? {
         let index = Index { parts, nodes: &[], channels: &[] };
@@ -122,20 +109,7 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part]) -> Result<(Vec<Channe
                 .error_at("bend_factor", "bends raise the film by a factor between 1 and 1.4")
                 .help("give 1.0..1.4, or \"auto\""));
         }
-        let film = match section.opt("film") {
-            Some(value) if value.quantity(Dimension::FILM).is_ok() => {
-                if let Some(key) = section.one_of(&["bend_factor", "wall"])? {
-                    return Err(section
-                        .error_at(key, format!("a given film has no '{key}'"))
-                        .help("remove it, or write film = \"correlation\""));
-                }
-                Film::Given(value.positive(Dimension::FILM)?)
-            }
-            Some(value) if value.text()? != "correlation" => {
-                return Err(value.error("this is no film").help("write \"correlation\", or a value such as \"2251 W/(m2 K)\""));
-            }
-            _ => Film::Correlation { bend_factor, wall },
-        };
+        let film = Film::read(&section, symbols)?.unwrap_or(Film::Correlation { bend_factor, wall });
         let film_factor = keys::FILM_FACTOR.read(&section)?;
         if !(1e-3..=1e3).contains(&film_factor) {
             return Err(section

@@ -88,7 +88,7 @@ fn machine(document: &Document) -> Result<Machine> {
     if parts.is_empty() && nodes.is_empty() {
         return Err(root.error("the machine has neither parts nor nodes").help("add [part.NAME] with material and box"));
     }
-    let (channels, automatic) = channels(&root, &parts)?;
+    let (channels, automatic) = channels(&root, &parts, &symbols)?;
     let channel_names: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
     let index = Index { parts: &parts, nodes: &node_names, channels: &channel_names };
     let default_contact = default_contact(&root)?;

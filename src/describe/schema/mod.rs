@@ -251,6 +251,15 @@ impl Form {
         }
     }
 
+    /// Whether a word may stand here.
+    pub fn has_word(&self, word: &str) -> bool {
+        match self {
+            Self::Word(words) => words.contains(&word),
+            Self::Either(forms) => forms.iter().any(|form| form.has_word(word)),
+            _ => false,
+        }
+    }
+
     /// Whether it counts something, so that it cannot vary continuously.
     pub fn counts(&self) -> bool {
         match self {

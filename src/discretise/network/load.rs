@@ -2,6 +2,7 @@
 
 use crate::describe::machine::{BoundaryLaw, Condition, Machine};
 use crate::error::Result;
+use crate::foundation::formula::Values;
 use crate::physics::gas;
 
 /// All numbers that depend on the condition. SI, temperatures in kelvin.
@@ -9,6 +10,8 @@ use crate::physics::gas;
 pub struct Load {
     /// Values of the machine's variables, SI, in the order of [`Machine::variables`].
     pub variables: Vec<f64>,
+    /// Value of every name that formulas may use.
+    pub names: Values,
     /// Chamber wall temperature, K.
     pub chamber: f64,
     /// Film of the residual gas, W/(m² K).
@@ -77,7 +80,7 @@ impl Load {
         fixed.push(chamber);
         fixed.extend(boundaries.iter().map(|b| if let BoundaryState::Temperature(t) = b { *t } else { 0.0 }));
         let gas = gas::film(machine.chamber.pressure, chamber, machine.chamber.accommodation, machine.chamber.gap);
-        Ok(Self { variables: condition.si().to_vec(), chamber, gas, boundaries, powers, flows, inlets, fixed })
+        Ok(Self { variables: condition.si().to_vec(), names: values, chamber, gas, boundaries, powers, flows, inlets, fixed })
     }
 
     /// The boundary whose temperature an entry of [`Load::fixed`] is, if it is one's.

@@ -7,11 +7,11 @@
 //! water gains is exactly what the cells lose.
 
 use super::{Load, NONE, Network};
-use crate::describe::machine::{Circuit, Film, Layout};
+use crate::describe::machine::{Circuit, Film, FlowState, Layout};
 use crate::discretise::mesh::path::Station;
 use crate::error::{Kind, Result};
+use crate::foundation::formula::Formula;
 use crate::physics::channel;
-use crate::physics::liquid::Liquid;
 use crate::physics::water::LiquidProperties;
 
 /// A coolant channel in the network.
@@ -155,7 +155,7 @@ impl Network {
         self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
         for s in members(&tree.layout) {
             let Some(liquid) = liquids[s] else { continue };
-            states[s] = self.stream_state(s, flows[s], inlet, liquid, means[s].0, temperatures, tree.circuit.dissipation, &flows);
+            states[s] = self.stream_state(s, load, inlet, liquid, means[s].0, temperatures, &flows)?;
         }
         Ok(())
     }
@@ -201,19 +201,24 @@ impl Network {
     fn stream_state(
         &self,
         index: usize,
-        mass_flow: f64,
+        load: &Load,
         inlet: LiquidProperties,
         liquid: LiquidProperties,
         wall: f64,
         temperatures: &[f64],
-        dissipation: bool,
         flows: &[f64],
-    ) -> StreamState {
+    ) -> Result<StreamState> {
         let stream = &self.streams[index];
+        let circuit = &self.circuits[stream.circuit].circuit;
+        let mass_flow = flows[index];
         let flow = mass_flow / liquid.density;
         let velocity = flow / (std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter);
         let reynolds = liquid.density * velocity * stream.diameter / liquid.viscosity;
-        let (film, note) = stream.film_coefficient(reynolds, liquid, wall, &self.circuits[stream.circuit].circuit.liquid);
+        // A wall outside the range of the liquid's properties counts as at its end.
+        let (low, high) = circuit.liquid.range();
+        let at_wall = circuit.liquid.at(wall.clamp(low, high)).unwrap_or(liquid);
+        let state = FlowState { reynolds, liquid, at_wall, diameter: stream.diameter, length: stream.length, velocity };
+        let (film, note) = stream.film_coefficient(&state, load)?;
         let drop = stream.pressure_drop(mass_flow, liquid);
         // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
         let rate = mass_flow * inlet.specific_heat;
@@ -242,8 +247,8 @@ impl Network {
             .iter()
             .map(|u| if upstream_flow > 0.0 { flows[*u] / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
             .collect();
-        let dissipation = if dissipation { drop * flow / stream.length } else { 0.0 };
-        StreamState {
+        let dissipation = if circuit.dissipation { drop * flow / stream.length } else { 0.0 };
+        Ok(StreamState {
             capacity_rate: rate,
             flow,
             mixture,
@@ -255,7 +260,7 @@ impl Network {
             film,
             pressure_drop: drop,
             note,
-        }
+        })
     }
 }
 
@@ -266,26 +271,29 @@ impl Stream {
     }
 
     /// Film coefficient W/(m² K), mean over the channel, and a remark where the closure leaves its range.
-    fn film_coefficient(
-        &self,
-        reynolds: f64,
-        liquid: LiquidProperties,
-        wall_temperature: f64,
-        kind: &Liquid,
-    ) -> (f64, Option<&'static str>) {
-        match &self.film {
-            Film::Given(h) => (self.film_factor * h, None),
+    fn film_coefficient(&self, flow: &FlowState, load: &Load) -> Result<(f64, Option<&'static str>)> {
+        let scale = flow.liquid.conductivity / self.diameter;
+        let evaluate = |formula: &Formula| {
+            // What stands still conducts: no formula of a flow holds there.
+            if flow.reynolds == 0.0 { Ok(None) } else { Film::evaluate(formula, &load.names, flow).map(Some) }
+        };
+        let (film, note) = match &self.film {
+            Film::Given(h) => (*h, None),
             Film::Correlation { bend_factor, wall } => {
-                // A wall outside the range of the liquid's properties counts as at its end.
-                let (low, high) = kind.range();
-                let prandtl_wall = kind.at(wall_temperature.clamp(low, high)).map_or(liquid.prandtl(), |s| s.prandtl());
-                let nusselt = channel::nusselt(reynolds, liquid.prandtl(), self.diameter / self.length, *wall, false, prandtl_wall);
-                let note = channel::note(reynolds, liquid.prandtl(), self.diameter / self.length, prandtl_wall);
-                (self.film_factor * bend_factor * nusselt * liquid.conductivity / self.diameter, note)
+                let (prandtl, prandtl_wall) = (flow.liquid.prandtl(), flow.at_wall.prandtl());
+                let nusselt = channel::nusselt(flow.reynolds, prandtl, self.diameter / self.length, *wall, false, prandtl_wall);
+                let note = channel::note(flow.reynolds, prandtl, self.diameter / self.length, prandtl_wall);
+                (bend_factor * nusselt * scale, note)
             }
-        }
+            Film::Formula(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT * scale), None),
+            Film::Nusselt(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT) * scale, None),
+        };
+        Ok((self.film_factor * film, note))
     }
 }
+
+/// Nusselt number of liquid at rest between walls, as of developed laminar flow along an even wall.
+const STANDING_NUSSELT: f64 = 3.66;
 
 /// The streams below a layout, in order.
 pub fn members(layout: &Layout) -> Vec<usize> {

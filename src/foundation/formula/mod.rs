@@ -99,7 +99,7 @@ impl Names {
 pub struct Values(pub Vec<f64>);
 
 /// A number that may depend on the condition. Cheap to clone and to evaluate.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Formula {
     program: Arc<[Op]>,
     /// SI value = `scale` times the program's value + `offset`.
@@ -233,9 +233,14 @@ impl Formula {
         if number.is_finite() {
             return Ok(number);
         }
-        let mut error = Error::input(format!("the {what} of this formula is not finite at this condition"))
+        let error = Error::input(format!("the {what} of this formula is not finite at this condition"))
             .read(&self.text)
             .help("look for a division by zero, or a root, logarithm or power of a negative number");
+        Err(self.place(error))
+    }
+
+    /// Gives an error about the value the place of the formula.
+    pub fn place(&self, mut error: Error) -> Error {
         if let Some(file) = &self.place.file {
             error = error.in_file(file);
         }
@@ -245,7 +250,7 @@ impl Formula {
         if let Some(key) = &self.place.key {
             error = error.at_key(key);
         }
-        Err(error)
+        error
     }
 }
 

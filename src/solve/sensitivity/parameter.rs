@@ -96,6 +96,7 @@ impl Parameter {
             },
             Leaf::Text(text) => match (units::quantity(text), slot) {
                 (Some((number, unit, dimension)), _) => made(Kind::Quantity, units::convert(number, unit, dimension)?, unit, dimension),
+                (None, _) if form.is_some_and(|form| form.has_word(text)) => refuse("is a word, not a number", "name a key with a number"),
                 (None, Some(is_temperature)) => formula(is_temperature),
                 (None, None) => refuse("is a word, not a number", "name a key with a number"),
             },

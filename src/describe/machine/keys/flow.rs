@@ -85,11 +85,17 @@ pub(super) const CHANNEL: Table = Table {
         Key::new("length", Form::Quantity(METRES), "wetted length").positive().or(Unstated::Follows("length of the path")),
         Key::new(
             "film",
-            Form::Either(&[Form::Word(&["correlation"]), Form::Quantity(FILM)]),
-            "found from the flow, or given: `\"2251 W/(m2 K)\"`",
+            Form::Either(&[Form::Word(&["correlation"]), Form::Formula(FILM)]),
+            "found from the flow, given (`\"2251 W/(m2 K)\"`), or a formula of condition and flow, see below",
         )
         .or(Unstated::Text("correlation"))
         .also(&["h", "htc", "film_coefficient"]),
+        Key::new(
+            "nusselt",
+            Form::Formula(Unit::of(Dimension::NUMBER, "1")),
+            "instead of `film`: formula of condition and flow for the Nusselt number, `\"0.023 * Re^0.8 * Pr^0.4\"`",
+        )
+        .also(&["Nu", "nu"]),
         WALL,
         BEND_FACTOR,
         FILM_FACTOR,
