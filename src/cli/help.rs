@@ -54,11 +54,29 @@ const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
     ("Machine", &["set", "cells", "machine"]),
     ("Data", &["use_tests", "without", "uncertain", "kinds", "inputs", "ignored", "from"]),
-    ("Question", &["to", "sensor", "rise", "query.free", "query.csv", "map", "within", "new.from"]),
+    ("Question", &["to", "sensor", "rise", "query.free", "query.csv", "map", "within", "passes", "new.from"]),
     ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
     ("Time", &["every", "until", "hold", "repeat", "tolerance", "simulate.from"]),
     ("Going on", &["checkpoint", "checkpoint_every", "resume", "retry_failed"]),
-    ("Results", &["out", "chart", "vtu", "report", "surrogate", "results", "top", "predict.csv", "markdown", "update", "no_sweep", "list"]),
+    (
+        "Results",
+        &[
+            "out",
+            "chart",
+            "vtu",
+            "report",
+            "surrogate",
+            "results",
+            "top",
+            "predict.csv",
+            "columns",
+            "digits",
+            "markdown",
+            "update",
+            "no_sweep",
+            "list",
+        ],
+    ),
 ];
 
 /// The whole command line: options under their headings, examples below them.

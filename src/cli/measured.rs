@@ -68,13 +68,17 @@ pub fn uncertainty(table: Option<&Path>, machine_file: &Path, data: &Data, machi
 /// The state logs begin with, as `--from` says it.
 ///
 /// # Errors
-/// It is neither `steady` nor a temperature.
+/// It is neither `steady`, `readings`, `parts` nor a temperature.
 pub fn start(text: &str) -> Result<Start> {
     Ok(match text.trim() {
         "steady" => Start::Steady,
         "readings" => Start::Readings,
+        "parts" => Start::Parts,
         text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| {
-            e.at_key("--from").help("write --from steady, --from readings (each test at its own first readings) or --from \"20 degC\"")
+            e.at_key("--from").help(
+                "write --from steady, --from readings (each test at the mean of its own first readings), --from parts (each part and \
+                 node at those of its own sensors) or --from \"20 degC\"",
+            )
         })?),
     })
 }

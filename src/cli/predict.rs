@@ -25,7 +25,8 @@ pub struct Args {
     /// Leave out a sensor; may be repeated
     #[arg(long, value_name = "SENSOR")]
     without: Vec<String>,
-    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), "parts" (each part and node
+    /// at the mean of those of its own sensors), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
     /// Print the whole table as CSV instead: the data with prediction and residual beside every sensor

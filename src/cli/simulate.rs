@@ -9,9 +9,9 @@ use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{duration, table};
 use crate::describe::machine::Machine;
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
-use crate::explore::simulate::{self, History, Start};
+use crate::explore::simulate::{self, Crossing, History, Start, Watch};
 use crate::figures::chart::draw_as;
 use crate::figures::chart::history::{Course, HistoryFigure};
 use crate::figures::chart::output::check_name;
@@ -67,6 +67,9 @@ pub struct Args {
     /// Say when each sensor stays this near to the steady state of the last condition
     #[arg(long, value_name = "DIFFERENCE", default_value = "0.5 K")]
     within: String,
+    /// Say when the place of a sensor first passes a temperature, rising and falling: SENSOR="40 degC"; may be repeated
+    #[arg(long, value_name = "SENSOR=TEMPERATURE")]
+    passes: Vec<String>,
     /// Keep the state in this file while running, to go on from with --resume
     #[arg(long, value_name = "FILE")]
     checkpoint: Option<PathBuf>,
@@ -87,9 +90,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(path) = &args.chart {
         check_name(path)?;
     }
-    let options = options(args)?;
+    let mut options = options(args)?;
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let machine = Machine::read(&args.machine, &sets)?;
+    options.watched = args.passes.iter().map(|text| watch(text, &machine)).collect::<Result<_>>()?;
     let until = args.until.as_deref().map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("--until"))).transpose()?;
     if args.repeat == 0 {
         return Err(Error::input("the schedule would not be run at all").at_key("--repeat").read(0).help("give 1 or more"));
@@ -145,7 +149,20 @@ fn options(args: &Args) -> Result<simulate::SimulateOptions> {
         checkpoint_every: Duration::try_from_secs_f64(clock)
             .map_err(|_| Error::input("this is no time to wait").at_key("--checkpoint-every").read(&args.checkpoint_every))?,
         resume: args.resume,
+        ..simulate::SimulateOptions::default()
     })
+}
+
+/// `SENSOR=TEMPERATURE`
+fn watch(text: &str, machine: &Machine) -> Result<Watch> {
+    let (name, value) = pair_of(text, "--passes")?;
+    let Some(sensor) = machine.sensors.iter().position(|s| s.name == name) else {
+        let known: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
+        let help = did_you_mean(&name, known.iter().copied())
+            .map_or_else(|| format!("sensors here: {}", known.join(", ")), |near| format!("did you mean '{near}'?"));
+        return Err(Error::input(format!("there is no sensor '{name}'")).at_key("--passes").read(text).help(help));
+    };
+    Ok(Watch { sensor, value: parse(&value, Dimension::TEMPERATURE).map_err(|e| e.at_key("--passes"))? })
 }
 
 /// What the user should know of the schedule.
@@ -223,6 +240,15 @@ fn text(model: &MeshedMachine, history: &History, seconds: f64) -> String {
     }
     text += &table(&["sensor", "start degC", "end degC", "steady degC", &format!("within {near} K after")], &rows);
     text += "\n";
+    let pass = |c: &Crossing| {
+        let at = |time: Option<f64>| time.map_or("never".into(), |t| format!("{} ({} s)", duration(t), significant(t, 6)));
+        let value = significant(celsius(c.watch.value), 4);
+        vec![model.network.sensor_names[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]
+    };
+    if !history.passes.is_empty() {
+        text += &table(&["passes", "degC", "rising at", "falling at"], &history.passes.iter().map(pass).collect::<Vec<_>>());
+        text += "\n";
+    }
     text += &match (&history.steady, history.settled_overall()) {
         (Err(reason), _) => format!("the last condition has no steady state to reach: {reason}\n"),
         (_, Some(after)) => {

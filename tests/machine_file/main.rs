@@ -4,6 +4,7 @@ mod clearance;
 mod enclosures;
 mod fluids;
 mod formulas;
+mod groups;
 mod laws;
 mod machines;
 mod overlaps;

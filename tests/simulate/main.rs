@@ -1,8 +1,10 @@
 //! `coldplate simulate` as its users meet it: schedules, series, checkpoints, and a pipe that was measured.
 
+mod passes;
 mod pipe;
 mod resume;
 mod schedules;
+mod start;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -30,7 +30,8 @@ pub struct Args {
     /// Do not try a kind of cause, for example "radiative link"; may be repeated
     #[arg(long, value_name = "KIND")]
     without: Vec<String>,
-    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), "parts" (each part and node
+    /// at the mean of those of its own sensors), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
     /// Write the extended machine here (default: beside the machine file, as NAME.extended.toml); never over a file

@@ -45,7 +45,8 @@ pub struct Args {
     /// Leave out profile likelihoods and advice on further tests
     #[arg(long)]
     brief: bool,
-    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), or a temperature
+    /// The state logs begin with: "steady", "readings" (each test at the mean of its first readings), "parts" (each part and node
+    /// at the mean of those of its own sensors), or a temperature
     #[arg(long, value_name = "STATE", default_value = "steady")]
     from: String,
     /// Write the identified machine here; never over a file (default: it is not written)

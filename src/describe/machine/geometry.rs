@@ -3,11 +3,13 @@
 use std::f64::consts::PI;
 use std::path::Path;
 
+use super::condition::Symbols;
 use super::import::{Library, import};
 use super::keys::bodies as keys;
 use super::library::Shelf;
-use super::names::{Index, Spelling, side_of};
+use super::names::{Index, Spelling, lookup, side_of};
 use super::shape::bounds;
+use super::variables::formula;
 use super::{Axis, Block, Part, Shape, Surface};
 use crate::error::Result;
 use crate::foundation::document::{Section, Value, suggestion};
@@ -27,16 +29,10 @@ struct Draft<'a> {
 }
 
 /// Reads `[part.NAME]`.
-pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf, folder: &Path) -> Result<Vec<Part>> {
+pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf, folder: &Path, symbols: &Symbols) -> Result<Vec<Part>> {
     let mut meshes = Library::new(folder);
-    let usual = match root.opt_section("surfaces")? {
-        None => none(),
-        Some(section) => {
-            let surface = radiation(&section)?.unwrap_or_else(none);
-            section.finish()?;
-            surface
-        }
-    };
+    let names: Vec<String> = root.sections("part")?.into_iter().map(|(name, _)| name).collect();
+    let usual = surfaces(root, &names)?;
     let mut drafts: Vec<Draft<'_>> = Vec::new();
     for (name, section) in root.sections("part")? {
         check_name(&name, &section)?;
@@ -62,13 +58,15 @@ pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf, folder: &Path) -> Res
                 .help("0.5 halves the cells of this part"));
         }
         let stated_flux_area = section.opt_positive("stated_flux_area", Dimension::AREA)?;
-        let part = Part { name, material, blocks, import, element_scale, surface: usual.clone(), stated_flux_area };
+        let start = section.opt("start").map(|value| formula(&value, Dimension::TEMPERATURE, symbols)).transpose()?;
+        let surface = usual[drafts.len()].clone();
+        let part = Part { name, material, blocks, import, element_scale, surface, start, stated_flux_area };
         drafts.push(Draft { part, placed: !section.has("on"), section });
     }
     place_all(&mut drafts)?;
     let mut parts: Vec<Part> = drafts.iter().map(|draft| draft.part.clone()).collect();
     for (at, draft) in drafts.into_iter().enumerate() {
-        let surface = surface(&draft.section, at, &parts, &usual)?;
+        let surface = surface(&draft.section, at, &parts, &usual[at])?;
         parts[at].surface = surface;
         draft.section.finish()?;
     }
@@ -332,6 +330,28 @@ fn hull<'a>(shapes: impl Iterator<Item = &'a Shape>) -> ([f64; 3], [f64; 3]) {
 /// A surface that does not radiate.
 fn none() -> Surface {
     Surface { emissivity: 0.0, effective: true, area: None, excluded: Vec::new() }
+}
+
+/// Reads `[surfaces]` with its groups: the surface of every part that has none of its own, in the order of `parts`.
+fn surfaces(root: &Section<'_>, parts: &[String]) -> Result<Vec<Surface>> {
+    let Some(section) = root.opt_section("surfaces")? else { return Ok(vec![none(); parts.len()]) };
+    let mut found = vec![radiation(&section)?.unwrap_or_else(none); parts.len()];
+    let mut grouped: Vec<Option<String>> = vec![None; parts.len()];
+    for (name, group) in section.sections("group")? {
+        let Some(surface) = radiation(&group)? else {
+            return Err(group.error("this group has no emissivity").help("give emissivity = 0.8, or effective_emissivity"));
+        };
+        for value in group.list("parts")? {
+            let part = lookup(&value, parts, "part")?;
+            if let Some(other) = grouped[part].replace(name.clone()) {
+                return Err(value.error(format!("this part is in the group '{other}' already")).help("name it in one group"));
+            }
+            found[part] = surface.clone();
+        }
+        group.finish()?;
+    }
+    section.finish()?;
+    Ok(found)
 }
 
 /// Emissivity or effective emissivity, if one is given.

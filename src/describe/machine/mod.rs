@@ -97,6 +97,13 @@ pub struct Machine {
     symbols: condition::Symbols,
 }
 
+impl Machine {
+    /// Whether parts or nodes have a temperature of their own when a schedule or log begins.
+    pub fn has_starts(&self) -> bool {
+        self.parts.iter().any(|p| p.start.is_some()) || self.nodes.iter().any(|n| n.start.is_some())
+    }
+}
+
 /// A condition variable.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Variable {

@@ -161,6 +161,8 @@ pub struct Part {
     pub element_scale: f64,
     /// How its outer surface radiates to the chamber.
     pub surface: Surface,
+    /// Temperature at the start of a schedule or log, K, where the file states one.
+    pub start: Option<Formula>,
     /// Flux area the user states for its heat-transfer face, m²; compared with the true contact area.
     pub stated_flux_area: Option<f64>,
 }
@@ -236,4 +238,6 @@ pub struct LumpedNode {
     pub fixed: Option<Formula>,
     /// Emissivity, whether effective, and area (m²) radiating to the chamber.
     pub radiation: Option<(f64, bool, f64)>,
+    /// Temperature at the start of a schedule or log, K, where the file states one.
+    pub start: Option<Formula>,
 }

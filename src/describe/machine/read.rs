@@ -77,7 +77,7 @@ fn machine(document: &Document) -> Result<Machine> {
 
     let mut shelf = Shelf::read(&root)?;
     let folder = document.file().parent().unwrap_or(Path::new(""));
-    let parts = parts(&root, &mut shelf, folder)?;
+    let parts = parts(&root, &mut shelf, folder, &symbols)?;
     check_overlaps(&root, &parts)?;
     let nodes = nodes(&root, &symbols)?;
     let node_names: Vec<String> = nodes.iter().map(|node| node.name.clone()).collect();

@@ -32,8 +32,12 @@ pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedN
                 Some((number, key == "effective_emissivity", section.positive("area", Dimension::AREA)?))
             }
         };
+        let start = section.opt("start").map(|value| formula(&value, Dimension::TEMPERATURE, symbols)).transpose()?;
+        if start.is_some() && fixed.is_some() {
+            return Err(section.error_at("start", "this node is held at its 'temperature' from the start").help("leave one of them out"));
+        }
         section.finish()?;
-        found.push(LumpedNode { name, capacity, fixed, radiation });
+        found.push(LumpedNode { name, capacity, fixed, radiation, start });
     }
     Ok(found)
 }

@@ -44,7 +44,9 @@ pub fn logs(
     user: &[UserKind],
 ) -> Result<Signatures> {
     let logs = Logs { study, data, start, scales, user };
-    if !has_fronts(study, data)? {
+    // A state that is steady but for some parts is no state of rest to linearise about.
+    let is_rest = start != Start::Steady || !study.model.machine.has_starts();
+    if is_rest && !has_fronts(study, data)? {
         let (values, histories) = identify::histories(study, data, start, TIME_TOLERANCE)?;
         // A machine without a path to any given temperature, or readings of inlets alone, have no such unknowns.
         if let Ok(followed) = logs.follow(&histories, uncertain, hypotheses) {

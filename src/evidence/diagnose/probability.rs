@@ -83,6 +83,11 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
                 return relabelled(left);
             }
             let (g, b) = (gram[(j, j)], along[j]);
+            let most = screened.most[j];
+            if b / (1.0 + g) > most {
+                // At its end: the best amplitude there is, and the width it would have.
+                return most * b - 0.5 * most * most * (1.0 + g) - 0.5 * (1.0 + g).ln();
+            }
             let sided = if screened.signed[j] { 0.0 } else { sided(b / (1.0 + g), 1.0 / (1.0 + g).sqrt()) };
             free(g, b) + sided
         }
@@ -97,6 +102,12 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
                     let (a, c) = (a + 1.0, c + 1.0);
                     let determinant = a * c - b * b;
                     let (x, y) = (along[i], along[j]);
+                    let ([p, q], [most_p, most_q]) =
+                        ([(c * x - b * y) / determinant, (a * y - b * x) / determinant], [screened.most[i], screened.most[j]]);
+                    if p > most_p || q > most_q {
+                        let (p, q) = if p > most_p { (most_p, ((y - b * most_p) / c).min(most_q)) } else { ((x - b * most_q) / a, most_q) };
+                        return p * x + q * y - 0.5 * (a * p * p + 2.0 * b * p * q + c * q * q) - 0.5 * determinant.ln();
+                    }
                     0.5 * (c * x * x - 2.0 * b * x * y + a * y * y) / determinant - 0.5 * determinant.ln()
                 }
             }

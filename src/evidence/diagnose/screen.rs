@@ -27,6 +27,8 @@ pub struct Screened {
     pub gram: DMatrix<f64>,
     /// Whether a negative amplitude means something.
     pub signed: Vec<bool>,
+    /// Largest amplitude to which slopes are continued, in the prior's scale.
+    pub most: Vec<f64>,
     /// For swaps, which have no amplitude: the residual with the readings permuted.
     pub relabelled: Vec<Option<Relabelled>>,
 }
@@ -53,7 +55,7 @@ impl Screened {
         visible: Vec<usize>,
         residual: Vec<f64>,
         signatures: &[Vec<f64>],
-        signed: Vec<bool>,
+        (signed, most): (Vec<bool>, Vec<f64>),
         relabelled: Vec<Option<Vec<f64>>>,
     ) -> Self {
         let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| signatures[visible[j]][i]);
@@ -63,7 +65,7 @@ impl Screened {
         let along = products(&residual);
         let of = |left: &Vec<f64>| Relabelled { misfit: left.iter().map(|v| v * v).sum(), along: products(left) };
         let relabelled = relabelled.par_iter().map(|left| left.as_ref().map(of)).collect();
-        Self { residual, visible, columns: matrix, along, gram, signed, relabelled }
+        Self { residual, visible, columns: matrix, along, gram, signed, most, relabelled }
     }
 
     /// Whether a hypothesis is a swap, without an amplitude.
@@ -82,8 +84,11 @@ impl Screened {
             return (1.0, (self.misfit() - left.misfit).max(0.0));
         }
         let (g, b) = (self.gram[(j, j)], self.along[j]);
-        let a = b / g;
-        if a < 0.0 && !self.signed[j] { (0.0, 0.0) } else { (a, a * b) }
+        if b < 0.0 && !self.signed[j] {
+            return (0.0, 0.0);
+        }
+        let (a, most) = (b / g, self.most[j]);
+        if a > most { (most, most * (2.0 * b - most * g)) } else { (a, a * b) }
     }
 
     /// The same of two together.
@@ -99,7 +104,20 @@ impl Screened {
                 }
                 let x = (c * self.along[i] - b * self.along[j]) / determinant;
                 let y = (a * self.along[j] - b * self.along[i]) / determinant;
-                ([x, y], x * self.along[i] + y * self.along[j])
+                if x <= self.most[i] && y <= self.most[j] {
+                    let gain = x * self.along[i] + y * self.along[j];
+                    return if (x < 0.0 && !self.signed[i]) || (y < 0.0 && !self.signed[j]) {
+                        ([0.0; 2], 0.0)
+                    } else {
+                        ([x, y], gain.max(0.0))
+                    };
+                }
+                // Beside what has come to its end the other is free; beyond both ends both stay there.
+                let (x, y) = if x > self.most[i] { (self.most[i], (self.along[j] - b * self.most[i]) / c) } else { (x, y) };
+                let (x, y) =
+                    if y > self.most[j] { (((self.along[i] - b * self.most[j]) / a).min(self.most[i]), self.most[j]) } else { (x, y) };
+                let gain = 2.0 * (x * self.along[i] + y * self.along[j]) - (a * x * x + 2.0 * b * x * y + c * y * y);
+                ([x, y], gain)
             }
             // Each as if the other were not: to first order, under the covariance of neither.
             (Some(_), Some(_)) => ([1.0, 1.0], 2.0 * (self.along[i] + self.along[j] - b) - a - c),
@@ -142,11 +160,42 @@ impl Screened {
             let along = &signatures * noise;
             let exceeds = |j: usize, b: f64| match (self.is_fixed(j), self.gram[(j, j)]) {
                 (true, g) => 2.0 * b - g >= best,
-                (false, g) => (b > 0.0 || self.signed[j]) && b * b / g >= best,
+                (false, g) => {
+                    let gain = if b / g > self.most[j] { self.most[j] * (2.0 * b - self.most[j] * g) } else { b * b / g };
+                    (b > 0.0 || self.signed[j]) && gain >= best
+                }
             };
             along.column_iter().filter(|column| column.iter().enumerate().any(|(j, b)| exceeds(j, *b))).count()
         };
         let count: usize = (0..SIMULATIONS.div_ceil(BATCH)).into_par_iter().map(exceeding).sum();
         (1 + count) as f64 / (SIMULATIONS + 1) as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn screened(residual: &[f64], signatures: &[Vec<f64>], most: &[f64]) -> Screened {
+        let n = signatures.len();
+        Screened::new((0..n).collect(), residual.to_vec(), signatures, (vec![false; n], most.to_vec()), vec![None; n])
+    }
+
+    /// A cause that can do no more than one unit takes no more of a residual of five than that does.
+    #[test]
+    fn what_saturates_explains_no_more_than_it_can() {
+        let signatures = [vec![1.0, 1.0], vec![1.0, -1.0]];
+        let free = screened(&[5.0, 5.0], &signatures, &[f64::INFINITY; 2]);
+        let bound = screened(&[5.0, 5.0], &signatures, &[1.0, f64::INFINITY]);
+        assert_eq!(free.single(0), (5.0, 50.0));
+        // 50 before, 2 (5 - 1)² left.
+        assert_eq!(bound.single(0), (1.0, 18.0));
+        assert!((free.pair(0, 1).1 - 50.0).abs() < 1e-9);
+        let ([x, y], gain) = bound.pair(0, 1);
+        assert!((x - 1.0).abs() < 1e-12 && y.abs() < 1e-12 && (gain - 18.0).abs() < 1e-9, "{x} {y} {gain}");
+        // Alone it is no alarm: noise often makes as much of two readings as it can explain of these.
+        let tame = screened(&[3.0, 3.0], &signatures, &[0.1, f64::INFINITY]);
+        assert!(screened(&[3.0, 3.0], &signatures, &[f64::INFINITY; 2]).look_elsewhere(1) < 0.01);
+        assert!(tame.look_elsewhere(1) > 0.1, "{}", tame.look_elsewhere(1));
     }
 }

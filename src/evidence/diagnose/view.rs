@@ -117,7 +117,8 @@ impl ScreenInput<'_> {
         };
         let relabelled: Vec<Option<Vec<f64>>> = visible.par_iter().map(relabelled).collect();
         let signed: Vec<bool> = visible.iter().map(|h| self.catalogue[*h].is_signed).collect();
-        Screened::new(visible, self.whitener.apply(self.residual), signatures, signed, relabelled)
+        let most: Vec<f64> = visible.iter().map(|h| self.catalogue[*h].most / self.catalogue[*h].scale).collect();
+        Screened::new(visible, self.whitener.apply(self.residual), signatures, (signed, most), relabelled)
     }
 }
 

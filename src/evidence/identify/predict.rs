@@ -2,13 +2,13 @@
 
 use rayon::prelude::*;
 
-use crate::describe::machine::{Condition, SensorResponse};
+use crate::describe::machine::{Condition, Machine, Reading, Sensor, SensorResponse};
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
-use crate::evidence::measurement::Data;
 use crate::evidence::measurement::whiten::places;
+use crate::evidence::measurement::{Data, Row};
 use crate::explore::schedule::{self, Schedule};
-use crate::explore::simulate::{self, Seen, Start};
+use crate::explore::simulate::{self, PlaceStart, Seen, Start, StartPlace};
 use crate::foundation::document::Document;
 use crate::solve::Solver;
 use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
@@ -223,21 +223,39 @@ pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Re
     Ok((in_rows(data, &shown(study, data, &found)), moments))
 }
 
-/// The state a test begins with.
-fn beginning(rows: &[&crate::evidence::measurement::Row], start: Start) -> Result<Start> {
-    if start != Start::Readings {
-        return Ok(start);
+/// The state a test begins with, and what begins otherwise in it.
+fn beginning(machine: &Machine, data: &Data, rows: &[&Row], start: Start) -> Result<(Start, Vec<PlaceStart>)> {
+    if !matches!(start, Start::Readings | Start::Parts) {
+        return Ok((start, Vec::new()));
     }
-    let first: Vec<f64> = rows.first().map_or(Vec::new(), |row| row.readings.iter().flatten().copied().collect());
-    if !first.is_empty() {
-        return Ok(Start::Uniform(first.iter().sum::<f64>() / first.len() as f64));
+    // Sensors that have settled show what their place had.
+    let of = |(s, reading): (&usize, &Option<f64>)| reading.map(|r| (&machine.sensors[*s], machine.sensors[*s].shows.temperature(r)));
+    let first: Vec<(&Sensor, f64)> = rows.first().map_or(Vec::new(), |row| data.sensors.iter().zip(&row.readings).filter_map(of).collect());
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let all: Vec<f64> = first.iter().map(|(_, t)| *t).collect();
+    if all.is_empty() {
+        let error = Error::input("the first row of this test has no reading to begin with").at_key("--from");
+        let error = error.help("give its first row a reading, or begin with --from steady or a temperature");
+        return Err(match rows.first().and_then(|row| row.line) {
+            Some(line) => error.at_line(line),
+            None => error,
+        });
     }
-    let error = Error::input("the first row of this test has no reading to begin with").at_key("--from");
-    let error = error.help("give its first row a reading, or begin with --from steady or a temperature");
-    Err(match rows.first().and_then(|row| row.line) {
-        Some(line) => error.at_line(line),
-        None => error,
-    })
+    let mut places: Vec<PlaceStart> = Vec::new();
+    let place = |sensor: &Sensor| match &sensor.reads {
+        Reading::Point(part, _) | Reading::PartMean(part) => StartPlace::Part(*part),
+        Reading::FaceMean(face) => StartPlace::Part(face.part),
+        Reading::Node(node) => StartPlace::Node(*node),
+        Reading::Inlet(channel) | Reading::Outlet(channel) => StartPlace::Channel(*channel),
+    };
+    for (sensor, _) in first.iter().filter(|_| start == Start::Parts) {
+        let here = place(sensor);
+        if places.iter().all(|known| known.place != here) {
+            let own: Vec<f64> = first.iter().filter(|(other, _)| place(other) == here).map(|(_, t)| *t).collect();
+            places.push(PlaceStart { place: here, temperature: mean(&own) });
+        }
+    }
+    Ok((Start::Uniform(mean(&all)), places))
 }
 
 /// The sensor (a column of the data) whose own lag, gain or offset a parameter is, and which of them.
@@ -278,8 +296,8 @@ fn run_log(
     tolerance: f64,
     seen: &mut dyn FnMut(&Seen<'_>),
 ) -> Result<Vec<Vec<f64>>> {
-    let rows: Vec<&crate::evidence::measurement::Row> = data.rows.iter().filter(|row| row.test == *test).collect();
-    let moved = |row: &&crate::evidence::measurement::Row| {
+    let rows: Vec<&Row> = data.rows.iter().filter(|row| row.test == *test).collect();
+    let moved = |row: &&Row| {
         let mut values = row.condition.si().to_vec();
         if let Some((v, step)) = shift {
             values[v] += step;
@@ -287,10 +305,11 @@ fn run_log(
         schedule::Row { time: row.time.unwrap_or(0.0), values }
     };
     let schedule = Schedule::from_rows(rows.iter().map(moved).collect())?;
-    let start = beginning(&rows, start)?;
-    let options = simulate::SimulateOptions { start, tolerance, every: Some(f64::INFINITY), ..simulate::SimulateOptions::default() };
+    let (start, places) = beginning(&study.model.machine, data, &rows, start)?;
+    let options =
+        simulate::SimulateOptions { start, places, tolerance, every: Some(f64::INFINITY), ..simulate::SimulateOptions::default() };
     let history = simulate::run(&study.model, &schedule, &options, seen)?;
-    let at = |row: &&crate::evidence::measurement::Row| {
+    let at = |row: &&Row| {
         let time = row.time.unwrap_or(0.0);
         let nearest = |a: &usize, b: &usize| (history.times[*a] - time).abs().total_cmp(&(history.times[*b] - time).abs());
         (0..history.times.len())

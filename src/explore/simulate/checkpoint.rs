@@ -5,6 +5,7 @@
 
 use std::path::Path;
 
+use super::passing::{Crossing, Passing, Watch};
 use super::settle::Settling;
 use super::{SimulateOptions, Start};
 use crate::discretise::network::Network;
@@ -15,7 +16,7 @@ use crate::solve::NUMERICS;
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::{Energy, TransientState};
 
-const MAGIC: &[u8] = b"coldplate checkpoint 1\n";
+const MAGIC: &[u8] = b"coldplate checkpoint 2\n";
 
 /// What has come out of a run so far.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,6 +27,8 @@ pub(super) struct Progress {
     pub(super) steady: std::result::Result<Vec<f64>, String>,
     /// Since when they have been near.
     pub(super) settling: Settling,
+    /// What has been passed.
+    pub(super) passing: Passing,
 }
 
 /// What a run is of: name and value of everything that decides its numbers.
@@ -38,6 +41,7 @@ impl Identity {
             Start::Steady => "steady".to_string(),
             Start::Uniform(temperature) => format!("{temperature} K"),
             Start::Readings => "readings".to_string(),
+            Start::Parts => "parts".to_string(),
         };
         let entries = [
             ("version of the program", env!("CARGO_PKG_VERSION").to_string()),
@@ -45,10 +49,11 @@ impl Identity {
             ("machine file or its --set", model.machine.hash.clone()),
             ("number of cells", format!("{} in {} nodes", model.mesh.cells, model.network.nodes)),
             ("schedule or its conditions", schedule.hash()),
-            ("--from", start),
+            ("--from", if options.places.is_empty() { start } else { format!("{start}, {:?}", options.places) }),
             ("--every", options.every.map_or("not given".into(), |s| format!("{s} s"))),
             ("--tolerance", format!("{} K", options.tolerance)),
             ("--within", format!("{} K", options.within)),
+            ("--passes", options.watched.iter().map(|w| format!("{} {} K; ", w.sensor, w.value)).collect()),
         ];
         Self(entries.map(|(name, value)| (name.to_string(), value)).to_vec())
     }
@@ -88,6 +93,15 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
     to.number(progress.settling.time);
     to.numbers(&progress.settling.distances);
     to.numbers(&progress.settling.since);
+    to.count(progress.passing.found.len());
+    for crossing in &progress.passing.found {
+        to.count(crossing.watch.sensor);
+        to.number(crossing.watch.value);
+        [crossing.rising, crossing.falling].into_iter().for_each(|time| to.number(time.unwrap_or(f64::NAN)));
+    }
+    to.numbers(&progress.passing.times);
+    to.numbers(&progress.passing.values.concat());
+    to.numbers(&progress.passing.last);
     let sum = crc32fast::hash(&to.0);
     to.0.extend(sum.to_le_bytes());
     atomic_file::write(path, &to.0)
@@ -196,6 +210,19 @@ impl Decoder<'_> {
         entries.collect::<Option<Vec<_>>>().map(Identity)
     }
 
+    fn passing(&mut self) -> Option<Passing> {
+        let crossing = |from: &mut Self| {
+            let watch = Watch { sensor: from.count(0)?, value: from.number()? };
+            let [rising, falling] = [from.number()?, from.number()?].map(|time| Some(time).filter(|time| !time.is_nan()));
+            Some(Crossing { watch, rising, falling })
+        };
+        let found: Vec<Crossing> = (0..self.count(32)?).map(|_| crossing(self)).collect::<Option<_>>()?;
+        let (times, values, last) = (self.numbers()?, self.numbers()?, self.numbers()?);
+        let fits = values.len() == times.len() * found.len() && (last.is_empty() || last.len() == found.len());
+        let values = values.chunks_exact(found.len().max(1)).map(<[f64]>::to_vec).collect();
+        fits.then_some(Passing { found, times, values, last })
+    }
+
     fn content(&mut self) -> Option<(TransientState, Progress)> {
         let (time, temperatures) = (self.number()?, self.numbers()?);
         let water = (0..self.count(8)?).map(|_| {
@@ -210,7 +237,8 @@ impl Decoder<'_> {
         let steady = if reason.is_empty() { Ok(self.numbers()?) } else { Err(reason) };
         let (within, at) = (self.number()?, self.number()?);
         let settling = Settling { within, time: at, distances: self.numbers()?, since: self.numbers()? };
+        let passing = self.passing()?;
         let state = TransientState { time, temperatures, water, step, steps, rejected, energy: Energy { entered, left, stored } };
-        Some((state, Progress { readings, steady, settling }))
+        Some((state, Progress { readings, steady, settling, passing }))
     }
 }

@@ -1,6 +1,7 @@
 //! A schedule run through a model: readings over time, when they settle, and what can be resumed.
 
 mod checkpoint;
+mod passing;
 pub mod record;
 mod settle;
 
@@ -17,6 +18,8 @@ use crate::solve::transient::{Energy, Settings, Transient, TransientState};
 use crate::units::{Celsius, Kelvin, express};
 
 use checkpoint::{Identity, Progress};
+use passing::Passing;
+pub use passing::{Crossing, Watch};
 use settle::Settling;
 
 /// Largest relative part of the energy that may be unaccounted for over a whole run.
@@ -35,6 +38,29 @@ pub enum Start {
     Uniform(f64),
     /// Of a measured log: everything at the mean of its own first readings. A schedule has none.
     Readings,
+    /// Of a measured log: every part, node and channel at the mean of the first readings of its own sensors, what has none at
+    /// the mean of all. A schedule has none.
+    Parts,
+}
+
+/// What begins at a temperature of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StartPlace {
+    /// A part, by its index.
+    Part(usize),
+    /// A lumped node, by its index.
+    Node(usize),
+    /// The water in a channel, by its index.
+    Channel(usize),
+}
+
+/// A temperature at the start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlaceStart {
+    /// Where.
+    pub place: StartPlace,
+    /// K
+    pub temperature: f64,
 }
 
 /// How to run.
@@ -42,11 +68,15 @@ pub enum Start {
 pub struct SimulateOptions {
     /// The state at the beginning.
     pub start: Start,
+    /// What begins otherwise; before the machine file's own `start` of parts and nodes, which counts where both speak.
+    pub places: Vec<PlaceStart>,
     /// Outputs this far apart, s, beside those at the rows of the schedule; `None`: about 200 of them, unless the
     /// schedule has as many rows itself.
     pub every: Option<f64>,
     /// Error allowed in each time step, K.
     pub tolerance: f64,
+    /// Temperatures of sensors' places that are waited for.
+    pub watched: Vec<Watch>,
     /// A sensor has settled when it stays this near to its steady reading, K.
     pub within: f64,
     /// File to write the state to now and then.
@@ -61,8 +91,10 @@ impl Default for SimulateOptions {
     fn default() -> Self {
         Self {
             start: Start::Steady,
+            places: Vec::new(),
             every: None,
             tolerance: 0.01,
+            watched: Vec::new(),
             within: 0.5,
             checkpoint: None,
             checkpoint_every: Duration::from_secs(5),
@@ -99,6 +131,8 @@ pub struct History {
     pub within: f64,
     /// For each sensor how long after the start it has settled for good, s.
     pub settled: Vec<Option<f64>>,
+    /// When the temperatures that were waited for were passed.
+    pub passes: Vec<Crossing>,
     /// Time steps taken.
     pub steps: usize,
     /// Steps tried and taken again shorter.
@@ -177,27 +211,42 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
             let mut state = match options.start {
                 Start::Steady => transient.from_steady(&first)?,
                 Start::Uniform(temperature) => transient.uniform(&first, temperature),
-                Start::Readings => {
+                Start::Readings | Start::Parts => {
                     return Err(Error::input("a schedule has no readings to begin with").at_key("--from").help("give a temperature"));
                 }
             };
+            for own in options.places.iter().copied().chain(own_starts(&model.machine, &schedule.stated(0))?) {
+                match own.place {
+                    StartPlace::Part(part) => transient.set_group(&mut state, part, own.temperature),
+                    StartPlace::Node(node) => transient.set_group(&mut state, model.machine.parts.len() + node, own.temperature),
+                    StartPlace::Channel(channel) => transient.set_stream(&mut state, channel, own.temperature),
+                }
+            }
             state.time = schedule.start();
             let last = load_of(&schedule.last_condition(), schedule.end())?;
             let steady = transient.from_steady(&last).map(|s| read(&s, &last)).map_err(|e| e.what().to_string());
             let readings = read(&state, &first);
             let mut settling = Settling::new(options.within, model.network.sensors.len());
             settling.see(state.time, &readings, steady.as_deref().ok());
-            (state, Progress { readings: vec![readings], steady, settling })
+            let mut passing = Passing::new(&options.watched);
+            passing.see(state.time, &readings);
+            (state, Progress { readings: vec![readings], steady, settling, passing })
         }
     };
     let mut clock = Instant::now();
-    for stop in &stops[progress.readings.len()..] {
-        let segment = stop.segment;
+    for at in progress.readings.len()..stops.len() {
+        let (stop, segment) = (&stops[at], stops[at].segment);
+        if segment != stops[at - 1].segment {
+            progress.passing.corner();
+        }
         if stop.time > state.time {
             let load = |time: f64| load_of(&schedule.condition(segment, time), time);
             seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time), load: &load(state.time)? });
+            progress.passing.see(state.time, &read(&state, &load(state.time)?));
             transient.advance(&mut state, stop.time, &load, &mut |state, load| {
-                progress.settling.see(state.time, &read(state, load), progress.steady.as_deref().ok());
+                let readings = read(state, load);
+                progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
+                progress.passing.see(state.time, &readings);
                 seen(&Seen { state, condition: &schedule.condition(segment, state.time), load });
                 Ok(())
             })?;
@@ -216,6 +265,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
     if let Some(path) = &options.checkpoint {
         checkpoint::write(path, &identity, &state, &progress)?;
     }
+    progress.passing.corner();
     let open = state.energy.relative();
     // A comparison that is false for NaN too.
     if open.is_nan() || open > ENERGY_TOLERANCE {
@@ -235,11 +285,30 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         settled: progress.settling.settled(schedule.start(), progress.steady.is_ok()),
         steady: steady.map_err(String::clone),
         within: options.within,
+        passes: progress.passing.found,
         steps: state.steps,
         rejected: state.rejected,
         energy: state.energy,
         resumed_at,
     })
+}
+
+/// Temperatures at the start that the machine file states of parts and nodes.
+fn own_starts(machine: &Machine, condition: &Condition) -> Result<Vec<PlaceStart>> {
+    let values = machine.values(condition)?;
+    let parts = machine.parts.iter().enumerate().map(|(i, p)| (StartPlace::Part(i), "part", &p.name, &p.start));
+    let nodes = machine.nodes.iter().enumerate().map(|(i, n)| (StartPlace::Node(i), "node", &n.name, &n.start));
+    let mut found = Vec::new();
+    for (place, table, name, start) in parts.chain(nodes) {
+        let Some(start) = start else { continue };
+        let temperature = start.evaluate(&values)?;
+        if temperature <= 0.0 {
+            let error = Error::input("a temperature at the start is below absolute zero").at_key(format!("{table}.{name}.start"));
+            return Err(error.read(format!("{temperature} K")));
+        }
+        found.push(PlaceStart { place, temperature });
+    }
+    Ok(found)
 }
 
 /// What the sensors of a machine show of the temperatures of their places (K, all sensors at each of ascending times, s).

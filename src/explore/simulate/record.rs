@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::History;
+use super::{Crossing, History};
 use crate::solve::meshed::MeshedMachine;
 use crate::units::celsius;
 
@@ -20,6 +20,8 @@ pub struct HistoryRecord {
     pub within_s: Option<f64>,
     /// `time_s`, and readings by sensor, degC.
     pub series: BTreeMap<String, Vec<f64>>,
+    /// When the temperatures that were waited for were passed first.
+    pub passes: Vec<PassRecord>,
     pub steps: usize,
     pub rejected: usize,
     pub energy: EnergyRecord,
@@ -36,6 +38,18 @@ pub struct CourseRecord {
     pub end_degC: Option<f64>,
     pub steady_degC: Option<f64>,
     pub within_s: Option<f64>,
+}
+
+/// A temperature that was waited for; times on the schedule's clock.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct PassRecord {
+    pub sensor: String,
+    pub value_degC: f64,
+    /// First time from below.
+    pub rising_s: Option<f64>,
+    /// First time from above.
+    pub falling_s: Option<f64>,
 }
 
 /// Heat since the beginning.
@@ -65,11 +79,18 @@ impl History {
         let mut series: BTreeMap<String, Vec<f64>> =
             names().map(|(s, name)| (name.clone(), self.readings.iter().map(|r| celsius(r[s])).collect())).collect();
         series.entry("time_s".into()).or_insert_with(|| self.times.clone());
+        let pass = |c: &Crossing| PassRecord {
+            sensor: model.network.sensor_names[c.watch.sensor].clone(),
+            value_degC: celsius(c.watch.value),
+            rising_s: c.rising,
+            falling_s: c.falling,
+        };
         HistoryRecord {
             sensors: names().map(course).collect(),
             within_K: self.within,
             within_s: self.settled_overall(),
             series,
+            passes: self.passes.iter().map(pass).collect(),
             steps: self.steps,
             rejected: self.rejected,
             energy: EnergyRecord {

@@ -189,8 +189,11 @@ fn default_of(names: &[String], document: &Document) -> Option<Leaf> {
     if parents.len() > 1 {
         document.leaf(&dotted(&parents[..2])).ok()??;
     }
-    if let ["part", _, "surface", key @ ("emissivity" | "effective_emissivity")] = names.as_slice() {
-        return document.leaf(&format!("surfaces.{key}")).ok()?;
+    if let ["part", part, "surface", key @ ("emissivity" | "effective_emissivity")] = names.as_slice() {
+        return match group_of(part, document) {
+            Some(group) => document.leaf(&dotted(&["surfaces", "group", &group, key])).ok()?,
+            None => document.leaf(&format!("surfaces.{key}")).ok()?,
+        };
     }
     if parents.len() > 2 {
         document.leaf(&dotted(parents)).ok()??;
@@ -205,6 +208,17 @@ fn default_of(names: &[String], document: &Document) -> Option<Leaf> {
             None => Leaf::Number(text),
         },
     })
+}
+
+/// The group of `[surfaces]` that a part is in.
+fn group_of(part: &str, document: &Document) -> Option<String> {
+    let Leaf::Table(groups) = document.leaf("surfaces.group").ok()?? else { return None };
+    let names = |group: &Leaf| {
+        let Leaf::Table(entries) = group else { return false };
+        let is_own = |item: &Leaf| matches!(item, Leaf::Text(name) if name == part);
+        entries.iter().any(|(key, list)| key == "parts" && matches!(list, Leaf::List(items) if items.iter().any(is_own)))
+    };
+    groups.into_iter().find(|(_, group)| names(group)).map(|(name, _)| name)
 }
 
 fn dotted(names: &[&str]) -> String {

@@ -161,6 +161,20 @@ impl<'a> Transient<'a> {
         TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
     }
 
+    /// Sets every node of a part or lumped node to a temperature, K; those that are held keep theirs.
+    pub fn set_group(&self, state: &mut TransientState, group: usize, temperature: f64) {
+        let held: std::collections::HashSet<usize> = self.network.fixed.iter().map(|(node, _)| *node as usize).collect();
+        let own = self.network.group.iter().enumerate().filter(|(node, g)| **g as usize == group && !held.contains(node));
+        own.for_each(|(node, _)| state.temperatures[node] = temperature);
+    }
+
+    /// Sets the water in a channel to a temperature, K.
+    pub fn set_stream(&self, state: &mut TransientState, stream: usize, temperature: f64) {
+        let nodes = self.network.streams[stream].first_node as usize..=self.network.streams[stream].outlet() as usize;
+        state.temperatures[nodes].fill(temperature);
+        state.water[stream].iter_mut().for_each(|parcel| parcel.1 = temperature);
+    }
+
     /// Advances to time `until` (s). `load` gives the condition at a time and must be smooth until then; `seen` is
     /// called after every step.
     ///

@@ -147,10 +147,20 @@ pub(super) const PART: Table = Table {
                 "radiation to the chamber; `\"none\"` for a part that does not radiate",
             )
             .or(Unstated::Follows("`[surfaces]`")),
+            START,
         ],
     ],
     one_of: &["box", "cylinder", "sphere", "blocks", "mesh"],
 };
+
+/// Temperature at the start.
+const START: Key = Key::new(
+    "start",
+    Form::Formula(CELSIUS),
+    "formula; its temperature when a schedule or log begins, whatever `--from` says of the rest: `\"45 degC\"`",
+)
+.reaching(Reach::Report)
+.also(&["initial_temperature", "start_temperature"]);
 
 pub(in crate::describe::machine) const CAPACITY: Key =
     Key::new("capacity", Form::Quantity(Unit::of(Dimension::CAPACITY, "J/K")), "heat capacity").or(Unstated::Si(0.0));
@@ -161,7 +171,7 @@ pub(super) const NODE: Table = Table {
     keys: &[
         &[CAPACITY, Key::new("temperature", Form::Formula(CELSIUS), "formula; makes it a boundary node").reaching(Reach::Load)],
         radiation::EMISSIVITIES,
-        &[Key::new("area", Form::Quantity(AREA), "of its radiation to the chamber, with an emissivity").positive()],
+        &[Key::new("area", Form::Quantity(AREA), "of its radiation to the chamber, with an emissivity").positive(), START],
     ],
     one_of: &[],
 };

@@ -45,8 +45,15 @@ pub(super) const EMISSIVITIES: &[Key] = &[
 /// `[surfaces]`
 pub(super) const SURFACES: Table = Table {
     doc: "radiation of all parts without a surface of their own; without it they do not radiate",
-    keys: &[EMISSIVITIES],
+    keys: &[EMISSIVITIES, &[Key::new("group", Form::Named(&SURFACE_GROUP), "parts that radiate alike, by one number")]],
     one_of: &[],
+};
+
+/// `[surfaces.group.NAME]`
+const SURFACE_GROUP: Table = Table {
+    doc: "radiation of some parts without a surface of their own, by one number",
+    keys: &[EMISSIVITIES, &[Key::new("parts", Form::List(&Form::Name("part"), None), "the parts: `[\"motor\", \"gear\"]`").required()]],
+    one_of: &["emissivity", "effective_emissivity"],
 };
 
 /// `[part.NAME.surface]`

@@ -180,12 +180,14 @@ pub struct Hypothesis {
     pub is_signed: bool,
     /// Unit of the amplitude; `ln` for logarithms.
     pub unit: &'static str,
+    /// Largest amplitude to which the screen continues its slope: what saturates does no more than that, however large it is.
+    pub most: f64,
 }
 
 impl Hypothesis {
     /// A constant effect that may be more or less, with the standard deviation of its amplitude.
     fn signed(effect: impl Into<Effect>, place: impl Into<String>, parts: Vec<String>, scale: f64, unit: &'static str) -> Self {
-        Self { effect: effect.into(), place: place.into(), parts, law: Law::Constant, scale, is_signed: true, unit }
+        Self { effect: effect.into(), place: place.into(), parts, law: Law::Constant, scale, is_signed: true, unit, most: f64::INFINITY }
     }
 
     /// One that can only be more.

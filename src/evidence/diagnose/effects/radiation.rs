@@ -3,6 +3,8 @@
 use super::file::{LEAST, temperature_table, text};
 use super::words::Quantity;
 use super::{CommonFactor, Family, Group, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind, along};
+use crate::describe::machine::Chamber;
+use crate::discretise::network::Load;
 use crate::error::Result;
 use crate::foundation::document::quoted;
 use crate::physics::{gas, radiation::SIGMA};
@@ -10,6 +12,8 @@ use crate::solve::sensitivity::{Disturbance, Study};
 
 /// Pressure over which the film of residual gas is followed, Pa: it saturates where molecules meet before they cross to the wall.
 const GAS: f64 = 1.0;
+/// Temperature of a wall whose own cannot be evaluated, K.
+const WALL: f64 = 293.15;
 const PRESSURE: &str = "chamber.pressure";
 const CHAMBER: &str = "chamber.temperature";
 
@@ -34,6 +38,7 @@ impl Family for Radiation {
         }
         let chamber = Hypothesis::signed(Self::Chamber, "chamber", Vec::new(), 0.7, "K");
         let gas = Hypothesis::positive(Self::Gas, "chamber", Vec::new(), 1.0, "Pa");
+        let gas = Hypothesis { most: saturation(site, gas.largest()), ..gas };
         let radiates =
             |g: &&Group| site.network.surfaces.iter().any(|s| s.emissive > 0.0 && site.network.group[s.node as usize] == g.index);
         let radiating: Vec<Group> = site.groups.iter().filter(radiates).cloned().collect();
@@ -103,8 +108,7 @@ impl Family for Radiation {
             Self::Gas => {
                 let Some(Prepared::Surfaces(surfaces)) = at.prepared else { return None };
                 let wall = at.load().chamber;
-                let film = |pressure: f64| gas::film(pressure, wall, chamber.accommodation, chamber.gap);
-                let per_pascal = (film(chamber.pressure + GAS) - film(chamber.pressure)) / GAS;
+                let per_pascal = film_of_more(chamber, wall, GAS) / GAS;
                 Some(at.screen.opened(surfaces, |s, t| per_pascal * s.gas_area * (t - wall)))
             }
             Self::Emissivity(g) => {
@@ -146,6 +150,19 @@ impl Family for Radiation {
     fn common_factor(&self) -> Option<CommonFactor> {
         matches!(self, Self::Emissivity(_)).then_some(CommonFactor::Emissivities)
     }
+}
+
+/// How much more film a further pressure (Pa) of residual gas makes, W/(m² K).
+fn film_of_more(chamber: &Chamber, wall: f64, pressure: f64) -> f64 {
+    let film = |pressure: f64| gas::film(pressure, wall, chamber.accommodation, chamber.gap);
+    film(chamber.pressure + pressure) - film(chamber.pressure)
+}
+
+/// The pressure (Pa) at which the film, were it to go on as over its first pascal, is that of the largest pressure.
+fn saturation(site: &Site<'_>, largest: f64) -> f64 {
+    let wall = Load::at(site.machine, &site.data.rows[0].condition).map_or(WALL, |load| load.chamber);
+    let chamber = &site.machine.chamber;
+    GAS * film_of_more(chamber, wall, largest) / film_of_more(chamber, wall, GAS)
 }
 
 /// Radiation between black surfaces as a conductance at a mean temperature (K), W/(m² K).
