@@ -21,7 +21,7 @@ pub enum Film {
     },
     /// Given, W/(m² K).
     Given(f64),
-    /// A formula of the condition and of the flow ([`FLOW_NAMES`]) for the film, W/(m² K).
+    /// A formula of the condition and of the flow (`FLOW_NAMES`) for the film, W/(m² K).
     Formula(Formula),
     /// Such a formula for the Nusselt number.
     Nusselt(Formula),

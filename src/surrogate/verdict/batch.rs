@@ -122,7 +122,7 @@ impl<R: BufRead> Lines<R> {
     /// Works on all pieces that are left, on every core, and gives the results in their order.
     ///
     /// # Errors
-    /// As [`Lines::next`], and those of `work`: the first in the order of the file.
+    /// As `Lines::next`, and those of `work`: the first in the order of the file.
     pub fn each<T: Send>(&mut self, work: impl Fn(&Piece) -> Result<T> + Sync, mut take: impl FnMut(T)) -> Result<()> {
         loop {
             let mut pieces = Vec::new();

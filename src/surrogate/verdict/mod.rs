@@ -105,7 +105,7 @@ impl Answer {
     }
 }
 
-/// Temperatures, limits and verdict at the condition `x`, in the surrogate's variables and units; see [`condition`] for
+/// Temperatures, limits and verdict at the condition `x`, in the surrogate's variables and units; see [`mod@condition`] for
 /// the held ones.
 ///
 /// # Errors
