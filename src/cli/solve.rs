@@ -144,6 +144,9 @@ fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], se
         balance.gas,
         balance.circuits.iter().sum::<f64>()
     );
+    for note in model.boundary_notes(state) {
+        text += &format!("note: {note}\n");
+    }
     text += &format!(
         "{} unknowns, {} Newton steps, {} Krylov iterations, {:.2} s\n",
         model.network.nodes, solution.newton_iterations, solution.krylov_iterations, seconds

@@ -94,7 +94,10 @@ impl Shape {
         self.law(Dual::constant(rayleigh), Dual::constant(prandtl), is_warmer).value
     }
 
+    /// Where a law of powers vanishes with the Rayleigh number, conduction through the still gas remains: at least 1.
     fn law(self, ra: Dual, pr: Dual, is_warmer: bool) -> Dual {
+        let larger = |a: Dual, b: Dual| if b.value > a.value { b } else { a };
+        let still = Dual::constant(1.0);
         let bracket = |c: f64| Dual::constant(1.0) + pr.powf(-0.5625).times(c.powf(0.5625));
         let churchill_chu = |c: f64, still: f64| {
             let root = Dual::constant(still) + (ra.powf(1.0 / 6.0) * bracket(c).powf(-8.0 / 27.0)).times(0.387);
@@ -104,10 +107,9 @@ impl Shape {
             (Self::VerticalPlate, _) => churchill_chu(0.492, 0.825),
             (Self::HorizontalCylinder, _) => churchill_chu(0.559, 0.60),
             (Self::FacingUp, true) | (Self::FacingDown, false) => {
-                let (laminar, turbulent) = (ra.powf(0.25).times(0.54), ra.powf(1.0 / 3.0).times(0.15));
-                if turbulent.value > laminar.value { turbulent } else { laminar }
+                larger(still, larger(ra.powf(0.25).times(0.54), ra.powf(1.0 / 3.0).times(0.15)))
             }
-            (Self::FacingUp, false) | (Self::FacingDown, true) => ra.powf(0.2).times(0.52),
+            (Self::FacingUp, false) | (Self::FacingDown, true) => larger(still, ra.powf(0.2).times(0.52)),
             (Self::Sphere, _) => {
                 let reduced = ra * bracket(0.469).powf(-16.0 / 9.0);
                 let bend = (Dual::constant(1.0) + reduced.times(7.44e-8)).powf(1.0 / 12.0);
@@ -184,9 +186,8 @@ impl FreeConvection {
     /// assert!((4.0..6.0).contains(&(flux.value / 40.0))); // a film of some 5 W/(m2 K)
     /// ```
     pub fn flux(&self, surface: f64, gas: f64) -> Flux {
-        let along = |by_surface: f64, by_gas: f64| {
-            self.of(Dual { value: surface, slope: by_surface }, Dual { value: gas, slope: by_gas }).1
-        };
+        let along =
+            |by_surface: f64, by_gas: f64| self.of(Dual { value: surface, slope: by_surface }, Dual { value: gas, slope: by_gas }).1;
         let (per_surface, per_gas) = (along(1.0, 0.0), along(0.0, 1.0));
         Flux { value: per_surface.value, per_surface: per_surface.slope, per_gas: per_gas.slope }
     }

@@ -8,6 +8,7 @@
 pub mod bearing;
 pub mod channel;
 pub mod contact;
+pub mod convection;
 pub mod drive;
 pub mod exchange;
 pub mod gas;

@@ -2,6 +2,7 @@
 //! programs. `V..` names the reference case a number belongs to. Nothing here is our own output.
 
 mod contact;
+mod convection;
 mod drive;
 mod flow;
 mod radiation;

@@ -7,6 +7,7 @@
 
 mod bench;
 mod channel;
+mod convection;
 mod cylinder;
 mod enclosure;
 mod plane;

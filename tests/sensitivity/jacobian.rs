@@ -118,3 +118,42 @@ fn films_by_formulas_of_the_flow() {
         check(&model, at, &format!("formulas {at:?}"));
     }
 }
+
+#[test]
+fn free_convection_of_faces_and_nodes() {
+    let text = r#"
+name = "a bench in a room"
+[part.plate]
+material = "steel"
+box = ["0.2 m", "0.1 m", "20 mm"]
+[node.motor]
+[contact.foot]
+between = ["motor", "plate.+x"]
+total_conductance = "3 W/K"
+[source.motor]
+in = "motor"
+power = "0.05 * motor_speed_rpm"
+[boundary.up]
+faces = ["plate.+z"]
+free_convection = "facing_up"
+length = "33 mm"
+[boundary.sides]
+faces = ["plate.-x", "plate.-y", "plate.+y"]
+free_convection = "vertical_plate"
+length = "20 mm"
+fluid_temperature = "coolant_temperature"
+[boundary.motor]
+node = "motor"
+area = "0.03 m2"
+free_convection = "horizontal_cylinder"
+length = "80 mm"
+gas = "helium"
+gas_pressure = "2 bar"
+[sensor.plate]
+part = "plate"
+"#;
+    let model = MeshedMachine::new(Machine::from_text(text, "bench.toml", &[]).unwrap(), Some(500)).unwrap();
+    for at in [[1.0, 22.0, 1000.0, 25.0], [1.0, 15.0, 300.0, 20.0]] {
+        check(&model, at, &format!("in a room {at:?}"));
+    }
+}

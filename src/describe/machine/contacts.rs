@@ -7,9 +7,10 @@ use super::geometry::{emissivity, two_emissivities};
 use super::keys::joints as keys;
 use super::names::Index;
 use super::variables::{formula, formula_or};
-use crate::error::Result;
+use crate::error::{Location, Result};
 use crate::foundation::document::Section;
 use crate::foundation::formula::Formula;
+use crate::physics::convection::{FreeConvection, Gas, Shape};
 use crate::units::Dimension;
 
 /// Something a contact, source or link can attach to.
@@ -44,10 +45,21 @@ pub struct Contact {
 pub struct Boundary {
     /// Name.
     pub name: String,
-    /// The faces it applies to.
+    /// The faces it applies to; none where it applies to a lumped node.
     pub faces: Vec<Face>,
+    /// The lumped node it applies to.
+    pub node: Option<ExposedNode>,
     /// What is prescribed.
     pub law: BoundaryLaw,
+}
+
+/// A lumped node that a boundary acts on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExposedNode {
+    /// Index into the machine's nodes.
+    pub node: usize,
+    /// Area, m².
+    pub area: f64,
 }
 
 /// What a boundary prescribes.
@@ -61,6 +73,8 @@ pub enum BoundaryLaw {
     Flux(Formula),
     /// Radiation to a temperature (K) with an emissivity.
     Radiation(f64, Formula),
+    /// Free convection to a gas at a temperature (K).
+    FreeConvection(FreeConvection, Formula),
 }
 
 /// Radiation between two places that face each other.
@@ -155,11 +169,19 @@ fn pair(section: &Section<'_>, index: &Index<'_>) -> Result<[Place; 2]> {
 pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Boundary>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("boundary")? {
-        let faces = section.list("faces")?.iter().map(|value| index.face(value)).collect::<Result<Vec<_>>>()?;
-        if faces.is_empty() {
+        let node = exposed_node(&section, index)?;
+        let faces = match node {
+            Some(_) => Vec::new(),
+            None => section.list("faces")?.iter().map(|value| index.face(value)).collect::<Result<Vec<_>>>()?,
+        };
+        if faces.is_empty() && node.is_none() {
             return Err(section.error_at("faces", "no face is named").help("write faces = [\"bed.-z\"]"));
         }
-        let law = match section.one_of(&["temperature", "film", "heat_flux", "emissivity"])? {
+        let law = match section.one_of(&["temperature", "film", "heat_flux", "free_convection", "emissivity"])? {
+            Some("temperature") if node.is_some() => {
+                let help = "give the node itself its temperature: [node.NAME] temperature = \"20 degC\"";
+                return Err(section.error_at("temperature", "a boundary cannot hold a lumped node").help(help));
+            }
             Some("temperature") => BoundaryLaw::Temperature(formula(&section.value("temperature")?, Dimension::TEMPERATURE, symbols)?),
             Some("film") => {
                 let film = formula(&section.value("film")?, Dimension::FILM, symbols)?;
@@ -169,20 +191,48 @@ pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbol
                 BoundaryLaw::Film(film, formula(&section.value("fluid_temperature")?, Dimension::TEMPERATURE, symbols)?)
             }
             Some("heat_flux") => BoundaryLaw::Flux(formula(&section.value("heat_flux")?, Dimension::HEAT_FLUX, symbols)?),
+            Some("free_convection") => {
+                let convection = FreeConvection {
+                    shape: Shape::ALL[section.choice("free_convection", &Shape::NAMES)?],
+                    length: section.positive("length", Dimension::LENGTH)?,
+                    gas: Gas::ALL[keys::GAS.read_word(&section)?],
+                    pressure: keys::GAS_PRESSURE.read(&section)?,
+                };
+                if !(1e3..=1e6).contains(&convection.pressure) {
+                    return Err(section
+                        .error_at("gas_pressure", "free convection is known from 0.01 to 10 bar")
+                        .help("residual gas of a vacuum is [chamber] pressure"));
+                }
+                let ambient = || Formula::parse("ambient_temperature", Dimension::TEMPERATURE, None, &symbols.names, Location::default());
+                let gas = section.opt("fluid_temperature").map(|value| formula(&value, Dimension::TEMPERATURE, symbols));
+                BoundaryLaw::FreeConvection(convection, gas.unwrap_or_else(ambient)?)
+            }
             Some(_) => {
                 let number = emissivity(&section.value("emissivity")?)?;
                 let to = formula_or(&section, &keys::SURROUNDINGS, symbols)?;
                 BoundaryLaw::Radiation(number, to)
             }
             None => {
-                let help = "give temperature, film and fluid_temperature, heat_flux, or emissivity and surroundings_temperature";
+                let help = "give temperature, film and fluid_temperature, heat_flux, free_convection and length, or emissivity";
                 return Err(section.error("this boundary prescribes nothing").help(help));
             }
         };
         section.finish()?;
-        found.push(Boundary { name, faces, law });
+        found.push(Boundary { name, faces, node, law });
     }
     Ok(found)
+}
+
+/// The lumped node of a boundary, if it acts on one.
+fn exposed_node(section: &Section<'_>, index: &Index<'_>) -> Result<Option<ExposedNode>> {
+    if section.one_of(&["faces", "node"])? != Some("node") {
+        return Ok(None);
+    }
+    let value = section.value("node")?;
+    let Place::Node(node) = index.place(&value)? else {
+        return Err(value.error("this is no lumped node").help("name a [node.NAME], or faces = [\"bed.-z\"]"));
+    };
+    Ok(Some(ExposedNode { node, area: section.positive("area", Dimension::AREA)? }))
 }
 
 /// Reads `[radiation_link.NAME]`.

@@ -35,7 +35,7 @@ pub use catalogue::{Catalogue, LiquidRecord, MaterialRecord, PropertyRecord};
 pub use channels::{Channel, Circuit, Layout};
 pub use condition::Condition;
 pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Total};
-pub use contacts::{Boundary, BoundaryLaw, Contact, Place, RadiationLink};
+pub use contacts::{Boundary, BoundaryLaw, Contact, ExposedNode, Place, RadiationLink};
 pub use enclosures::{Enclosure, EnclosureSurface, Views};
 pub use film::{Film, FlowState};
 pub use keys::SCHEMA;

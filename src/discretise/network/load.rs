@@ -3,6 +3,7 @@
 use crate::describe::machine::{BoundaryLaw, Condition, Machine};
 use crate::error::Result;
 use crate::foundation::formula::Values;
+use crate::physics::convection::FreeConvection;
 use crate::physics::gas;
 
 /// All numbers that depend on the condition. SI, temperatures in kelvin.
@@ -40,6 +41,8 @@ pub enum BoundaryState {
     Flux(f64),
     /// Emissivity and temperature of what it sees, K.
     Radiation(f64, f64),
+    /// Free convection to a gas at a temperature, K.
+    FreeConvection(FreeConvection, f64),
 }
 
 impl Load {
@@ -65,6 +68,9 @@ impl Load {
                     positive(t.evaluate(&values)?, "an absolute temperature")?,
                 ),
                 BoundaryLaw::Flux(q) => BoundaryState::Flux(q.evaluate(&values)?),
+                BoundaryLaw::FreeConvection(law, t) => {
+                    BoundaryState::FreeConvection(*law, positive(t.evaluate(&values)?, "an absolute temperature")?)
+                }
                 BoundaryLaw::Radiation(e, t) => BoundaryState::Radiation(*e, positive(t.evaluate(&values)?, "an absolute temperature")?),
             });
         }

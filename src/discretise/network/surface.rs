@@ -79,6 +79,11 @@ impl Surface {
                     slope += 4.0 * SIGMA * e * self.area * ts.powi(3);
                     SIGMA * e * self.area * (ts.powi(4) - t.powi(4))
                 }
+                Some(BoundaryState::FreeConvection(convection, t)) => {
+                    let flux = convection.flux(ts, t);
+                    slope += flux.per_surface * self.area;
+                    flux.value * self.area
+                }
                 _ => 0.0,
             };
             (radiated, gas, law, slope)

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{LimitState, MeshedMachine, SteadyState};
+use crate::discretise::network::BoundaryState;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
 use crate::units::{Celsius, Kelvin, celsius};
 
@@ -25,6 +26,8 @@ pub struct SolveRecord {
     pub limits: Vec<LimitRecord>,
     pub heat_balance: BalanceRecord,
     pub part_to_part: Vec<FlowRecord>,
+    /// Boundaries whose laws are outside their ranges.
+    pub notes: Vec<String>,
     pub unknowns: usize,
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
@@ -107,6 +110,21 @@ pub struct SecondsRecord {
 }
 
 impl MeshedMachine {
+    /// What is doubtful about each boundary in a state: once, where it first shows.
+    pub fn boundary_notes(&self, state: &SteadyState) -> Vec<String> {
+        let (network, load) = (&self.network, &state.load);
+        let note = |(b, at): (usize, &BoundaryState)| {
+            let BoundaryState::FreeConvection(law, gas) = at else { return None };
+            let own = network.surfaces.iter().filter(|surface| surface.law as usize == b);
+            let mut notes = own.filter_map(|surface| {
+                let temperature = surface.state(state.solution.temperatures[surface.node as usize], &network.properties, load).temperature;
+                law.note(temperature, *gas)
+            });
+            notes.next().map(|note| format!("boundary '{}': {note}", self.machine.boundaries[b].name))
+        };
+        load.boundaries.iter().enumerate().filter_map(note).collect()
+    }
+
     /// A state for other programs; the total time is that of assembly and solution.
     pub fn record(&self, state: &SteadyState) -> SolveRecord {
         let (network, solution) = (&self.network, &state.solution);
@@ -146,6 +164,7 @@ impl MeshedMachine {
                 coolant_W: balance.circuits.iter().sum(),
             },
             part_to_part: heat_flow_matrix(network, &solution.temperatures).into_iter().map(flow).collect(),
+            notes: self.boundary_notes(state),
             unknowns: network.nodes,
             newton_iterations: solution.newton_iterations,
             krylov_iterations: solution.krylov_iterations,

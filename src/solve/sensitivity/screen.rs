@@ -239,6 +239,7 @@ impl<'a> Screen<'a> {
                 }
                 BoundaryState::Film(h, _) => h * surface.area * state.share,
                 BoundaryState::Radiation(e, t) => 4.0 * SIGMA * e * surface.area * t.powi(3) * state.share,
+                BoundaryState::FreeConvection(law, t) => -law.flux(state.temperature, t).per_gas * surface.area * state.share,
                 BoundaryState::Flux(_) => 0.0,
             };
             (surface.node, -rate)

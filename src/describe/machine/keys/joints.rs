@@ -1,8 +1,9 @@
 //! Contacts, and what is prescribed on faces.
 
 use super::super::contact_law;
-use super::{AREA, CELSIUS, FILM};
+use super::{AREA, CELSIUS, FILM, MILLIMETRES};
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
+use crate::physics::convection::{Gas, Shape};
 use crate::units::Dimension;
 
 /// The places a contact joins.
@@ -56,11 +57,22 @@ pub(in crate::describe::machine) const SURROUNDINGS: Key =
         .or(Unstated::Text("ambient_temperature"))
         .reaching(Reach::Load);
 
+/// Gas of free convection.
+pub(in crate::describe::machine) const GAS: Key =
+    Key::new("gas", Form::Word(&Gas::NAMES), "with `free_convection`: the gas").or(Unstated::Text("air")).reaching(Reach::Load);
+/// Its pressure.
+pub(in crate::describe::machine) const GAS_PRESSURE: Key =
+    Key::new("gas_pressure", Form::Quantity(Unit::of(Dimension::PRESSURE, "bar")), "with `free_convection`: absolute pressure of the gas")
+        .or(Unstated::Si(101_325.0))
+        .reaching(Reach::Load);
+
 /// `[boundary.NAME]`
 pub(super) const BOUNDARY: Table = Table {
     doc: "what is prescribed on faces",
     keys: &[&[
-        Key::new("faces", Form::List(&Form::Name("face"), None), "`[\"bed.-z\"]`").required().also(&["face", "on"]),
+        Key::new("faces", Form::List(&Form::Name("face"), None), "`[\"bed.-z\"]`").also(&["face", "on"]),
+        Key::new("node", Form::Name("node"), "instead of `faces`: a lumped node, with `area`"),
+        Key::new("area", Form::Quantity(AREA), "of the node").positive(),
         Key::new("temperature", Form::Formula(CELSIUS), "formula; of the surface").reaching(Reach::Load),
         Key::new("film", Form::Formula(FILM), "formula; film coefficient, with `fluid_temperature`").reaching(Reach::Load).also(&[
             "h",
@@ -69,12 +81,33 @@ pub(super) const BOUNDARY: Table = Table {
             "heat_transfer_coefficient",
             "alpha",
         ]),
-        Key::new("fluid_temperature", Form::Formula(CELSIUS), "formula; of the fluid behind the film").reaching(Reach::Load),
+        Key::new(
+            "fluid_temperature",
+            Form::Formula(CELSIUS),
+            "formula; of the fluid behind the film; of the gas of free convection `ambient_temperature`",
+        )
+        .reaching(Reach::Load),
         Key::new("heat_flux", Form::Formula(Unit::of(Dimension::HEAT_FLUX, "W/m2")), "formula; into the machine")
             .reaching(Reach::Load)
             .also(&["flux", "q"]),
+        Key::new(
+            "free_convection",
+            Form::Word(&Shape::NAMES),
+            "to still gas at `fluid_temperature`: film by the law of a shape, with `length`; see below",
+        )
+        .reaching(Reach::Load)
+        .also(&["natural_convection"]),
+        Key::new(
+            "length",
+            Form::Quantity(MILLIMETRES),
+            "with `free_convection`: height of a vertical plate, area over perimeter of a horizontal one, diameter of a cylinder or sphere",
+        )
+        .positive()
+        .reaching(Reach::Load),
+        GAS,
+        GAS_PRESSURE,
         Key::new("emissivity", Form::Number, "radiation, with `surroundings_temperature`").reaching(Reach::Load).usual(),
         SURROUNDINGS,
     ]],
-    one_of: &["temperature", "film", "heat_flux", "emissivity"],
+    one_of: &["temperature", "film", "heat_flux", "free_convection", "emissivity"],
 };

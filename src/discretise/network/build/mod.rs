@@ -198,6 +198,13 @@ impl Builder<'_> {
                 }
             }
         }
+        for (b, boundary) in self.machine.boundaries.iter().enumerate() {
+            if let Some(exposed) = boundary.node {
+                let node = self.lumped(exposed.node);
+                let law = b as u32;
+                self.push_surface(Surface { node, property: NONE, length: 0.0, area: exposed.area, emissive: 0.0, gas_area: 0.0, law });
+            }
+        }
         for (n, node) in self.machine.nodes.iter().enumerate() {
             if let Some((emissivity, effective, area)) = node.radiation {
                 let emissive = self.effective(emissivity, effective, area) * area;
