@@ -12,8 +12,8 @@ const STEP: f64 = 0.05;
 /// How much further apart the two may be where they do not say the same exactly.
 const LOOSE: f64 = 5.0;
 
-fn compare(start: Start) {
-    let study = study(CELLS, &[]);
+fn compare(start: Start, lines: &[(String, String)]) {
+    let study = study(CELLS, lines);
     let data = table(logs(&study, ROW), &study);
     let catalogue = hypotheses(&study, &data, &[]);
     let scales = Scales::of(&data, &study.model.machine);
@@ -50,10 +50,18 @@ fn compare(start: Start) {
 
 #[test]
 fn from_the_steady_state() {
-    compare(Start::Steady);
+    compare(Start::Steady, &[]);
 }
 
 #[test]
 fn from_one_temperature() {
-    compare(Start::Uniform(293.15));
+    compare(Start::Uniform(293.15), &[]);
+}
+
+/// What a cause does is seen through the sensors' own lag and gain.
+#[test]
+fn through_sensors_that_lag() {
+    let line = |key: &str, value: &str| (key.to_string(), value.to_string());
+    let lines = [line("sensor.motor.lag", "\"400 s\""), line("sensor.gear.gain", "0.8"), line("sensor.plate.offset", "\"2 K\"")];
+    compare(Start::Steady, &lines);
 }
