@@ -1,5 +1,6 @@
 //! One error type: what went wrong, where, and what to do about it.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -180,10 +181,23 @@ impl Error {
     }
 }
 
+/// Longest sentence of a message, in characters.
+const LONGEST_TEXT: usize = 2000;
+/// Longest key or value that a message repeats, in characters: a line of a megabyte is none that helps.
+const LONGEST_VALUE: usize = 300;
+
+/// The text, or its beginning and how long it is.
+fn cut(text: &str, most: usize) -> Cow<'_, str> {
+    match text.char_indices().nth(most) {
+        Some((end, _)) => Cow::Owned(format!("{}... ({} bytes)", &text[..end], text.len())),
+        None => Cow::Borrowed(text),
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Inner { what, location, value, help, .. } = &*self.inner;
-        write!(f, "{what}")?;
+        write!(f, "{}", cut(what, LONGEST_TEXT))?;
         let mut place = Vec::new();
         if let Some(file) = &location.file {
             place.push(match location.line {
@@ -194,16 +208,16 @@ impl fmt::Display for Error {
             place.push(format!("line {line}"));
         }
         if let Some(key) = &location.key {
-            place.push(key.clone());
+            place.push(cut(key, LONGEST_VALUE).into_owned());
         }
         if !place.is_empty() {
             write!(f, "\n   at: {}", place.join(", "))?;
         }
         if let Some(value) = value {
-            write!(f, "\n read: {value}")?;
+            write!(f, "\n read: {}", cut(value, LONGEST_VALUE))?;
         }
         if let Some(help) = help {
-            write!(f, "\n help: {help}")?;
+            write!(f, "\n help: {}", cut(help, LONGEST_TEXT))?;
         }
         Ok(())
     }
@@ -228,6 +242,14 @@ pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn messages_have_a_length() {
+        let long = "ä".repeat(1_000_000);
+        let error = Error::input(long.clone()).in_file("a.toml").at_line(3).at_key(long.clone()).read(&long).help(long);
+        let shown = error.to_string();
+        assert!(shown.len() < 10_000 && shown.contains("a.toml:3") && shown.contains("(2000000 bytes)"), "{}", shown.len());
+    }
 
     #[test]
     fn the_cause_of_a_refused_file_is_kept() {

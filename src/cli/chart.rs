@@ -9,6 +9,7 @@ use super::output::Output;
 use crate::error::{Error, Result};
 use crate::explore::sweep::SweepOptions;
 use crate::figures::chart::acceptability::Here;
+use crate::foundation::input;
 use crate::foundation::table::Table;
 use crate::pipeline::charts::{draw_all, results::Results};
 use crate::pipeline::{self, figures};
@@ -69,8 +70,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 fn of_surrogate(args: &Args, source: &Path) -> Result<Vec<PathBuf>> {
     let is_folder = source.is_dir();
     let path = if is_folder { source.join(pipeline::SURROGATE) } else { source.to_path_buf() };
-    let bytes = std::fs::read(&path)
-        .map_err(|e| Error::file("read", &path, e).help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
+    let bytes = input::read(&path).map_err(|e| e.help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&path))?;
     let folder = args.out.clone().unwrap_or_else(|| path.parent().unwrap_or(Path::new(".")).to_path_buf());
     if !args.map.is_empty() {

@@ -30,6 +30,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     ("chart", &["coldplate chart out/tutorial/surrogate.cps --out out/figures"]),
+    ("info", &["coldplate info out/tutorial/surrogate.cps", "coldplate info examples/tutorial/machine.toml"]),
     ("predict", &["coldplate predict examples/tutorial/machine.toml examples/tutorial/readings.csv"]),
     (
         "identify",

@@ -8,6 +8,7 @@ pub mod diagnose;
 pub mod fit;
 pub mod help;
 pub mod identify;
+pub mod info;
 pub mod man;
 pub mod materials;
 pub mod measured;
@@ -49,8 +50,8 @@ struct Cli {
     #[arg(long, global = true, help_heading = "Program", conflicts_with = "quiet")]
     progress: bool,
     /// Worker threads (default: all cores); results do not depend on it
-    #[arg(long, global = true, help_heading = "Program", value_name = "N")]
-    threads: Option<usize>,
+    #[arg(long, global = true, help_heading = "Program", value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -85,6 +86,8 @@ enum Command {
     Units(units::Args),
     /// Materials and liquids that machine files may name
     Materials(materials::Args),
+    /// What is in a file: a surrogate, a machine, a sweep, its journal, or a table
+    Info(info::Args),
     /// What may stand in a machine file: JSON Schema for editors
     Schema(schema::Args),
     /// Completions for a shell
@@ -102,7 +105,7 @@ pub fn main() -> ExitCode {
     }
     if let Some(n) = cli.threads {
         // Fails only if a pool exists already, which nothing before this line makes.
-        let _ = rayon::ThreadPoolBuilder::new().num_threads(n).build_global();
+        let _ = rayon::ThreadPoolBuilder::new().num_threads(n.into()).build_global();
     }
     let result = match &cli.command {
         Command::Run(args) => run::run(args, out),
@@ -120,6 +123,7 @@ pub fn main() -> ExitCode {
         Command::New(args) => new::run(args, out),
         Command::Units(args) => units::run(args, out),
         Command::Materials(args) => materials::run(args, out),
+        Command::Info(args) => info::run(args, out),
         Command::Schema(args) => schema::run(args, out),
         Command::Completions(args) => completions::run(args, out),
         Command::Man(args) => man::run(args, out),

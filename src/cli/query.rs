@@ -4,10 +4,13 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
+use coldplate_runtime::Variable;
+
 use super::condition::ConditionArgs;
 use super::output::Output;
 use super::text::table;
 use crate::error::{Error, Result};
+use crate::foundation::input;
 use crate::foundation::numbers::{compact, without_zeros};
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::stream::{self, Form};
@@ -24,7 +27,7 @@ pub struct Args {
     /// The condition.
     #[command(flatten)]
     pub condition: ConditionArgs,
-    /// Find the smallest value of this variable that makes the condition acceptable
+    /// Find the smallest value of this variable that makes the condition acceptable; NAME=LOW..HIGH looks there only
     #[arg(long, value_name = "NAME", conflicts_with = "csv")]
     pub free: Option<String>,
     /// Answer every row of a CSV file; its header names variables with units, as in "coolant_flow [L/min]"
@@ -45,7 +48,7 @@ pub struct Args {
 /// A file that cannot be read or is damaged; a wrong, doubled or missing variable; a value without
 /// its unit.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let bytes = std::fs::read(&args.surrogate).map_err(|e| Error::file("read", &args.surrogate, e))?;
+    let bytes = input::read(&args.surrogate)?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
     let given = args.condition.values()?;
     match (&args.csv, &args.free) {
@@ -83,9 +86,13 @@ fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], args:
     })
 }
 
-fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], out: Output) -> Result<u8> {
+fn inverse(surrogate: &Surrogate<'_>, asked: &str, given: &[(String, String)], out: Output) -> Result<u8> {
+    let (name, bounds) = asked.split_once('=').map_or((asked, None), |(name, bounds)| (name, Some(bounds)));
     let index = condition::index_of(surrogate, name)?;
-    let variable = condition::variables(surrogate)[index];
+    let fitted = condition::variables(surrogate)[index];
+    let bounds = bounds.map(|text| bounds_of(&fitted, text).map_err(|e| e.at_key(name).read(asked))).transpose()?;
+    // What is said of the range is said of the bounds, where some are given.
+    let variable = bounds.map_or(fitted, |(low, high)| Variable { low, high, ..fitted });
     let mut x = condition::partial(surrogate, given)?;
     if x[index].is_some() {
         return Err(Error::input(format!("'{}' is given and asked for at once", variable.name))
@@ -95,14 +102,15 @@ fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], ou
     x[index] = Some(variable.low);
     let x = condition::complete(surrogate, x)?;
     let (unit, range) = (variable.unit, format!("{} to {} {}", plain(variable.low), plain(variable.high), variable.unit));
-    let found = verdict::free(surrogate, &x, index)?;
+    let found = verdict::free_within(surrogate, &x, index, bounds)?;
     let answer = match &found {
         Inverse::Found { answer, .. } | Inverse::Nowhere { answer, .. } => answer.clone(),
         Inverse::OutsideRange(_) => verdict::query(surrogate, &x)?,
     };
     let head = match &found {
         Inverse::Found { smallest, until, .. } => {
-            let end = if *until == variable.high { "the end of the fitted range" } else { "where a limit stops it" };
+            let whole = if bounds.is_some() { "the end of the bounds" } else { "the end of the fitted range" };
+            let end = if *until == variable.high { whole } else { "where a limit stops it" };
             format!(
                 "{}: {} {unit} is the smallest acceptable value; acceptable from there to {} {unit}, {end}.\n\n",
                 variable.name,
@@ -128,6 +136,17 @@ fn inverse(surrogate: &Surrogate<'_>, name: &str, given: &[(String, String)], ou
     let shown = if is_outside { head } else { head + &text(surrogate, &answer) };
     out.report(&shown, &found.record(&variable, &answer));
     Ok(status(if is_outside { Acceptability::Uncertain } else { answer.verdict }))
+}
+
+/// `LOW..HIGH`: numbers with their unit, or in the variable's.
+fn bounds_of(variable: &Variable<'_>, text: &str) -> Result<(f64, f64)> {
+    let help = || format!("write for example {}={}..{} {}", variable.name, variable.low, variable.high, variable.unit);
+    let (low, high) = text.split_once("..").ok_or_else(|| Error::input("this is no interval").help(help()))?;
+    let read = |text: &str| match text.trim().parse::<f64>() {
+        Ok(number) => condition::number_in(variable, number, variable.unit),
+        Err(_) => condition::value_of(variable, text.trim()),
+    };
+    Ok((read(low)?, read(high)?))
 }
 
 fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {

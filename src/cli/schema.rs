@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use super::output::Output;
 use crate::describe::machine::SCHEMA;
 use crate::error::{Error, Result, did_you_mean};
-use crate::foundation::atomic_file;
+use crate::foundation::{atomic_file, input};
 
 /// What may stand in a machine file, as JSON Schema for editors
 #[derive(Debug, clap::Args)]
@@ -28,7 +28,7 @@ pub struct Args {
 /// There is no such table; the page cannot be read or written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(page) = &args.update {
-        let text = std::fs::read_to_string(page).map_err(|e| Error::file("read", page, e))?;
+        let text = input::text(page)?;
         let filled = SCHEMA.fill(&text).map_err(|e| e.in_file(page))?;
         let is_stale = filled != text;
         if is_stale {

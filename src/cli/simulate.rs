@@ -90,6 +90,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(path) = &args.chart {
         check_name(path)?;
     }
+    if let Some(path) = &args.out {
+        Table::check_name(path).map_err(|e| e.at_key("--out"))?;
+    }
     let mut options = options(args)?;
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let machine = Machine::read(&args.machine, &sets)?;
@@ -168,7 +171,7 @@ fn watch(text: &str, machine: &Machine) -> Result<Watch> {
 /// What the user should know of the schedule.
 fn notes(machine: &Machine, schedule: &Schedule, out: Output) {
     if !schedule.ignored.is_empty() {
-        out.note(&format!("note: the machine has no such variables, so these columns are left aside: {}", schedule.ignored.join(", ")));
+        out.note(&format!("note: these columns are no conditions and are left aside: {}", schedule.ignored.join(", ")));
     }
     for (index, variable) in machine.variables.iter().enumerate() {
         let (low, high) = schedule.range(index);

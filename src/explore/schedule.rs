@@ -18,6 +18,8 @@ use crate::units::Dimension;
 
 /// Name of the column, and of the variable, that is the time.
 pub const TIME: &str = "time";
+/// Name of the column that says which test a row is of.
+const TEST: &str = "test";
 /// Most breakpoints a schedule may have once it is repeated.
 const MOST_ROWS: usize = 10_000_000;
 
@@ -48,7 +50,7 @@ pub struct Schedule {
     hold: bool,
     /// Index of the variable that is the time.
     time: Option<usize>,
-    /// Columns of the file that name no variable, and were left aside.
+    /// Columns of sensors and of tests, which are no conditions and were left aside.
     pub ignored: Vec<String>,
 }
 
@@ -67,7 +69,7 @@ impl Schedule {
     /// Reads a file for `machine`; `given` are values (name, text with unit) of variables without a column.
     ///
     /// # Errors
-    /// The file is no table or has no `time` column; times that fall; a value that is missing, out of bounds or in a
+    /// The file is no table or has no `time` column; a column that is neither condition nor sensor, such as a misspelt one; times that fall; a value that is missing, out of bounds or in a
     /// unit of another kind; a variable with neither column, value nor default; no duration. Each names its line.
     pub fn read(path: &Path, machine: &Machine, given: &[(String, String)], options: ScheduleOptions) -> Result<Self> {
         let (table, lines) = Table::read_with_lines(path)?;
@@ -104,9 +106,7 @@ impl Schedule {
             let condition = columns.condition(r, *time).map_err(|e| place(e, Some(r)))?;
             rows.push(Row { time: *time, values: condition.si().to_vec() });
         }
-        let time = columns.time;
-        let ignored = columns.ignored;
-        let mut schedule = Self { rows, hold: options.hold, time, ignored };
+        let mut schedule = Self { rows, hold: options.hold, time: columns.time, ignored: columns.ignored };
         schedule.repeat(options.repeat)?;
         if let Some(until) = options.until {
             schedule.end_at(until)?;
@@ -314,6 +314,15 @@ impl<'a> Columns<'a> {
                 .at_key(name)
                 .read(text)
                 .help("remove one of the two"));
+        }
+        // Readings, and the name of a test, are no conditions; anything else was meant to be one.
+        let is_reading = |name: &str| machine.sensors.iter().any(|s| s.name == name || format!("{} (sensor)", s.name) == name);
+        let names = others.iter().map(|c| c.name.as_str()).chain(table.texts.iter().map(|t| t.name.as_str()));
+        if let Some(name) = names.into_iter().find(|name| !is_reading(name) && *name != TEST) {
+            let known: Vec<&str> = machine.variables.iter().map(|v| v.name.as_str()).chain([TIME]).collect();
+            let what = format!("the column '{name}' is neither a condition nor a sensor of this machine");
+            let meant = did_you_mean(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean '{meant}'? "));
+            return Err(Error::input(what).at_key(name).help(format!("{meant}known here: {}", known.join(", "))));
         }
         let ignored = others.iter().map(|c| c.header()).chain(table.texts.iter().map(|t| t.name.clone())).collect();
         Ok(Self { machine, columns, given, time, ignored })

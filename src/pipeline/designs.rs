@@ -2,11 +2,13 @@
 
 use super::figures::Comparison;
 use super::fitting;
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Machine, Variable};
 use crate::error::Result;
-use crate::explore::sweep::{Group, Plan, Purpose};
+use crate::explore::sweep::bridge::Sweep;
+use crate::explore::sweep::{self, FitKeys, Group, Plan, Purpose};
 use crate::foundation::table::Table;
-use crate::surrogate::fit::{Fit, FitOptions, file};
+use crate::surrogate::fit::model::{Held, Point, PointModel, Polynomial, Surrogate, Transform};
+use crate::surrogate::fit::{self, Fit, FitOptions, file};
 
 /// The surrogate of a sweep and how it compares.
 #[derive(Debug)]
@@ -37,12 +39,19 @@ pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&Group) -> bool) -> Tab
 ///
 /// # Errors
 /// As [`fitting::fit_table`].
-pub fn fit_designs(plan: &Plan, machine: &Machine, table: &Table, validation: Option<&Table>) -> Result<Option<Fitted>> {
+pub fn fit_designs(plan: &Plan, machine: &Machine, table: &Table, validation: Option<&Table>, keys: FitKeys) -> Result<Option<Fitted>> {
     if !plan.groups.iter().any(|g| g.purpose == Purpose::Fit && !is_one_factor(g)) {
         return Ok(None);
     }
     let table = rows_of(table, plan, |g| !is_one_factor(g));
-    let fit = fitting::fit_table(&table, Some(machine), &FitOptions::default())?;
+    let usual = FitOptions::default();
+    let options = FitOptions {
+        max_degree: keys.max_degree.unwrap_or(usual.max_degree),
+        folds: keys.folds.unwrap_or(usual.folds),
+        seed: keys.seed.unwrap_or(usual.seed),
+        ..usual
+    };
+    let fit = fitting::fit_table(&table, Some(machine), &options)?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut comparison = Comparison::default();
     {
@@ -58,4 +67,42 @@ pub fn fit_designs(plan: &Plan, machine: &Machine, table: &Table, validation: Op
 /// The one-factor sweeps of a plan, each with its rows.
 pub fn one_factor_tables<'a>(plan: &'a Plan, table: &Table) -> Vec<(&'a Group, Table)> {
     plan.groups.iter().filter(|g| is_one_factor(g)).map(|g| (g, rows_of(table, plan, |other| other.name == g.name))).collect()
+}
+
+/// Whether a surrogate file can hold what a sweep will give, found out before the sweep, which takes its time: a constant is
+/// written in the place of every function.
+///
+/// # Errors
+/// As [`file::encode`]: a name that is too long, too many points, variables or limits.
+pub fn rehearse(sweep: &Sweep) -> Result<()> {
+    let plan = &sweep.plan;
+    let designs = || plan.groups.iter().filter(|g| g.purpose == Purpose::Fit && !is_one_factor(g));
+    if designs().next().is_none() {
+        return Ok(());
+    }
+    let mut varied: Vec<usize> = designs().flat_map(|g| g.varied.iter().copied()).collect();
+    varied.sort_unstable();
+    varied.dedup();
+    let constant = Polynomial { transforms: vec![Transform::Identity; varied.len()], terms: Vec::new(), coefficients: Vec::new() };
+    let subject = sweep.subject();
+    let point = |(name, unit): &(String, String)| Point {
+        name: name.clone(),
+        unit: unit.clone(),
+        model: PointModel::Polynomial(constant.clone()),
+        half_width: 0.0,
+    };
+    let variable = |v: &usize| {
+        let Variable { name, unit, .. } = &plan.variables[*v];
+        fit::model::Variable { name: name.clone(), unit: unit.clone(), low: 0.0, high: 1.0 }
+    };
+    let mut surrogate = Surrogate {
+        variables: varied.iter().map(variable).collect(),
+        points: subject.outputs.iter().map(point).collect(),
+        provenance: sweep::provenance(plan, &subject, Purpose::Fit),
+        ..Surrogate::default()
+    };
+    let others = plan.variables.iter().enumerate().filter(|(v, _)| !varied.contains(v));
+    surrogate.held = others.map(|(_, v)| Held { name: v.name.clone(), unit: v.unit.clone(), value: 0.0 }).collect();
+    surrogate.limits = fitting::limits(&sweep.model.machine, &surrogate, &surrogate.held).0;
+    file::encode(&surrogate).map(|_| ()).map_err(|e| e.in_file(sweep.definition.document().file()))
 }

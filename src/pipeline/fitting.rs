@@ -52,7 +52,10 @@ pub fn fit_table(table: &Table, machine: Option<&Machine>, options: &FitOptions)
 /// # Errors
 /// As [`fit_table`].
 pub fn fit_table_heard(table: &Table, machine: Option<&Machine>, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
-    let (samples, held) = samples(table)?;
+    let (samples, mut held) = samples(table)?;
+    // What nothing of the machine follows was not held at anything.
+    let is_unused = |name: &str| machine.is_some_and(|m| m.variables.iter().enumerate().any(|(i, v)| v.name == name && !m.uses(i)));
+    held.retain(|held| !is_unused(&held.name));
     let mut fit = fit::fit_heard(&samples, options, progress)?;
     if let Some(machine) = machine {
         let (limits, notes) = limits(machine, &fit.surrogate, &held);
@@ -71,7 +74,7 @@ pub fn fit_table_heard(table: &Table, machine: Option<&Machine>, options: &FitOp
 
 /// The limits of a machine in the surrogate's points and units; notes name those that cannot be carried over.
 /// A rise over a variable that was held is a maximum.
-fn limits(machine: &Machine, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
+pub(super) fn limits(machine: &Machine, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
     let (mut limits, mut notes) = (Vec::new(), Vec::new());
     let point = |sensor: usize| surrogate.points.iter().position(|p| p.name == machine.sensors[sensor].name);
     let variable = |index: usize| surrogate.variables.iter().position(|v| v.name == machine.variables[index].name);

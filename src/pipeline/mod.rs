@@ -6,6 +6,7 @@ pub mod diagnosis;
 pub mod figures;
 pub mod fitting;
 pub mod gallery;
+pub mod info;
 mod measured;
 mod pages;
 pub mod refit;
@@ -102,6 +103,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     let clock = Instant::now();
     // Before the sweep, which takes its time: a mistake in a chart definition should show at once.
     let named = sweep.definition.charts.iter().map(Chart::read).collect::<Result<Vec<_>>>()?;
+    designs::rehearse(sweep)?;
     let swept = sweep.run(folder, options)?;
     let mut checked = measured::check(&sweep.model)?;
     for path in &sweep.definition.compare {
@@ -116,7 +118,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
         plan: sweep.plan.clone(),
         machine: sweep.model.machine.name.clone(),
         table: swept.table.clone(),
-        fitted: fit_designs(&sweep.plan, &sweep.model.machine, &swept.table, swept.validation.as_ref())?,
+        fitted: fit_designs(&sweep.plan, &sweep.model.machine, &swept.table, swept.validation.as_ref(), sweep.definition.fit)?,
     });
     let fitted = result.fitted.as_ref();
     let one_factor = one_factor_tables(&sweep.plan, &swept.table);

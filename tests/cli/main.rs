@@ -4,6 +4,9 @@ mod help;
 mod progress;
 mod start;
 
+mod info;
+mod refused;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::time::Duration;

@@ -147,7 +147,7 @@ fn options_that_make_no_sense_are_refused() {
         (vec!["--free", SECOND, "--free", SECOND], &["named twice"]),
         (vec!["--free", "motor_speed"], &["is a condition", "DATA.toml"]),
         (vec!["--free", "node.motor.capacity=2 J/K..1 J/K"], &["lower bound comes first"]),
-        (vec!["--free", "node.motor.capacity=1..2"], &["node.motor.capacity", "unit"]),
+        (vec!["--free", "node.motor.capacity=1..2 K"], &["node.motor.capacity", "unit"]),
         (vec!["--free", "node.motor.capacity=-5 J/K..2 J/K"], &["does not allow these bounds", "capacity"]),
         (vec!["--free", "node.motor.capacity=1000 J/K +- 0 J/K"], &["standard deviation is positive"]),
         (vec!["--free", "node.motor.capacity=1 J/K..2 J/K, 5 J/K +- 1 J/K"], &["outside the bounds"]),

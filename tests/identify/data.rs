@@ -51,7 +51,7 @@ fn bad_tables_name_line_column_and_remedy() {
         (format!("{C},motor [degC]\n2,20,1000,,40\n"), vec!["readings.csv:2", "ambient_temperature", "condition is missing"]),
         (format!("{C},motor [degC]\n2,20,1000,nan,40\n"), vec!["readings.csv:2", "ambient_temperature"]),
         (format!("{C},motor [degC]\n-2,20,1000,22,40\n"), vec!["readings.csv:2", "coolant_flow", "-2"]),
-        ("coolant_flow [L/min],motor [degC]\n2,40\n".into(), vec!["readings.csv:2", "coolant_temperature", "needs a value"]),
+        ("coolant_flow [L/min],motor [degC]\n2,40\n".into(), vec!["readings.csv:2", "ambient_temperature", "needs a value"]),
         ("coolant_flow [degC],motor [degC]\n2,40\n".into(), vec![f, "coolant_flow [degC]"]),
         ("coolant_flow,motor [degC]\n2,40\n".into(), vec![f, "coolant_flow", "unit"]),
         (format!("{};motor [degC]\n2;20;1000;22;40\n", C.replace(',', ";")), vec!["readings.csv:1", "semicolons", "commas"]),

@@ -40,8 +40,8 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     chart: Option<PathBuf>,
     /// Starting points of the search
-    #[arg(long, value_name = "N", default_value_t = 3)]
-    starts: usize,
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    starts: u16,
     /// Leave out profile likelihoods and advice on further tests
     #[arg(long)]
     brief: bool,
@@ -94,7 +94,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         return scan::run(args, &problem, out);
     }
     let progress = out.progress();
-    let estimate = identify::identify(&problem, &IdentifyOptions { starts: args.starts, ..IdentifyOptions::default() }, &progress)?;
+    let estimate = identify::identify(&problem, &IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() }, &progress)?;
     let (profiles, advice) = if args.brief {
         (Vec::new(), Vec::new())
     } else {

@@ -12,8 +12,8 @@ use crate::evidence::measurement::whiten;
 use crate::figures::chart::draw_as;
 use crate::figures::chart::style::Quantity;
 use crate::figures::chart::valley::{Trace, ValleyFigure};
-use crate::solve::sensitivity::{Parameter, Study};
-use crate::units::{celsius, parse};
+use crate::solve::sensitivity::Parameter;
+use crate::units::celsius;
 
 /// The grid as outside programs read it, in the parameters' units; pairs without a steady state are `null`.
 #[derive(Debug, Serialize)]
@@ -37,7 +37,7 @@ pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
             .read(args.scan.len())
             .help("give --scan twice: KEY=LOW..HIGH/STEP"));
     };
-    let axes = [axis(first, &problem.study)?, axis(second, &problem.study)?];
+    let axes = [identify::axis(first, &problem.study)?, identify::axis(second, &problem.study)?];
     let total = axes[0].1.len() * axes[1].1.len();
     let found = identify::scan(problem, [(&axes[0].0, axes[0].1.clone()), (&axes[1].0, axes[1].1.clone())], &out.progress())?;
     let (i, j) = Scan::least(&found.misfit);
@@ -77,35 +77,6 @@ pub(super) fn run(args: &Args, problem: &Problem, out: Output) -> Result<u8> {
     };
     out.report(&text, &record);
     Ok(0)
-}
-
-/// `KEY=LOW..HIGH/STEP`
-fn axis(text: &str, study: &Study) -> Result<(Parameter, Vec<f64>)> {
-    let malformed = || {
-        Error::input("this is no axis of a scan").at_key("--scan").read(text).help("write for example \"contact.motor.conductance=0 W/(m2 K)..1000 W/(m2 K)/10 W/(m2 K)\", or the bare numbers 0..1000/10 in the file's unit")
-    };
-    let (key, range) = text.split_once('=').ok_or_else(malformed)?;
-    let (low, rest) = range.split_once("..").ok_or_else(malformed)?;
-    let parameter = study.parameter(key)?;
-    // The last slash that is followed by a number: units hold slashes too.
-    let cut = rest
-        .match_indices('/')
-        .map(|(i, _)| i)
-        .rfind(|i| rest[i + 1..].trim_start().starts_with(|c: char| c.is_ascii_digit() || c == '.'))
-        .ok_or_else(malformed)?;
-    let (high, step) = (&rest[..cut], &rest[cut + 1..]);
-    let read = |text: &str| -> Result<f64> {
-        match text.trim().parse::<f64>() {
-            Ok(number) => crate::units::convert(number, &parameter.unit, parameter.dimension),
-            Err(_) => parse(text, parameter.dimension).map_err(|e| e.at_key("--scan")),
-        }
-    };
-    let (low, high, step) = (read(low)?, read(high)?, read(step)?);
-    if !(step > 0.0 && high > low && ((high - low) / step) < 1e5) {
-        return Err(malformed());
-    }
-    let count = ((high - low) / step + 1e-9).floor() as usize;
-    Ok((parameter, (0..=count).map(|i| low + i as f64 * step).collect()))
 }
 
 fn figure(problem: &Problem, found: &Scan, axes: &[(Parameter, Vec<f64>); 2]) -> ValleyFigure {

@@ -21,6 +21,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use crate::error::{Error, Result};
+use crate::foundation::input;
 
 /// What to do to get a mesh this program can read.
 const SAVE_AS: &str = "save it with Gmsh: gmsh model.geo -3 -format msh41 -o model.msh (or set Mesh.MshFileVersion = 4.1)";
@@ -65,8 +66,7 @@ impl Mesh {
     /// # Errors
     /// The file cannot be read, is not MSH 4.1, is cut off or contradicts itself, or holds no tetrahedra.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path)
-            .map_err(|e| Error::file("read", path, e).help("check the path; it counts from the folder of the machine file"))?;
+        let bytes = input::read(path).map_err(|e| e.help("check the path; it counts from the folder of the machine file"))?;
         Self::from_bytes(&bytes, path)
     }
 

@@ -1,11 +1,12 @@
 //! A condition of a machine, and the value of every name its formulas use there.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Machine, Variable};
 use crate::error::{Error, Result};
-use crate::foundation::formula::{Names, Values};
+use crate::foundation::formula::{Formula, Names, Values};
 use crate::foundation::numbers::significant;
 use crate::physics::drive;
 use crate::units::{self, Dimension};
@@ -67,6 +68,19 @@ pub(super) enum Meaning {
     Definition(usize),
 }
 
+impl Meaning {
+    fn variable(self) -> Option<usize> {
+        match self {
+            Self::Si(variable) | Self::InUnit { variable, .. } => Some(variable),
+            Self::Drive(..) | Self::Definition(_) => None,
+        }
+    }
+
+    fn drive(self) -> Option<usize> {
+        if let Self::Drive(drive, _) = self { Some(drive) } else { None }
+    }
+}
+
 /// The names of a machine's formulas with their meanings, slot by slot.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Symbols {
@@ -74,6 +88,8 @@ pub(super) struct Symbols {
     pub(super) meanings: Vec<Meaning>,
     /// Slots of the definitions, in the order of `Machine::definitions`.
     pub(super) definition_slots: Vec<usize>,
+    /// Slots that the formulas read so far name.
+    named: Arc<Mutex<BTreeSet<usize>>>,
 }
 
 impl Symbols {
@@ -82,6 +98,16 @@ impl Symbols {
         let slot = self.names.add(name)?;
         self.meanings.push(meaning);
         Ok(slot)
+    }
+
+    /// Remembers which slots a formula of the machine names.
+    pub(super) fn note(&self, formula: &Formula) {
+        self.named.lock().unwrap_or_else(PoisonError::into_inner).extend(formula.slots());
+    }
+
+    /// The slots that formulas named since this was asked last.
+    pub(super) fn take_named(&self) -> BTreeSet<usize> {
+        std::mem::take(&mut *self.named.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -126,16 +152,50 @@ impl Machine {
             check_variable(name, value).map_err(|e| e.at_key(*name).read(text))?;
             values[at] = Some(value);
         }
-        let or_default = self.variables.iter().zip(values).map(|(variable, value)| {
-            value.or(variable.default).ok_or_else(|| {
-                let example = variable.range.and_then(|(low, _)| units::express(low, &variable.unit, variable.dimension).ok());
-                let example = example.map_or(variable.dimension.example().to_string(), |v| format!("\"{v} {}\"", variable.unit));
-                Error::input(format!("the condition needs a value for '{}'", variable.name))
-                    .at_key(&variable.name)
-                    .help(format!("give one, for example {example}, or a default under [variables.{}] in the machine file", variable.name))
-            })
-        });
-        Ok(Condition { si: or_default.collect::<Result<_>>()? })
+        let values: Vec<Option<f64>> = self.variables.iter().zip(values).map(|(variable, value)| value.or(variable.default)).collect();
+        let missing: Vec<&Variable> = self.variables.iter().zip(&values).filter(|(_, value)| value.is_none()).map(|(v, _)| v).collect();
+        if missing.is_empty() {
+            return Ok(Condition { si: values.into_iter().flatten().collect() });
+        }
+        let example = |variable: &&Variable| {
+            let low = variable.range.and_then(|(low, _)| units::express(low, &variable.unit, variable.dimension).ok());
+            let example = low.map_or(variable.dimension.example().to_string(), |v| format!("\"{v} {}\"", variable.unit));
+            format!("{} {example}", variable.name)
+        };
+        let names: Vec<String> = missing.iter().map(|v| format!("'{}'", v.name)).collect();
+        let (word, one) = if missing.len() == 1 { ("a value", "one") } else { ("values", "them") };
+        Err(Error::input(format!("the condition needs {word} for {}", names.join(", ")))
+            .at_key(missing.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", "))
+            .help(format!(
+                "give {one}, for example {}, or a default under [variables.{}] in the machine file",
+                missing.iter().map(example).collect::<Vec<_>>().join(", "),
+                missing[0].name
+            )))
+    }
+
+    /// Whether anything of the machine follows a variable (index into [`Machine::variables`]). What nothing follows need
+    /// not be given: it has a default.
+    pub fn uses(&self, variable: usize) -> bool {
+        !self.unused.contains(&variable)
+    }
+
+    /// Finds the variables that neither the slots `named` nor a limit follow, and gives them defaults.
+    pub(super) fn find_unused(&mut self, mut named: BTreeSet<usize>) {
+        // Definitions may name earlier ones and drives, so that they are followed from the last to the first.
+        for (definition, slot) in self.definitions.iter().zip(&self.symbols.definition_slots).rev() {
+            if named.contains(slot) {
+                named.extend(definition.formula.slots());
+            }
+        }
+        let drives: Vec<usize> = named.iter().filter_map(|slot| self.symbols.meanings.get(*slot)?.drive()).collect();
+        named.extend(drives.iter().filter_map(|drive| self.drives.get(*drive)).flat_map(|drive| drive.speed.slots()));
+        let mut used: BTreeSet<usize> = named.iter().filter_map(|slot| self.symbols.meanings.get(*slot)?.variable()).collect();
+        used.extend(self.limits.iter().filter_map(|limit| limit.kind.variable()));
+        for (index, variable) in self.variables.iter_mut().enumerate().filter(|(index, _)| !used.contains(index)) {
+            self.unused.push(index);
+            let usual = if variable.dimension == Dimension::TEMPERATURE { units::ZERO_CELSIUS + 20.0 } else { 0.0 };
+            variable.default = variable.default.or(Some(variable.range.map_or(usual, |(low, high)| f64::midpoint(low, high))));
+        }
     }
 
     /// The value of every name that formulas use, at `condition`.
@@ -199,6 +259,16 @@ impl Machine {
                 *value = quantities[drive][quantity];
             }
         }
+    }
+}
+
+impl Variable {
+    /// Whether a condition may state this value (SI).
+    ///
+    /// # Errors
+    /// A negative coolant flow.
+    pub fn check(&self, si: f64) -> Result<()> {
+        check_variable(&self.name, si)
     }
 }
 

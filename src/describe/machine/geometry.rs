@@ -73,12 +73,26 @@ pub(super) fn parts(root: &Section<'_>, shelf: &mut Shelf, folder: &Path, symbol
     Ok(parts)
 }
 
+/// Longest name that a surrogate file holds, in bytes.
+const LONGEST_NAME: usize = coldplate_runtime::format::MAX_NAME;
+
 /// Names that stand in `part[2].+z` can hold none of its signs.
 pub(super) fn check_name(name: &str, section: &Section<'_>) -> Result<()> {
     if name.trim() != name || name.is_empty() || name.contains(['.', '[', ']']) {
         return Err(section.error(format!("'{name}' cannot be a name")).help("use letters, digits, spaces, _ and -"));
     }
-    Ok(())
+    check_length(name, section)
+}
+
+/// Names that go into a surrogate file must fit there: that shows here, not after a sweep.
+pub(super) fn check_length(name: &str, section: &Section<'_>) -> Result<()> {
+    if name.len() <= LONGEST_NAME && !name.chars().any(char::is_control) {
+        return Ok(());
+    }
+    Err(section
+        .error(format!("a name has at most {LONGEST_NAME} bytes, and no line ends or tabs"))
+        .read(format!("{} bytes", name.len()))
+        .help("shorten it"))
 }
 
 fn check_distance(section: &Section<'_>, key: &str, at: &[f64]) -> Result<()> {

@@ -95,6 +95,8 @@ pub struct Machine {
     pub default_cells: usize,
     /// The names formulas use, slot by slot.
     symbols: condition::Symbols,
+    /// Variables that nothing follows, as indices.
+    unused: Vec<usize>,
 }
 
 impl Machine {

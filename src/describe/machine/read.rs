@@ -7,7 +7,7 @@ use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
 use super::enclosures::enclosures;
 use super::fluids::Fluids;
-use super::geometry::parts;
+use super::geometry::{check_length, parts};
 use super::keys::{CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
 use super::names::Index;
@@ -67,12 +67,16 @@ fn machine(document: &Document) -> Result<Machine> {
     // First, because a misspelt key would otherwise show as something missing elsewhere.
     SCHEMA.check(&root)?;
     let name = root.text("name")?;
+    check_length(&name, &root).map_err(|_| root.error_at("name", "this is too long for a name").help("255 bytes at most"))?;
     let description = root.opt_text("description")?.unwrap_or_default();
     let mut symbols = Symbols::default();
     let variables = variables(&root, &mut symbols)?;
     let drives = drives(&root, &mut symbols)?;
     let definitions = definitions(&root, &mut symbols)?;
+    // Drives and definitions count where something else names them, the chamber where something sees it.
+    symbols.take_named();
     let chamber = chamber(&root, &symbols)?;
+    let named_by_chamber = symbols.take_named();
     let default_cells = cells(&root)?;
 
     let mut shelf = Shelf::read(&root)?;
@@ -130,10 +134,22 @@ fn machine(document: &Document) -> Result<Machine> {
         measurements,
         default_cells,
         symbols,
+        unused: Vec::new(),
     };
+    let mut named = machine.symbols.take_named();
+    if sees_chamber(&machine) {
+        named.extend(named_by_chamber);
+    }
+    machine.find_unused(named);
     bend_factors(&mut machine, &automatic, &root)?;
     root.finish()?;
     Ok(machine)
+}
+
+/// Whether anything exchanges heat with the wall of the chamber.
+fn sees_chamber(machine: &Machine) -> bool {
+    let radiates = machine.parts.iter().any(|part| part.surface.emissivity > 0.0) || machine.nodes.iter().any(|n| n.radiation.is_some());
+    radiates || !machine.enclosures.is_empty() || machine.chamber.pressure > 0.0
 }
 
 fn chamber(root: &Section<'_>, symbols: &Symbols) -> Result<Chamber> {

@@ -2,7 +2,7 @@
 
 use super::channels::absolute;
 use super::condition::Symbols;
-use super::geometry::{check_name, emissivity};
+use super::geometry::{check_length, check_name, emissivity};
 use super::keys::bodies::CAPACITY;
 use super::keys::outputs::{GAIN, LAG, OFFSET};
 use super::names::{Index, lookup};
@@ -71,6 +71,7 @@ pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) 
 pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Sensor>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("sensor")? {
+        check_length(&name, &section)?;
         let kinds = ["point", "face", "part", "node", "inlet", "outlet"];
         let Some(kind) = section.one_of(&kinds)? else {
             let help =
@@ -111,6 +112,7 @@ pub(super) fn limits(root: &Section<'_>, sensors: &[String], variables: &[Variab
     let mut found = Vec::new();
     let ambient = variables.iter().position(|v| v.name == "ambient_temperature").unwrap_or(0);
     for (name, section) in root.sections("limit")? {
+        check_length(&name, &section)?;
         let several = |key: &str| -> Result<Vec<usize>> { section.list(key)?.iter().map(|v| lookup(v, sensors, "sensor")).collect() };
         let (kind, maximum) = match section.one_of(&["maximum", "rise", "difference", "spread"])? {
             Some("maximum") => (

@@ -1,5 +1,7 @@
 //! Variables, definitions and drives: everything formulas may name.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::condition::{DRIVE_NAMES, Meaning, Symbols, check_variable, scale_of};
 use super::keys::heat as keys;
 use super::{Definition, Drive, Variable};
@@ -51,6 +53,12 @@ const DIMENSIONS: [Dimension; 24] = [
 /// # Errors
 /// As [`Formula::parse`], placed.
 pub(super) fn formula(value: &Value<'_>, dimension: Dimension, symbols: &Symbols) -> Result<Formula> {
+    let formula = read_formula(value, dimension, symbols)?;
+    symbols.note(&formula);
+    Ok(formula)
+}
+
+fn read_formula(value: &Value<'_>, dimension: Dimension, symbols: &Symbols) -> Result<Formula> {
     let place = value.error("").location().clone();
     if value.is_table() {
         let section = value.section()?;
@@ -69,7 +77,10 @@ pub(super) fn formula_or(section: &Section<'_>, key: &Key, symbols: &Symbols) ->
     match (section.opt(key.name), key.default) {
         (None, Unstated::Text(default)) => {
             let place = section.error_at(key.name, "").location().clone();
-            Formula::parse(default, key.dimension(), None, &symbols.names, place).map_err(|e| section.error_at(key.name, e.what()))
+            let formula = Formula::parse(default, key.dimension(), None, &symbols.names, place);
+            let formula = formula.map_err(|e| section.error_at(key.name, e.what()))?;
+            symbols.note(&formula);
+            Ok(formula)
         }
         _ => formula(&section.value(key.name)?, key.dimension(), symbols),
     }
@@ -251,22 +262,35 @@ pub(super) fn definitions(root: &Section<'_>, symbols: &mut Symbols) -> Result<V
         let slot = symbols.add(name, Meaning::Definition(i));
         slots.push(slot.map_err(|e| section.error_at(name, e.what()).help(e.remedy().unwrap_or("choose another name")))?);
     }
-    let mut waiting: Vec<(usize, Formula)> = Vec::new();
-    for (i, name) in names.iter().enumerate() {
-        waiting.push((i, formula(&section.value(name)?, Dimension::NUMBER, symbols)?));
+    let formulas = names.iter().map(|name| formula(&section.value(name)?, Dimension::NUMBER, symbols)).collect::<Result<Vec<_>>>()?;
+    // Which definitions wait for which, and for how many: the next is the first of the file that waits for none.
+    let of_slot: BTreeMap<usize, usize> = slots.iter().copied().enumerate().map(|(i, slot)| (slot, i)).collect();
+    let mut needed_by = vec![Vec::new(); names.len()];
+    let mut waits = vec![0_usize; names.len()];
+    for (i, formula) in formulas.iter().enumerate() {
+        for needed in formula.slots().filter_map(|slot| of_slot.get(&slot)).collect::<BTreeSet<_>>() {
+            needed_by[*needed].push(i);
+            waits[i] += 1;
+        }
     }
+    let mut ready: BTreeSet<usize> = (0..names.len()).filter(|i| waits[*i] == 0).collect();
+    let mut formulas: Vec<Option<Formula>> = formulas.into_iter().map(Some).collect();
     let mut ordered = Vec::new();
-    while !waiting.is_empty() {
-        let blocked = |f: &Formula| f.slots().any(|slot| waiting.iter().any(|(i, _)| slots[*i] == slot));
-        let Some(ready) = waiting.iter().position(|(_, f)| !blocked(f)) else {
-            let circle: Vec<&str> = waiting.iter().map(|(i, _)| names[*i]).collect();
-            return Err(section
-                .error_at(circle[0], "these definitions need one another")
-                .help(format!("break the circle among: {}", circle.join(", "))));
-        };
-        let (i, formula) = waiting.remove(ready);
+    while let Some(i) = ready.pop_first() {
+        for other in &needed_by[i] {
+            waits[*other] -= 1;
+            if waits[*other] == 0 {
+                ready.insert(*other);
+            }
+        }
         symbols.definition_slots.push(slots[i]);
-        ordered.push(Definition { name: names[i].into(), formula });
+        ordered.extend(formulas[i].take().map(|formula| Definition { name: names[i].into(), formula }));
+    }
+    let circle: Vec<&str> = formulas.iter().zip(&names).filter(|(formula, _)| formula.is_some()).map(|(_, name)| *name).collect();
+    if !circle.is_empty() {
+        return Err(section
+            .error_at(circle[0], "these definitions need one another")
+            .help(format!("break the circle among: {}", circle.join(", "))));
     }
     section.finish()?;
     Ok(ordered)

@@ -8,6 +8,7 @@
 
 mod advice;
 mod estimate;
+mod interval;
 mod predict;
 mod profile;
 pub mod record;
@@ -24,6 +25,7 @@ use crate::units;
 
 pub use advice::{Advice, next_tests};
 pub use estimate::{Estimate, IdentifyOptions, Undetermined, chi_square_tail, identify};
+pub use interval::{Interval, axis};
 pub use predict::{
     Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, values, values_within,
 };
@@ -45,7 +47,7 @@ pub struct Free {
 }
 
 impl Free {
-    /// From `KEY`, `KEY=LOW..HIGH`, `KEY=VALUE +- DEVIATION`, or both: `KEY=LOW..HIGH, VALUE +- DEVIATION`.
+    /// From `KEY`, `KEY=LOW..HIGH` (as in [`Interval`]), `KEY=VALUE +- DEVIATION`, or both: `KEY=LOW..HIGH, VALUE +- DEVIATION`.
     ///
     /// # Errors
     /// No such key, a condition variable, or bounds that cannot be read or hold nothing.
@@ -64,8 +66,12 @@ impl Free {
         let mut free = Self { parameter, bounds, prior: None, is_logarithmic };
         let mut is_bounded = false;
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
-            if let Some((low, high)) = part.split_once("..") {
-                free.bounds = (free.read(low)?, free.read(high)?);
+            if part.contains("..") {
+                let Interval { low, high, step } = Interval::parse(part, &free.parameter)?;
+                if step.is_some() {
+                    return Err(free.wrong("a search has no steps", part).help("leave the step out, or try a grid with --scan"));
+                }
+                free.bounds = (low, high);
                 is_bounded = true;
             } else if let Some((value, deviation)) = part.split_once("+-").or(part.split_once('±')) {
                 let (value, deviation) = (free.read(value)?, free.read_difference(deviation)?);

@@ -11,7 +11,7 @@ use super::{SimulateOptions, Start};
 use crate::discretise::network::Network;
 use crate::error::{Error, Result};
 use crate::explore::schedule::Schedule;
-use crate::foundation::atomic_file;
+use crate::foundation::{atomic_file, input};
 use crate::solve::NUMERICS;
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::{Energy, TransientState};
@@ -112,7 +112,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
 /// # Errors
 /// No checkpoint, a damaged one, or one of another run; it says what differs.
 pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: usize) -> Result<(TransientState, Progress)> {
-    let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, e))?;
+    let bytes = input::read(path)?;
     let begin_anew = "to begin anew, leave out --resume or remove the file";
     if !bytes.starts_with(MAGIC) {
         let what = if bytes.starts_with(b"coldplate checkpoint ") {

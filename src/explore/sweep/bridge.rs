@@ -6,7 +6,8 @@ use std::path::Path;
 use super::{Definition, Plan, Subject, SweepOptions, Swept, execute};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::solve::Solver;
 use crate::solve::meshed::MeshedMachine;
 
 /// Conditions of a design for each one that others start from.
@@ -61,12 +62,25 @@ impl Sweep {
         Condition::from_si((0..self.plan.variables.len()).map(middle).collect())
     }
 
+    /// The shared setup, at the middle of the ranges, or at the first condition of the design where it can be made.
+    fn solver(&self) -> Result<Solver<'_>> {
+        let first = match self.model.solver(&self.reference()) {
+            Ok(solver) => return Ok(solver),
+            Err(error) => error,
+        };
+        let others = self.plan.conditions.iter().map(|row| self.model.solver(&Condition::from_si(row.clone())));
+        others.flatten().next().ok_or_else(|| {
+            Error::numerics(format!("every condition failed, that in the middle of the ranges because: {}", first.what()))
+                .help("solve one of them with `coldplate solve`")
+        })
+    }
+
     /// Runs what the journal in `folder` does not hold yet and writes the tables.
     ///
     /// # Errors
     /// As [`execute`], or the shared setup fails.
     pub fn run(&self, folder: impl AsRef<Path>, options: SweepOptions<'_>) -> Result<Swept> {
-        let mut solver = self.model.solver(&self.reference())?;
+        let mut solver = self.solver()?;
         // Every condition starts from the same few, spread evenly over the design, so that none depends on which others
         // have been solved before it or in this run.
         let rows = &self.plan.conditions;

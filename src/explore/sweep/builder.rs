@@ -100,10 +100,13 @@ impl Builder {
             return Err(Error::input("the sweep has no conditions"));
         }
         for row in &plan.shown {
-            if let Some(variable) = row.iter().zip(&plan.variables).find(|(value, _)| value.is_nan()).map(|(_, v)| v) {
-                return Err(Error::input(format!("the variable '{}' has neither a range nor a value", variable.name))
-                    .at_key(&variable.name)
-                    .help(format!("write it under [range] or [hold], e.g. [hold] {} = {}", variable.name, variable.dimension.example())));
+            let missing: Vec<&Variable> = row.iter().zip(&plan.variables).filter(|(value, _)| value.is_nan()).map(|(_, v)| v).collect();
+            if let Some(first) = missing.first() {
+                let names: Vec<&str> = missing.iter().map(|v| v.name.as_str()).collect();
+                let (word, verb) = if names.len() == 1 { ("variable", "has") } else { ("variables", "have") };
+                return Err(Error::input(format!("the {word} '{}' {verb} neither a range nor a value", names.join("', '")))
+                    .at_key(names.join(", "))
+                    .help(format!("write it under [range] or [hold], e.g. [hold] {} = {}", first.name, first.dimension.example())));
             }
         }
         Ok(plan)

@@ -23,11 +23,30 @@ pub struct Definition {
     pub compare: Vec<PathBuf>,
     /// Chart definitions to draw from the results.
     pub charts: Vec<PathBuf>,
+    /// Settings of the fit.
+    pub fit: FitKeys,
     document: Document,
 }
 
-/// Tables of the file that belong to others, who read them from [`Definition::document`].
-const OTHERS: [&str; 4] = ["fit", "chart", "report", "accept"];
+/// Largest degree of a polynomial that a surrogate file holds.
+const MOST_DEGREE: usize = coldplate_runtime::format::MAX_DEGREE;
+/// Tables that may stand in the file but have no keys, and where what is looked for there stands.
+const EMPTY: [(&str, &str); 3] = [
+    ("chart", "name chart definitions at the head of the file: charts = [\"../charts/NAME.toml\"]"),
+    ("report", "the report has no settings"),
+    ("accept", "limits stand in the machine file, as [limit.NAME]"),
+];
+
+/// Settings of the fit, as the file states them; see `FitOptions`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct FitKeys {
+    /// Largest total degree of a polynomial.
+    pub max_degree: Option<usize>,
+    /// Folds of the cross-validation.
+    pub folds: Option<usize>,
+    /// Seed of the folds.
+    pub seed: Option<u64>,
+}
 
 impl Definition {
     /// Reads a sweep file. Its design is checked by [`Definition::plan`], which knows the machine's variables.
@@ -55,7 +74,14 @@ impl Definition {
             Ok(root.opt_texts(key)?.unwrap_or_default().iter().map(|path| folder.join(path)).collect())
         };
         let (compare, charts) = (files("compare")?, files("charts")?);
-        Ok(Self { name, machine, cells, set, compare, charts, document })
+        for (table, help) in EMPTY {
+            let section = root.section_or_empty(table)?;
+            if let Some(key) = section.keys().next() {
+                return Err(section.error_at(key, format!("unknown key '{key}': [{table}] has none")).help(help));
+            }
+        }
+        let fit = fit_keys(&root)?;
+        Ok(Self { name, machine, cells, set, compare, charts, fit, document })
     }
 
     /// The parsed file, for the tables that others read from it.
@@ -69,7 +95,8 @@ impl Definition {
     /// An unknown key or variable, a value out of place, a variable that is neither varied nor held, an empty design.
     pub fn plan(&self, variables: &[Variable]) -> Result<Plan> {
         let root = self.document.root();
-        for key in ["name", "machine", "cells", "set", "compare", "charts"].into_iter().chain(OTHERS) {
+        let others = EMPTY.map(|(table, _)| table);
+        for key in ["name", "machine", "cells", "set", "compare", "charts", "fit"].into_iter().chain(others) {
             let _ = root.has(key);
         }
         let sweeps = root.tables("one_factor")?;
@@ -99,6 +126,7 @@ impl Definition {
         let mut space = builder.space(&held);
         for (at, value) in by_variable(root, "range", variables)? {
             let (low, high) = value.range(variables[at].dimension)?;
+            variables[at].check(low).map_err(|e| value.place(e))?;
             let spacing = spacings.iter().find(|(v, _)| *v == at).map_or(Spacing::Linear, |(_, s)| *s);
             space.vary(at, low, high, spacing).map_err(|e| value.place(e))?;
         }
@@ -139,6 +167,18 @@ impl Definition {
     }
 }
 
+/// Reads `[fit]`.
+fn fit_keys(root: &Section<'_>) -> Result<FitKeys> {
+    let section = root.section_or_empty("fit")?;
+    let max_degree = section.opt_integer("max_degree", 0)?;
+    if max_degree.is_some_and(|degree| degree > MOST_DEGREE) {
+        return Err(section.error_at("max_degree", format!("the degree is at most {MOST_DEGREE}")).help("6 is usual"));
+    }
+    let keys = FitKeys { max_degree, folds: section.opt_integer("folds", 2)?, seed: seed(&section)? };
+    section.finish()?;
+    Ok(keys)
+}
+
 fn seed(section: &Section<'_>) -> Result<Option<u64>> {
     Ok(section.opt_integer("seed", 0)?.map(|seed| seed as u64))
 }
@@ -152,6 +192,7 @@ fn one_factor(sweep: Section<'_>, variables: &[Variable], common: &[(usize, f64)
     if low >= high {
         return Err(sweep.error_at("high", "the end of the range must be above its start").help("exchange low and high"));
     }
+    variables[at].check(low).map_err(|e| sweep.error_at("low", e.what()).help(e.remedy().unwrap_or_default()))?;
     let mut held_here = held(&sweep, variables)?;
     if held_here.iter().any(|(v, _)| *v == at) {
         return Err(sweep.error_at("hold", format!("'{}' is both varied and held", names[at])).help("remove it from hold"));
@@ -190,7 +231,12 @@ fn by_variable<'a>(section: &Section<'a>, key: &str, variables: &[Variable]) -> 
 }
 
 fn held(section: &Section<'_>, variables: &[Variable]) -> Result<Vec<(usize, f64)>> {
-    by_variable(section, "hold", variables)?.into_iter().map(|(at, value)| Ok((at, value.quantity(variables[at].dimension)?))).collect()
+    let held = by_variable(section, "hold", variables)?.into_iter().map(|(at, value)| {
+        let si = value.quantity(variables[at].dimension)?;
+        variables[at].check(si).map_err(|e| value.place(e))?;
+        Ok((at, si))
+    });
+    held.collect()
 }
 
 fn spacings(section: &Section<'_>, variables: &[Variable]) -> Result<Vec<(usize, Spacing)>> {

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, Result};
 
 /// The first word of the file.
-const MAGIC: &str = "coldplate-journal ";
+pub const MAGIC: &str = "coldplate-journal ";
 /// Version of the format.
 const VERSION: u32 = 1;
 
@@ -44,6 +44,46 @@ pub enum Outcome {
     Values(Vec<f64>),
     /// Why there is none.
     Failed(String),
+}
+
+/// What a journal says, without opening it for work.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Seen {
+    /// Which sweep it belongs to.
+    pub header: Header,
+    /// Conditions with a result.
+    pub solved: usize,
+    /// Conditions that failed.
+    pub failed: usize,
+    /// Damaged lines, from 1.
+    pub damaged: Vec<usize>,
+}
+
+/// Looks into the journal at `path`, whose content is `bytes`; it may be in use meanwhile.
+///
+/// # Errors
+/// Its first line is damaged, or of another version of the format.
+pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
+    let wrong = |what: &str| Error::input(what).in_file(path).at_line(1).help("the sweep that resumes it says more");
+    let mut lines = bytes.split(|b| *b == b'\n');
+    let first = lines.next().and_then(sound).ok_or_else(|| wrong("the first line of the journal is damaged"))?;
+    let (version, json) = first.strip_prefix(MAGIC).and_then(|rest| rest.split_once(' ')).unwrap_or_default();
+    if version != VERSION.to_string() {
+        return Err(wrong("the journal has another version of the format").read(version));
+    }
+    let header: Header = serde_json::from_str(json).map_err(|e| wrong(&format!("the first line of the journal cannot be read: {e}")))?;
+    let mut last = vec![None; header.conditions.min(bytes.len())];
+    let mut damaged = Vec::new();
+    for (i, line) in lines.enumerate().filter(|(_, line)| !line.is_empty()) {
+        let fields = sound(line).map(|payload| payload.split('\t'));
+        let found = fields.and_then(|mut f| Some((f.next()?.parse::<usize>().ok()?, f.next()? == "ok")));
+        match found.and_then(|(index, is_solved)| Some((last.get_mut(index)?, is_solved))) {
+            Some((slot, is_solved)) => *slot = Some(is_solved),
+            None => damaged.push(i + 2),
+        }
+    }
+    let count = |what: bool| last.iter().filter(|state| **state == Some(what)).count();
+    Ok(Seen { solved: count(true), failed: count(false), header, damaged })
 }
 
 /// An open, locked journal.

@@ -19,7 +19,7 @@ pub mod record;
 pub mod runner;
 mod sobol;
 
-pub use definition::Definition;
+pub use definition::{Definition, FitKeys};
 pub use plan::{Group, Plan, Purpose};
 pub use runner::{SweepOptions, run};
 
@@ -145,8 +145,8 @@ fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
     pairs.map(|(key, value)| (key.to_string(), value)).to_vec()
 }
 
-/// No date and no path, so that the same sweep gives the same bytes.
-fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(String, String)> {
+/// Where the results of a sweep come from: no date and no path, so that the same sweep gives the same bytes.
+pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(String, String)> {
     let mut pairs = vec![("sweep".to_string(), plan.name.clone()), ("machine".to_string(), subject.machine.clone())];
     pairs.extend(identity(plan, subject));
     for group in plan.groups.iter().filter(|g| g.purpose == purpose) {

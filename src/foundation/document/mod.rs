@@ -37,6 +37,7 @@ pub use tree::quoted;
 pub use value::Value;
 
 use crate::error::{Error, Result, did_you_mean};
+use crate::foundation::input;
 use crate::units::Dimension;
 use tree::{ASSUMED, Item, Node, Origin, Step, abbreviate, item, join, kind, split_key};
 
@@ -66,11 +67,7 @@ impl Document {
     /// The file cannot be read, is not UTF-8, or is not TOML.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, e).help("check the path"))?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
-            Error::input("the file is not UTF-8 text").in_file(path).at_line(line).help("save it as UTF-8")
-        })?;
+        let text = input::text(path).map_err(|e| e.help("check the path"))?;
         Self::parse(&text, path)
     }
 

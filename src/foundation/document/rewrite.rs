@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{Document, Leaf, edited};
 use crate::error::{Error, Result};
+use crate::foundation::input;
 
 /// Keys of a file with their values, TOML.
 type Sets = Vec<(String, String)>;
@@ -16,7 +17,7 @@ impl Document {
     /// The file cannot be read again, or the changed text does not hold the very values meant.
     pub fn rewritten(&self, sets: &[(String, String)], remarks: &[String]) -> Result<String> {
         let path = self.file();
-        let text = std::fs::read_to_string(path).map_err(|e| Error::file("read", path, e))?;
+        let text = input::text(path)?;
         let (beforehand, words) = self.changed_beforehand(&text, path)?;
         let sets: Sets =
             beforehand.into_iter().filter(|(key, _)| sets.iter().all(|(other, _)| other != key)).chain(sets.iter().cloned()).collect();

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use super::{CONDITION_NAMES, Column, Table, TextColumn};
-use crate::error::{Error, Result};
+use crate::error::{Error, Result, did_you_mean};
 
 /// Provenance key that says how many number columns are condition variables.
 const INPUTS: &str = "inputs";
@@ -51,6 +51,11 @@ impl Table {
             let Record { line, cells, comment } = record.map_err(|e| e.in_file(file))?;
             if let Some(comment) = comment {
                 let Some((key, value)) = comment.split_once(':').map(|(k, v)| (k.trim(), v.trim())) else { continue };
+                if key != INPUTS && value.parse::<usize>().is_ok() && did_you_mean(key, [INPUTS]).is_some() {
+                    let error =
+                        Error::input("this line is not known, and looks like one that is").in_file(file).at_line(line).read(comment);
+                    return Err(error.help(format!("did you mean '# {INPUTS}: {value}'? It says how many columns are conditions")));
+                }
                 if key == INPUTS {
                     let count = value.parse().map_err(|_| {
                         Error::input("the number of condition columns is not a number")
@@ -59,6 +64,10 @@ impl Table {
                             .at_key(INPUTS)
                             .read(value)
                     })?;
+                    if let Some((before, other)) = inputs.filter(|(_, other)| *other != count) {
+                        let what = format!("{count} condition columns are announced, and {other} in line {before}");
+                        return Err(Error::input(what).in_file(file).at_line(line).at_key(INPUTS).help("keep the line that is true"));
+                    }
                     inputs = Some((line, count));
                 } else if header.is_none() {
                     table.provenance.push((key.to_string(), value.to_string()));
@@ -86,7 +95,14 @@ impl Table {
                 .at_line(line)
                 .at_key(INPUTS));
             }
-            Some((_, count)) => table.inputs = count,
+            Some((line, count)) => {
+                if let Some(column) = table.columns[count..].iter().find(|c| CONDITION_NAMES.contains(&c.name.as_str())) {
+                    let what = format!("the first {count} columns are announced as conditions, and '{}' stands behind them", column.name);
+                    let error = Error::input(what).in_file(file).at_line(line).at_key(INPUTS);
+                    return Err(error.help("count it in, or leave the line out: the four usual conditions are known by their names"));
+                }
+                table.inputs = count;
+            }
             None => {
                 table.columns.sort_by_key(|c| !CONDITION_NAMES.contains(&c.name.as_str()));
                 table.inputs = table.columns.iter().filter(|c| CONDITION_NAMES.contains(&c.name.as_str())).count();
@@ -309,6 +325,9 @@ mod tests {
             ("x [K]\n\"1\n", &["f.csv:2", "never closed"]),
             ("# only: this\n", &["no table"]),
             ("# inputs: 3\nx [K]\n1\n", &["f.csv:1", "3 condition columns"]),
+            ("# inputs: 1\n# inputs: 2\nx [K],y [K]\n1,2\n", &["f.csv:2", "1 in line 1"]),
+            ("# inptus: 1\nx [K],y [K]\n1,2\n", &["f.csv:1", "did you mean '# inputs: 1'"]),
+            ("# inputs: 1\nx [K],motor_speed [rpm]\n1,2\n", &["f.csv:1", "'motor_speed' stands behind"]),
         ] {
             let message = Table::from_csv(text, "f.csv").unwrap_err().to_string();
             for needle in needles {

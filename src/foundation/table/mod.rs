@@ -21,7 +21,7 @@ use std::path::Path;
 pub use csv::quoted;
 
 use crate::error::{Error, Result, did_you_mean};
-use crate::foundation::atomic_file;
+use crate::foundation::{atomic_file, input};
 use crate::units::{self, Dimension};
 
 /// Names that are condition variables wherever they occur.
@@ -182,15 +182,26 @@ impl Table {
     /// As [`Table::read`].
     pub fn read_with_lines(path: impl AsRef<Path>) -> Result<(Table, Vec<usize>)> {
         let path = path.as_ref();
-        let bytes = std::fs::read(path).map_err(|e| Error::file("read", path, e).help("check the path"))?;
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
-            return Ok((Table::from_parquet(bytes, path)?, Vec::new()));
+            return Ok((Table::from_parquet(input::read(path).map_err(|e| e.help("check the path"))?, path)?, Vec::new()));
         }
-        let text = String::from_utf8(bytes).map_err(|e| {
-            let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
-            Error::input("the file is not UTF-8 text").in_file(path).at_line(line).help("save it as CSV in UTF-8")
-        })?;
+        let text = input::text(path).map_err(|e| e.help("check the path"))?;
         Ok((Table::from_csv(&text, path)?, Table::csv_lines(&text)))
+    }
+
+    /// Whether a table can be written under this name.
+    ///
+    /// # Errors
+    /// It ends neither in `.csv` nor in `.parquet`.
+    pub fn check_name(path: &Path) -> Result<()> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        // A device or a pipe has no ending; text goes there.
+        match ending.as_deref() {
+            None | Some("csv" | "parquet") => Ok(()),
+            Some(other) => {
+                Err(Error::input(format!("tables are not written as .{other}")).in_file(path).help("end the name in .csv or .parquet"))
+            }
+        }
     }
 
     /// Writes the table as `path` with the extension `.csv` and again with `.parquet`.

@@ -1,8 +1,14 @@
 //! Tables as Parquet: columns under the same headers as in CSV, provenance and units as key-value metadata.
 //!
-//! Keys begin with `coldplate.`: `coldplate.inputs`, `coldplate.unit.NAME`, `coldplate.provenance.KEY`.
+//! Keys begin with `coldplate.`: `coldplate.inputs`, `coldplate.unit.NAME`, `coldplate.provenance.KEY`,
+//! `coldplate.digest`.
+//!
+//! The decoder does not hold pages against checksums, so that the file as a whole carries a digest: SHA-256 of its bytes,
+//! with zeros in the place of the digest itself. A file that has one must agree with it; other programs' files have none.
 
 use std::path::Path;
+
+use sha2::{Digest, Sha256};
 
 use super::{CONDITION_NAMES, Column, Table, TextColumn};
 use crate::error::{Error, Result};
@@ -10,6 +16,11 @@ use crate::error::{Error, Result};
 const INPUTS: &str = "coldplate.inputs";
 const UNIT: &str = "coldplate.unit.";
 const PROVENANCE: &str = "coldplate.provenance.";
+const DIGEST: &str = "coldplate.digest";
+/// How the value of the digest begins; its digits follow. Not any other text begins so: it is known without its key.
+const SUM: &str = "coldplate-sha256:";
+/// Hexadecimal digits of the digest.
+const DIGITS: usize = 64;
 
 impl Table {
     /// The table as the bytes of a Parquet file.
@@ -21,12 +32,17 @@ impl Table {
         let mut metadata = vec![(INPUTS.to_string(), self.inputs.to_string())];
         metadata.extend(self.columns.iter().map(|c| (format!("{UNIT}{}", c.name), c.unit.clone())));
         metadata.extend(self.provenance.iter().map(|(key, value)| (format!("{PROVENANCE}{key}"), value.clone())));
+        metadata.push((DIGEST.to_string(), format!("{SUM}{}", "0".repeat(DIGITS))));
         let headers: Vec<String> = self.columns.iter().map(Column::header).collect();
         let texts: Vec<(&str, &[String])> = self.texts.iter().map(|t| (t.name.as_str(), t.values.as_slice())).collect();
         let numbers: Vec<(&str, &[f64])> = headers.iter().zip(&self.columns).map(|(h, c)| (h.as_str(), c.values.as_slice())).collect();
         let mut bytes = Vec::new();
         coldplate_tables::write_parquet(&mut bytes, &texts, &numbers, &metadata)
             .map_err(|e| Error::input(format!("the table cannot be written as Parquet: {e}")))?;
+        if let Some(place) = place_of_digest(&bytes) {
+            let sum = digest(&bytes);
+            bytes[place..place + DIGITS].copy_from_slice(sum.as_bytes());
+        }
         Ok(bytes)
     }
 
@@ -34,9 +50,11 @@ impl Table {
     /// `name [unit]` or the metadata `coldplate.unit.NAME`.
     ///
     /// # Errors
-    /// Not a Parquet file, a column without unit, or announced condition columns that are not there.
-    pub fn from_parquet(bytes: Vec<u8>, file: impl AsRef<Path>) -> Result<Table> {
+    /// Not a Parquet file, one that does not agree with its digest, a column without unit, or announced condition columns
+    /// that are not there.
+    pub fn from_parquet(mut bytes: Vec<u8>, file: impl AsRef<Path>) -> Result<Table> {
         let file = file.as_ref();
+        check_digest(&mut bytes).map_err(|e| e.in_file(file))?;
         let frame = coldplate_tables::read_parquet(bytes)
             .map_err(|e| Error::input(format!("this Parquet file cannot be read: {e}")).in_file(file))?;
         let entry = |key: &str| frame.metadata.iter().find(|(k, _)| k == key).map(|(_, value)| value.as_str());
@@ -85,6 +103,33 @@ impl Table {
     }
 }
 
+/// Where the digits of the digest stand: in the footer, which is the end of the file.
+fn place_of_digest(bytes: &[u8]) -> Option<usize> {
+    let place = last(bytes, SUM)? + SUM.len();
+    (place + DIGITS <= bytes.len()).then_some(place)
+}
+
+/// Where `text` begins for the last time.
+fn last(bytes: &[u8], text: &str) -> Option<usize> {
+    bytes.windows(text.len()).rposition(|window| window == text.as_bytes())
+}
+
+fn digest(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Holds the bytes against their digest, if they have one; its digits are zeros afterwards.
+fn check_digest(bytes: &mut [u8]) -> Result<()> {
+    let damaged =
+        || Error::input("this Parquet file is damaged: it does not agree with its digest").help("write it anew, or take the CSV beside it");
+    let Some(place) = place_of_digest(bytes) else {
+        return if last(bytes, DIGEST).is_some() { Err(damaged()) } else { Ok(()) };
+    };
+    let stated = bytes[place..place + DIGITS].to_vec();
+    bytes[place..place + DIGITS].fill(b'0');
+    if digest(bytes).as_bytes() == stated { Ok(()) } else { Err(damaged()) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -110,5 +155,23 @@ mod tests {
         assert!(message.contains("x.parquet") && message.contains("motor [unit]"), "{message}");
         let table = file(&[("coldplate.unit.motor".into(), "degC".into())]).unwrap();
         assert_eq!((table.inputs, table.columns[0].name.as_str(), table.columns[1].header().as_str()), (1, "coolant_flow", "motor [degC]"));
+    }
+
+    #[test]
+    fn every_changed_byte_is_noticed() {
+        let text = "# machine: rig\n# inputs: 1\ntest,coolant_flow [L/min],motor [degC]\na,0.3,21\nb,9.42,\nc,1,22.5\n";
+        let good = Table::from_csv(text, "x.csv").unwrap().to_parquet().unwrap();
+        let read = |bytes: &[u8]| Table::from_parquet(bytes.to_vec(), "x.parquet");
+        assert_eq!(read(&good).unwrap().to_csv().unwrap(), text);
+        for at in 0..good.len() {
+            for change in [1, 0x20, 0x80, 0xff] {
+                let mut bytes = good.clone();
+                bytes[at] ^= change;
+                assert!(read(&bytes).is_err(), "byte {at} of {}", good.len());
+            }
+        }
+        for length in 0..good.len() {
+            assert!(read(&good[..length]).is_err(), "cut at {length}");
+        }
     }
 }

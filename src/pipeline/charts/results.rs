@@ -67,7 +67,7 @@ impl<'a> Results<'a> {
                 (swept.table, swept.validation)
             }
         };
-        let fitted = fit_designs(&plan, &machine, &table, validation.as_ref())?;
+        let fitted = fit_designs(&plan, &machine, &table, validation.as_ref(), definition.fit)?;
         let result = Rc::new(SweepResult { plan, machine: machine.name, table, fitted });
         self.sweeps.insert(key(path), Rc::clone(&result));
         Ok(result)

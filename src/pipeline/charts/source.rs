@@ -8,6 +8,7 @@ use super::path_of;
 use super::results::{Results, SweepResult};
 use crate::error::{Error, Result};
 use crate::foundation::document::Section;
+use crate::foundation::input;
 use crate::foundation::table::Table;
 use crate::surrogate::fit::{PointReport, file};
 use crate::surrogate::verdict::{Surrogate, condition};
@@ -76,9 +77,8 @@ impl Source {
                 Ok(Opened::Sweep(found))
             }
             Self::File { path, table, held_out } => {
-                let bytes = std::fs::read(path).map_err(|e| {
-                    Error::file("read", path, e).help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate")
-                })?;
+                let bytes =
+                    input::read(path).map_err(|e| e.help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
                 let mut comparison = Comparison::default();
                 {
                     let surrogate = file::open(&bytes).map_err(|e| e.in_file(path))?;

@@ -50,6 +50,14 @@ pub enum Inverse {
 /// A variable that does not exist or was held fixed, a condition of wrong length, a surrogate
 /// without limits.
 pub fn free(surrogate: &Surrogate<'_>, x: &[f64], free: usize) -> Result<Inverse> {
+    free_within(surrogate, x, free, None)
+}
+
+/// The same, looking at values from the first of `bounds` to the second only, in the variable's unit.
+///
+/// # Errors
+/// As [`free`]; bounds outside the fitted range.
+pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Option<(f64, f64)>) -> Result<Inverse> {
     let (varied, variables) = (surrogate.variable_count(), condition::variables(surrogate));
     let Some(variable) = variables.get(free).filter(|_| [varied, variables.len()].contains(&x.len())) else {
         return Err(Error::input("a condition of this surrogate has another number of values").read(x.len()));
@@ -63,6 +71,14 @@ pub fn free(surrogate: &Surrogate<'_>, x: &[f64], free: usize) -> Result<Inverse
             .at_key(variable.name)
             .help("free a variable that was varied"));
     }
+    let (from, to) = bounds.unwrap_or((low, high));
+    if !(low <= from && from < to && to <= high) {
+        return Err(Error::input("these bounds are not in the fitted range, or not in order")
+            .at_key(variable.name)
+            .read(format!("{from} to {to} {}", variable.unit))
+            .help(format!("it is fitted from {low} to {high} {}", variable.unit)));
+    }
+    let (low, high) = (from, to);
     let mut line = Line { surrogate, x: x.to_vec(), values: vec![0.0; surrogate.point_count()], free };
     line.x[free] = low;
     let missing = query(surrogate, &line.x)?.outside;

@@ -14,11 +14,11 @@ pub mod inverse;
 pub mod record;
 pub mod stream;
 
-pub use coldplate_runtime::{Acceptability, Surrogate};
+pub use coldplate_runtime::{Acceptability, LimitKind, Surrogate};
 pub use condition::condition;
-pub use inverse::{Inverse, free};
+pub use inverse::{Inverse, free, free_within};
 
-use coldplate_runtime::{Indices, LimitKind};
+use coldplate_runtime::Indices;
 use serde::Serialize;
 
 use super::fit::model::Held;
