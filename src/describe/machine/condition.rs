@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::{Machine, Variable};
-use crate::error::{Error, Result};
+use crate::error::{Error, Location, Result};
 use crate::foundation::formula::{Formula, Names, Values};
 use crate::foundation::numbers::significant;
 use crate::physics::drive;
@@ -100,9 +100,15 @@ impl Symbols {
         Ok(slot)
     }
 
-    /// Remembers which slots a formula of the machine names.
-    pub(super) fn note(&self, formula: &Formula) {
+    /// A formula of the machine; which slots it names is remembered. Every formula is read here, so that a variable that
+    /// none names is one that nothing follows.
+    ///
+    /// # Errors
+    /// As [`Formula::parse`].
+    pub(super) fn parse(&self, text: &str, dimension: Dimension, unit: Option<&str>, place: Location) -> Result<Formula> {
+        let formula = Formula::parse(text, dimension, unit, &self.names, place)?;
         self.named.lock().unwrap_or_else(PoisonError::into_inner).extend(formula.slots());
+        Ok(formula)
     }
 
     /// The slots that formulas named since this was asked last.

@@ -203,7 +203,7 @@ pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbol
                         .error_at("gas_pressure", "free convection is known from 0.01 to 10 bar")
                         .help("residual gas of a vacuum is [chamber] pressure"));
                 }
-                let ambient = || Formula::parse("ambient_temperature", Dimension::TEMPERATURE, None, &symbols.names, Location::default());
+                let ambient = || symbols.parse("ambient_temperature", Dimension::TEMPERATURE, None, Location::default());
                 let gas = section.opt("fluid_temperature").map(|value| formula(&value, Dimension::TEMPERATURE, symbols));
                 BoundaryLaw::FreeConvection(convection, gas.unwrap_or_else(ambient)?)
             }

@@ -53,23 +53,17 @@ const DIMENSIONS: [Dimension; 24] = [
 /// # Errors
 /// As [`Formula::parse`], placed.
 pub(super) fn formula(value: &Value<'_>, dimension: Dimension, symbols: &Symbols) -> Result<Formula> {
-    let formula = read_formula(value, dimension, symbols)?;
-    symbols.note(&formula);
-    Ok(formula)
-}
-
-fn read_formula(value: &Value<'_>, dimension: Dimension, symbols: &Symbols) -> Result<Formula> {
     let place = value.error("").location().clone();
     if value.is_table() {
         let section = value.section()?;
         let (text, unit) = (section.text("formula")?, section.text("unit")?);
         section.finish()?;
-        return Formula::parse(&text, dimension, Some(&unit), &symbols.names, place).map_err(|e| value.place(e));
+        return symbols.parse(&text, dimension, Some(&unit), place).map_err(|e| value.place(e));
     }
     if value.is_number() {
         return Ok(Formula::constant(value.quantity(dimension)?));
     }
-    Formula::parse(&value.text()?, dimension, None, &symbols.names, place).map_err(|e| value.place(e))
+    symbols.parse(&value.text()?, dimension, None, place).map_err(|e| value.place(e))
 }
 
 /// Reads the formula under `key`, or its default.
@@ -77,10 +71,7 @@ pub(super) fn formula_or(section: &Section<'_>, key: &Key, symbols: &Symbols) ->
     match (section.opt(key.name), key.default) {
         (None, Unstated::Text(default)) => {
             let place = section.error_at(key.name, "").location().clone();
-            let formula = Formula::parse(default, key.dimension(), None, &symbols.names, place);
-            let formula = formula.map_err(|e| section.error_at(key.name, e.what()))?;
-            symbols.note(&formula);
-            Ok(formula)
+            symbols.parse(default, key.dimension(), None, place).map_err(|e| section.error_at(key.name, e.what()))
         }
         _ => formula(&section.value(key.name)?, key.dimension(), symbols),
     }
