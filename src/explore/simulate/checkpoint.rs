@@ -14,6 +14,7 @@ use crate::explore::schedule::Schedule;
 use crate::foundation::{atomic_file, input};
 use crate::solve::NUMERICS;
 use crate::solve::meshed::MeshedMachine;
+use crate::solve::transient::water::Parcel;
 use crate::solve::transient::{Energy, TransientState};
 
 const MAGIC: &[u8] = b"coldplate checkpoint 2\n";
@@ -74,7 +75,7 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
     to.numbers(&state.temperatures);
     to.count(state.water.len());
     for parcels in &state.water {
-        to.numbers(&parcels.iter().flat_map(|(capacity, temperature)| [*capacity, *temperature]).collect::<Vec<_>>());
+        to.numbers(&parcels.iter().flat_map(|p| [p.volume, p.upstream, p.downstream]).collect::<Vec<_>>());
     }
     to.number(state.step);
     to.count(state.steps);
@@ -227,7 +228,7 @@ impl Decoder<'_> {
         let (time, temperatures) = (self.number()?, self.numbers()?);
         let water = (0..self.count(8)?).map(|_| {
             let parcels = self.numbers()?;
-            Some(parcels.chunks_exact(2).map(|p| (p[0], p[1])).collect())
+            Some(parcels.chunks_exact(3).map(|p| Parcel { volume: p[0], upstream: p[1], downstream: p[2] }).collect())
         });
         let water = water.collect::<Option<_>>()?;
         let (step, steps, rejected) = (self.number()?, self.count(0)?, self.count(0)?);

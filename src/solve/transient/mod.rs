@@ -16,7 +16,7 @@ use super::system::System;
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result, Stop};
 use stage::Stage;
-use water::Parcels;
+use water::{Parcel, Parcels};
 
 /// Where the first stage ends, as a share of the step: 2 - sqrt 2.
 const GAMMA: f64 = 0.585_786_437_626_905;
@@ -52,7 +52,7 @@ pub struct TransientState {
     pub time: f64,
     /// Temperature of every node, K; water nodes are the ends of their stations.
     pub temperatures: Vec<f64>,
-    /// Water in each stream from inlet to outlet: volume (m³) and temperature (K).
+    /// Water in each stream from inlet to outlet.
     pub water: Vec<Parcels>,
     /// Next step to try, s; 0 lets the integrator choose.
     pub step: f64,
@@ -122,18 +122,14 @@ impl<'a> Transient<'a> {
         let solver = Solver::new(self.network, load)?;
         let solution = solver.steady(load)?;
         let mut water = Vec::with_capacity(self.network.streams.len());
-        for (s, (stream, state)) in self.network.streams.iter().zip(&solution.streams).enumerate() {
+        for (s, stream) in self.network.streams.iter().enumerate() {
             let entering = super::system::entering_temperature(self.network, load, &solution.streams, s, &solution.temperatures);
             let area = std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter;
             let mut above = entering;
             let mut parcels = Parcels::new();
             for (k, station) in stream.stations.iter().enumerate() {
                 let below = solution.temperatures[stream.first_node as usize + k];
-                let wall: f64 = station.cells.iter().map(|(n, w)| w * solution.temperatures[*n]).sum();
-                // The mean over the station of an exponential approach to the wall.
-                let passes = if state.capacity_rate > 0.0 { state.conductance[k] / state.capacity_rate } else { 0.0 };
-                let mean = if passes > 1e-9 { wall + (above - below) / passes } else { f64::midpoint(above, below) };
-                parcels.push((area * station.length, mean));
+                parcels.push(Parcel { volume: area * station.length, upstream: above, downstream: below });
                 above = below;
             }
             water.push(parcels);
@@ -156,7 +152,9 @@ impl<'a> Transient<'a> {
             temperatures[*node as usize] = load.fixed[*index as usize];
         }
         let area = |diameter: f64| std::f64::consts::PI / 4.0 * diameter * diameter;
-        let fill = |s: &crate::discretise::network::Stream| s.stations.iter().map(|k| (area(s.diameter) * k.length, temperature)).collect();
+        let fill = |s: &crate::discretise::network::Stream| {
+            s.stations.iter().map(|k| Parcel::even(area(s.diameter) * k.length, temperature)).collect()
+        };
         let water = self.network.streams.iter().map(fill).collect();
         TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
     }
@@ -172,7 +170,7 @@ impl<'a> Transient<'a> {
     pub fn set_stream(&self, state: &mut TransientState, stream: usize, temperature: f64) {
         let nodes = self.network.streams[stream].first_node as usize..=self.network.streams[stream].outlet() as usize;
         state.temperatures[nodes].fill(temperature);
-        state.water[stream].iter_mut().for_each(|parcel| parcel.1 = temperature);
+        state.water[stream].iter_mut().for_each(|parcel| *parcel = Parcel::even(parcel.volume, temperature));
     }
 
     /// Advances to time `until` (s). `load` gives the condition at a time and must be smooth until then; `seen` is

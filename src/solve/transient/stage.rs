@@ -6,7 +6,7 @@ use super::super::jacobian::Jacobian;
 use super::super::krylov::{Operator, Outcome, Scratch, gmres};
 use super::super::multigrid::{Multigrid, Workspace};
 use super::super::system::System;
-use super::water::{Carried, Flow, Parcels, Passage, mixed};
+use super::water::{Carried, Flow, Parcel, Parcels, Passage, Share, mixed};
 use super::{Transient, TransientState};
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
@@ -16,9 +16,6 @@ const RESIDUAL_TOLERANCE: f64 = 1e-10;
 const LINEAR_TOLERANCE: f64 = 1e-4;
 const MOST_NEWTON: usize = 25;
 const MOST_KRYLOV: usize = 200;
-/// An inlet that changes within a stage enters as pieces that differ by no more than this, K.
-const INLET_STEP: f64 = 0.05;
-const MOST_INLET_PIECES: f64 = 32.0;
 
 /// A stage: H(T) = H(begin) + own f(T) + earlier flows + heat from the water along walls at the effective temperature.
 pub(super) struct Stage<'s> {
@@ -255,8 +252,8 @@ impl Transient<'_> {
             network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
             jacobian.add_diagonal(capacity.into_iter());
             let cold = (
-                water.iter().map(|p| p.iter().map(|(v, _)| (*v, 0.0)).collect()).collect(),
-                inflows.iter().map(|f| f.iter().map(|(share, _)| (*share, 0.0)).collect()).collect(),
+                water.iter().map(|p| p.iter().map(|p| Parcel::even(p.volume, 0.0)).collect()).collect(),
+                inflows.iter().map(|f| f.iter().map(|s| Share { share: s.share, first: 0.0, last: 0.0 }).collect()).collect(),
             );
             let calm = streams_of(
                 network,
@@ -303,17 +300,14 @@ fn streams_of<'n>(network: &'n Network, states: &[StreamState], duration: f64) -
 
 /// The parcels as a passage sees them: as many cubic metres as the channel holds.
 fn fitted(passage: &Passage, parcels: &Parcels) -> Parcels {
-    let held: f64 = parcels.iter().map(|p| p.0).sum();
+    let held: f64 = parcels.iter().map(|p| p.volume).sum();
     let scale = passage.volume() / held;
-    parcels.iter().map(|(v, t)| (v * scale, *t)).collect()
+    parcels.iter().map(|p| Parcel { volume: p.volume * scale, ..*p }).collect()
 }
 
 /// What enters each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
 fn inflows(stage: &Stage<'_>) -> Vec<Flow> {
-    let of_circuit = |(from, to): (&f64, &f64)| -> Flow {
-        let pieces = ((to - from).abs() / INLET_STEP).ceil().clamp(1.0, MOST_INLET_PIECES);
-        (0..pieces as usize).map(|i| (1.0 / pieces, from + (to - from) * (i as f64 + 0.5) / pieces)).collect()
-    };
+    let of_circuit = |(first, last): (&f64, &f64)| vec![Share { share: 1.0, first: *first, last: *last }];
     stage.begin.inlets.iter().zip(&stage.load.inlets).map(of_circuit).collect()
 }
 
@@ -321,15 +315,15 @@ fn inflows(stage: &Stage<'_>) -> Vec<Flow> {
 fn gathered(streams: &Streams<'_>, before: &[Parcels], inflows: &[Flow], carried: Vec<Carried>) -> Water {
     let mut found = Water::default();
     // Enthalpy counts from one temperature near all others, so that little cancels.
-    let zero = inflows.iter().flatten().next().map_or(300.0, |(_, t)| *t);
-    let heat = |flow: &Flow| flow.iter().map(|(share, t)| share * (t - zero)).sum::<f64>();
+    let zero = inflows.iter().flatten().next().map_or(300.0, |s| s.first);
+    let heat = |flow: &Flow| flow.iter().map(|s| s.share * (s.mean() - zero)).sum::<f64>();
     for (c, tree) in streams.network.circuits.iter().enumerate() {
         for s in crate::discretise::network::stream::members(&tree.layout) {
             let passage = &streams.passages[s];
             if streams.network.streams[s].upstream.is_empty() {
                 found.brought += passage.moved() * heat(&inflows[c]);
             }
-            let content = |parcels: &Parcels| passage.volumetric() * parcels.iter().map(|(v, t)| v * (t - zero)).sum::<f64>();
+            let content = |parcels: &Parcels| passage.volumetric() * parcels.iter().map(|p| p.volume * (p.mean() - zero)).sum::<f64>();
             found.stored += content(&carried[s].parcels) - content(&before[s]);
             found.dissipated += carried[s].dissipated;
         }

@@ -1,17 +1,75 @@
 //! Water that moves: parcels in plug flow, exchanging heat with walls held at one temperature for an interval.
 //!
 //! Parcels are carried exactly as far as the flow goes and are never remapped to a grid, so a front at the
-//! inlet stays as sharp as it came. Each parcel is cut where it starts or ends in another station; along
-//! the path of a piece's middle the plug-flow solution in each station is exact. What the water loses is
-//! what the wall gains, to rounding.
+//! inlet stays as sharp as it came. Temperature runs straight from one end of a parcel to the other. Each
+//! parcel is cut where it starts or ends in another station; along the paths of a piece's two ends the
+//! plug-flow solution in each station is exact. What the water loses is what the wall gains, to rounding.
 
 use crate::discretise::network::StreamState;
 use crate::discretise::network::stream::Stream;
 
-/// Parcels from inlet to outlet: volume m³ and temperature K.
-pub type Parcels = Vec<(f64, f64)>;
-/// What enters or leaves during an interval, in the order of time: share of the interval and temperature K.
-pub type Flow = Vec<(f64, f64)>;
+/// Water in a stretch of a channel, its temperature straight from end to end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parcel {
+    /// Volume, m³.
+    pub volume: f64,
+    /// Temperature at its upstream end, K.
+    pub upstream: f64,
+    /// Temperature at its downstream end, K.
+    pub downstream: f64,
+}
+
+/// What enters or leaves in a share of an interval, its temperature straight over time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// Share of the interval.
+    pub share: f64,
+    /// Temperature of what comes first, K.
+    pub first: f64,
+    /// Temperature of what comes last, K.
+    pub last: f64,
+}
+
+/// Parcels from inlet to outlet.
+pub type Parcels = Vec<Parcel>;
+/// What enters or leaves during an interval, in the order of time.
+pub type Flow = Vec<Share>;
+
+impl Parcel {
+    /// A volume (m³) of one temperature (K).
+    pub fn even(volume: f64, temperature: f64) -> Self {
+        Self { volume, upstream: temperature, downstream: temperature }
+    }
+
+    /// Its mean temperature, K.
+    pub fn mean(&self) -> f64 {
+        f64::midpoint(self.upstream, self.downstream)
+    }
+
+    /// Joined with the one behind it downstream: of their mean, straight between their outer ends, and nowhere beyond what the
+    /// two had.
+    fn joined(self, next: Self) -> Self {
+        let volume = self.volume + next.volume;
+        let mean = (self.volume * self.mean() + next.volume * next.mean()) / volume;
+        let ends = [self.upstream, self.downstream, next.upstream, next.downstream];
+        let (low, high) = ends.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (l.min(*t), h.max(*t)));
+        let most = (mean - low).min(high - mean).max(0.0);
+        let half = (0.5 * (next.downstream - self.upstream)).clamp(-most, most);
+        Self { volume, upstream: mean - half, downstream: mean + half }
+    }
+}
+
+impl Share {
+    /// Its mean temperature, K.
+    pub fn mean(&self) -> f64 {
+        f64::midpoint(self.first, self.last)
+    }
+
+    /// Temperature (K) after a time counted from its beginning in shares of the interval.
+    fn at(&self, time: f64) -> f64 {
+        self.first + (self.last - self.first) * (time / self.share).clamp(0.0, 1.0)
+    }
+}
 
 /// Parcels of one stream never become more than this many per station.
 const MOST_PER_STATION: usize = 4;
@@ -104,41 +162,44 @@ impl Passage {
         let mut through = Through::new(self, wall);
         let (content, moved) = (self.content(), self.rate * self.duration);
         // Parcels fill the channel whatever its capacity is now.
-        let held: f64 = parcels.iter().map(|p| p.0).sum();
+        let held: f64 = parcels.iter().map(|p| p.volume).sum();
         let scale = if held > 0.0 { content / held } else { 0.0 };
-        let mut elements: Vec<(f64, f64, f64)> = Vec::with_capacity(parcels.len() + inflow.len());
+        // Where each begins, and itself with its capacity for its volume, J/K.
+        let mut elements: Vec<(f64, Parcel)> = Vec::with_capacity(parcels.len() + inflow.len());
         let mut at = 0.0;
-        for (share, t) in inflow.iter().rev() {
+        for entered in inflow.iter().rev() {
             // The last to enter is at the inlet at the end of the interval: before it, everything lies upstream.
-            elements.push((-moved + at, -moved + at + share * moved, *t));
-            at += share * moved;
+            let volume = entered.share * moved;
+            elements.push((-moved + at, Parcel { volume, upstream: entered.last, downstream: entered.first }));
+            at += volume;
         }
         at = 0.0;
-        for (volume, t) in parcels {
-            elements.push((at, at + volume * scale, *t));
-            at += volume * scale;
+        for parcel in parcels {
+            let volume = parcel.volume * scale;
+            elements.push((at, Parcel { volume, ..*parcel }));
+            at += volume;
         }
-        let mut kept: Vec<(f64, f64)> = Vec::new();
-        let mut outflow: Vec<(f64, f64)> = Vec::new();
-        for (from, to, t) in elements {
+        let mut kept: Parcels = Vec::new();
+        let mut outflow: Parcels = Vec::new();
+        for (from, whole) in elements {
             // Pieces of one parcel join again as long as they stay smaller than a station.
-            let mut joined: Option<(f64, f64)> = None;
-            let mut start = from;
+            let mut joined: Option<Parcel> = None;
+            let (mut start, to) = (from, from + whole.volume);
+            let at = |x: f64| whole.upstream + (whole.downstream - whole.upstream) * ((x - from) / whole.volume);
             while start < to {
                 let end = self.next_cut(start, moved).min(to);
-                let c = end - start;
-                let middle = 0.5 * (start + end);
-                let after = self.follow(middle, moved, t, c, wall, &mut found, &mut through);
-                if middle + moved < content {
+                let piece = Parcel { volume: end - start, upstream: at(start), downstream: at(end) };
+                let after = self.moved_on(start, moved, piece, wall, &mut found, &mut through);
+                if f64::midpoint(start, end) + moved < content {
                     joined = match joined {
-                        Some((c0, t0)) if c0 + c <= content / stations as f64 => Some((c0 + c, (c0 * t0 + c * after) / (c0 + c))),
+                        Some(before) if before.volume + after.volume <= content / stations as f64 => Some(before.joined(after)),
                         earlier => {
                             kept.extend(earlier);
-                            Some((c, after))
+                            Some(after)
                         }
                     };
                 } else {
-                    outflow.push((c, after));
+                    outflow.push(after);
                 }
                 start = end;
             }
@@ -146,10 +207,29 @@ impl Passage {
         }
         through.settle(self, wall, &mut found);
         // The foremost leaves first.
-        let total: f64 = outflow.iter().map(|o| o.0).sum();
-        found.outflow = outflow.iter().rev().map(|(c, t)| (if total > 0.0 { c / total } else { 1.0 }, *t)).collect();
-        found.parcels = self.merged(kept).into_iter().map(|(c, t)| (c / self.volumetric, t)).collect();
+        let total: f64 = outflow.iter().map(|o| o.volume).sum();
+        let share = |c: f64| if total > 0.0 { c / total } else { 1.0 };
+        found.outflow = outflow.iter().rev().map(|o| Share { share: share(o.volume), first: o.downstream, last: o.upstream }).collect();
+        found.parcels = self.merged(kept).into_iter().map(|p| Parcel { volume: p.volume / self.volumetric, ..p }).collect();
         found
+    }
+
+    /// A piece, its capacity (J/K) for its volume, that begins at `start`, after the distance `moved`: half of its heat is booked
+    /// along the path of either end.
+    fn moved_on(&self, start: f64, moved: f64, piece: Parcel, wall: &[f64], found: &mut Carried, through: &mut Through) -> Parcel {
+        let (half, end) = (0.5 * piece.volume, start + piece.volume);
+        if self.rate <= 0.0 {
+            // What stands still stands in one station.
+            let middle = f64::midpoint(start, end);
+            let k = self.ends.partition_point(|e| *e <= middle).min(self.ends.len() - 1);
+            let left = (-self.conductance[k] * self.duration / self.capacity[k]).exp();
+            let upstream = self.pass(k, self.duration, left, piece.upstream, half, wall, found);
+            let downstream = self.pass(k, self.duration, left, piece.downstream, half, wall, found);
+            return Parcel { upstream, downstream, ..piece };
+        }
+        let upstream = self.follow(start, moved, piece.upstream, half, wall, found, through);
+        let downstream = self.follow(end, moved, piece.downstream, half, wall, found, through);
+        Parcel { upstream, downstream, ..piece }
     }
 
     /// The next place downstream of `start` where a piece must end: a station's end, or what reaches one.
@@ -170,7 +250,7 @@ impl Passage {
         after(start).min(by_end).max(start + tiny)
     }
 
-    /// Follows a piece of capacity `c` (J/K) from `start` over the distance `moved`; returns its last temperature.
+    /// Follows a capacity `c` (J/K) from `start` over the distance `moved`; returns its last temperature.
     #[expect(clippy::too_many_arguments, reason = "a piece, its way, and where its heat is booked")]
     fn follow(&self, start: f64, moved: f64, t: f64, c: f64, wall: &[f64], found: &mut Carried, through: &mut Through) -> f64 {
         let content = self.content();
@@ -178,10 +258,6 @@ impl Passage {
         let first = self.ends.partition_point(|e| *e <= at);
         if first == self.ends.len() {
             return t;
-        }
-        if self.rate <= 0.0 {
-            let left = (-self.conductance[first] * self.duration / self.capacity[first]).exp();
-            return self.pass(first, self.duration, left, t, c, wall, found);
         }
         let part = |k: usize, from: f64, to: f64, t: f64, found: &mut Carried| {
             let left = (-self.conductance[k] / self.rate * ((to - from) / self.capacity[k])).exp();
@@ -215,49 +291,41 @@ impl Passage {
     }
 
     /// Joins the smallest neighbours where parcels have become too many.
-    fn merged(&self, mut parcels: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    fn merged(&self, parcels: Parcels) -> Parcels {
         let most = MOST_PER_STATION * self.capacity.len().max(4);
         if parcels.len() <= most {
             return parcels;
         }
         let least = self.content() / (0.5 * most as f64);
-        let mut joined: Vec<(f64, f64)> = Vec::with_capacity(most);
-        for (c, t) in parcels.drain(..) {
-            match joined.last_mut() {
-                Some((c0, t0)) if *c0 + c < least => {
-                    *t0 = (*t0 * *c0 + t * c) / (*c0 + c);
-                    *c0 += c;
-                }
-                _ => joined.push((c, t)),
+        let mut found: Parcels = Vec::with_capacity(most);
+        for parcel in parcels {
+            match found.last_mut() {
+                Some(last) if last.volume + parcel.volume < least => *last = last.joined(parcel),
+                _ => found.push(parcel),
             }
         }
-        joined
+        found
     }
 
-    /// Temperature (K) of the water at the end of each station: between the middles of the parcels around it, and
-    /// at the outlet what left last.
+    /// Temperature (K) of the water at the end of each station, and at the outlet of what left last.
     pub fn at_ends(&self, parcels: &Parcels, outflow: &Flow) -> Vec<f64> {
-        let held: f64 = parcels.iter().map(|p| p.0).sum();
+        let held: f64 = parcels.iter().map(|p| p.volume).sum();
         let scale = self.content() / held;
-        let mut at = 0.0;
-        let middles: Vec<f64> = parcels
-            .iter()
-            .map(|(v, _)| {
-                at += v * scale;
-                at - 0.5 * v * scale
-            })
-            .collect();
-        let between = |end: &f64| {
-            let next = middles.partition_point(|m| m < end);
-            match (next.checked_sub(1).and_then(|i| parcels.get(i)), parcels.get(next)) {
-                (Some((_, t0)), Some((_, t1))) => t0 + (t1 - t0) * (end - middles[next - 1]) / (middles[next] - middles[next - 1]),
-                (Some((_, t)), None) | (None, Some((_, t))) => *t,
-                (None, None) => f64::NAN,
+        let (mut at, mut next) = (0.0, 0);
+        let mut found: Vec<f64> = Vec::with_capacity(self.ends.len());
+        for end in &self.ends {
+            while next + 1 < parcels.len() && at + parcels[next].volume * scale < *end {
+                at += parcels[next].volume * scale;
+                next += 1;
             }
-        };
-        let mut found: Vec<f64> = self.ends.iter().map(between).collect();
-        if let (Some(last), Some((_, t))) = (found.last_mut(), outflow.last()) {
-            *last = *t;
+            found.push(
+                parcels
+                    .get(next)
+                    .map_or(f64::NAN, |p| p.upstream + (p.downstream - p.upstream) * ((end - at) / (p.volume * scale)).clamp(0.0, 1.0)),
+            );
+        }
+        if let (Some(outlet), Some(left)) = (found.last_mut(), outflow.last()) {
+            *outlet = left.last;
         }
         found
     }
@@ -325,15 +393,20 @@ pub fn mixed(flows: &[(&Flow, f64)]) -> Flow {
     let mut now = 0.0;
     while now < 1.0 - 1e-12 {
         // The next moment at which one of them changes.
-        let next =
-            flows.iter().zip(&at).filter_map(|((flow, _), (i, begun))| flow.get(*i).map(|(share, _)| begun + share)).fold(1.0, f64::min);
-        let t: f64 = flows.iter().zip(&at).filter_map(|((flow, w), (i, _))| flow.get(*i).or(flow.last()).map(|(_, t)| w * t)).sum();
+        let next = flows.iter().zip(&at).filter_map(|((flow, _), (i, begun))| flow.get(*i).map(|s| begun + s.share)).fold(1.0, f64::min);
+        let mixture = |time: f64| -> f64 {
+            let of = |((flow, w), (i, begun)): (&(&Flow, f64), &(usize, f64))| match flow.get(*i) {
+                Some(share) => Some(w * share.at(time - begun)),
+                None => flow.last().map(|share| w * share.last),
+            };
+            flows.iter().zip(&at).filter_map(of).sum()
+        };
         if next > now {
-            found.push((next - now, t));
+            found.push(Share { share: next - now, first: mixture(now), last: mixture(next) });
         }
         for ((flow, _), (i, begun)) in flows.iter().zip(&mut at) {
-            while flow.get(*i).is_some_and(|(share, _)| *begun + share <= next + 1e-12) {
-                *begun += flow[*i].0;
+            while flow.get(*i).is_some_and(|s| *begun + s.share <= next + 1e-12) {
+                *begun += flow[*i].share;
                 *i += 1;
             }
         }
@@ -379,12 +452,13 @@ mod tests {
         for duration in [0.1, 3.0, 7.3, 200.0] {
             let (passage, walls) = (passage(duration), walls());
             let content = passage.content();
-            let parcels: Parcels = (0..30).map(|i| (content / 30.0 / passage.volumetric, 290.0 + 15.0 * f64::from(i % 5))).collect();
-            let inflow: Flow = vec![(0.3, 295.0), (0.7, 310.0)];
+            let parcels: Parcels =
+                (0..30).map(|i| Parcel::even(content / 30.0 / passage.volumetric, 290.0 + 15.0 * f64::from(i % 5))).collect();
+            let inflow: Flow = vec![Share { share: 0.3, first: 290.0, last: 300.0 }, Share { share: 0.7, first: 310.0, last: 310.0 }];
             let found = passage.carry(&walls, &parcels, &inflow);
             let moved = passage.moved();
-            let held = |p: &Parcels| p.iter().map(|(v, t)| v * passage.volumetric * t).sum::<f64>();
-            let flow = |f: &Flow| f.iter().map(|(share, t)| moved * share * t).sum::<f64>();
+            let held = |p: &Parcels| p.iter().map(|p| p.volume * passage.volumetric * p.mean()).sum::<f64>();
+            let flow = |f: &Flow| f.iter().map(|s| moved * s.share * s.mean()).sum::<f64>();
             let lost = held(&parcels) + flow(&inflow) - held(&found.parcels) - flow(&found.outflow) + found.dissipated;
             let gained: f64 = found.heat.iter().sum();
             assert!((lost - gained).abs() < 1e-12 * (content + moved) * 300.0, "{duration} s: {lost} J, {gained} J");
@@ -392,7 +466,7 @@ mod tests {
             if duration > 100.0 {
                 let step = |t: f64, k: usize| t + passage.dissipation[k] / passage.rate - (1.0 - passage.left[k]) * (t - walls[k]);
                 let expected = (0..STATIONS).fold(310.0, step);
-                let last = found.outflow.last().unwrap().1;
+                let last = found.outflow.last().unwrap().last;
                 assert!((last - expected).abs() < 1e-11, "{last} K, {expected} K");
             }
             // With walls one kelvin warmer each takes as much less as its weight says.
