@@ -18,8 +18,8 @@ use crate::units::Dimension;
 
 /// Name of the column, and of the variable, that is the time.
 pub const TIME: &str = "time";
-/// Name of the column that says which test a row is of.
-const TEST: &str = "test";
+/// Columns of measured data that say which test a row is of, and what else was noted.
+const REMARKS: [&str; 2] = ["test", "note"];
 /// Most breakpoints a schedule may have once it is repeated.
 const MOST_ROWS: usize = 10_000_000;
 
@@ -315,10 +315,10 @@ impl<'a> Columns<'a> {
                 .read(text)
                 .help("remove one of the two"));
         }
-        // Readings, and the name of a test, are no conditions; anything else was meant to be one.
+        // Readings and remarks are no conditions; anything else was meant to be one.
         let is_reading = |name: &str| machine.sensors.iter().any(|s| s.name == name || format!("{} (sensor)", s.name) == name);
         let names = others.iter().map(|c| c.name.as_str()).chain(table.texts.iter().map(|t| t.name.as_str()));
-        if let Some(name) = names.into_iter().find(|name| !is_reading(name) && *name != TEST) {
+        if let Some(name) = names.into_iter().find(|name| !is_reading(name) && !REMARKS.contains(name)) {
             let known: Vec<&str> = machine.variables.iter().map(|v| v.name.as_str()).chain([TIME]).collect();
             let what = format!("the column '{name}' is neither a condition nor a sensor of this machine");
             let meant = did_you_mean(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean '{meant}'? "));

@@ -46,7 +46,7 @@ fn mistakes_name_file_line_column_and_remedy() {
 #[test]
 fn a_measured_file_goes_in_and_a_readable_one_comes_out() {
     let folder = scratch("measured");
-    let text = "test,time [min],motor_speed [rpm],block [degC]\na,0,0,20.1\na,0,2000,20.1\na,10,2000,\na,20,1000,31.5\n";
+    let text = "test,time [min],motor_speed [rpm],block [degC],note\na,0,0,20.1,\na,0,2000,20.1,door open\na,10,2000,,\na,20,1000,31.5,\n";
     let schedule = write(&folder, "m.csv", text);
     let (out, svg, png) = (folder.join("o.csv"), folder.join("c.svg"), folder.join("c.png"));
     let files = ["--out", out.to_str().unwrap(), "--chart", svg.to_str().unwrap()];
