@@ -1,12 +1,12 @@
 //! The machine's measured states, solved in full and laid beside the readings.
 
-use crate::describe::machine::{Condition, Machine, Measurement};
+use crate::describe::machine::{Condition, Machine, Measurement, Sensor};
 use crate::error::Result;
 use crate::figures::chart::heat::HeatFigure;
 use crate::figures::chart::measured::{MeasuredFigure, SensorRow};
 use crate::figures::chart::style::Quantity;
 use crate::solve::meshed::{MeshedMachine, SteadyState};
-use crate::units::{celsius, express};
+use crate::units::{Celsius, Kelvin, celsius, express};
 
 /// A measured state beside its prediction.
 #[derive(Debug)]
@@ -79,7 +79,9 @@ pub fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> 
     let condition = condition_of(&model.machine, measurement)?;
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
-    let predicted = model.readings(&state);
+    // What the sensors show is what was read.
+    let shown = |(sensor, at): (&Sensor, Celsius)| Celsius::from(Kelvin(sensor.shows.settled(Kelvin::from(at).0)));
+    let predicted: Vec<Celsius> = model.machine.sensors.iter().zip(model.readings(&state)).map(shown).collect();
     let rows: Vec<(String, f64, f64, Option<f64>)> = measurement
         .readings
         .iter()
@@ -131,5 +133,24 @@ pub fn heat(model: &MeshedMachine, state: &SteadyState, title: String, fixed: Fi
         sinks: flows.sinks.into_iter().filter(|(_, q)| q.abs() > 1e-6).collect(),
         fixed,
         notes: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 37 degC, shown by a sensor that reads 10 K too high.
+    #[test]
+    fn measured_states_are_compared_with_what_is_shown() {
+        let text = "name = \"node\"\n[node.base]\ntemperature = \"22 degC\"\n[node.motor]\ncapacity = \"1 J/K\"\n[contact.foot]\n\
+                    between = [\"base\", \"motor\"]\ntotal_conductance = \"2 W/K\"\n[source.motor]\nin = \"motor\"\npower = \"30 W\"\n\
+                    [sensor.motor]\nnode = \"motor\"\noffset = \"10 K\"\n[measurement.hot]\nreadings = { motor = \"47 degC\" }\n\
+                    condition = { coolant_flow = \"2 L/min\", coolant_temperature = \"20 degC\", motor_speed = \"0 rpm\", \
+                    ambient_temperature = \"22 degC\" }\n";
+        let model = MeshedMachine::new(Machine::from_text(text, "node.toml", &[]).unwrap(), None).unwrap();
+        let checked = check(&model).unwrap();
+        let (name, measured, predicted, _) = &checked[0].rows[0];
+        assert!(name == "motor" && (measured - predicted).abs() < 1e-9, "{measured} {predicted}");
     }
 }

@@ -116,7 +116,8 @@ fn water(
         return None;
     }
     let k = data.sensors.iter().position(|s| *s == outlet.sensor)?;
-    let reading = data.rows[r].readings[k]?;
+    // The temperature at which the sensor shows what was read.
+    let reading = problem.study.model.machine.sensors.get(outlet.sensor)?.shows.temperature(data.rows[r].readings[k]?);
     let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
     let heat = |model: &MeshedMachine, state: &SteadyState| {
         let reads = model.network.sensors.get(outlet.sensor)?.read(&state.solution.temperatures, &state.load);
