@@ -147,6 +147,16 @@ fn text(model: &MeshedMachine, found: &Inventory) -> String {
         text += "\n";
         text += &table(&["channel", "circuit", "length m", "d mm", "Re", "h W/(m2 K)", "drop Pa"], &rows);
     }
+    let rows: Vec<Vec<String>> = (found.boundaries.iter())
+        .map(|b| {
+            let covered = if b.covered > 0.0 { format!("{} % covered", significant(100.0 * b.covered, 3)) } else { String::new() };
+            vec![b.name.clone(), b.faces.join(", "), b.prescribes.clone(), significant(b.area, 4), covered]
+        })
+        .collect();
+    if !rows.is_empty() {
+        text += "\n";
+        text += &table(&["boundary", "on", "prescribes", "acts on m2", ""], &rows);
+    }
     if !found.sources.is_empty() {
         let rows: Vec<Vec<String>> =
             found.sources.iter().map(|s| vec![s.name.clone(), s.power.map(|p| format!("{p:.4}")).unwrap_or_default()]).collect();

@@ -127,6 +127,13 @@ fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], se
         text += "\n";
         text += &table(&["contact", "area m2", "hA W/K", "heat W", "drop K"], &rows);
     }
+    let rows: Vec<Vec<String>> = (model.machine.boundaries.iter().zip(&model.network.acting).zip(&solution.balance.boundaries))
+        .map(|((b, area), heat)| vec![b.name.clone(), significant(area.acting, 4), format!("{heat:+.3}")])
+        .collect();
+    if !rows.is_empty() {
+        text += "\n";
+        text += &table(&["boundary", "acts on m2", "brings W"], &rows);
+    }
     for (e, heats) in model.network.enclosures.iter().zip(enclosure_heats(&model.network, &solution.temperatures)) {
         let to_chamber = ("chamber".to_string(), -heats.iter().sum::<f64>());
         let rows = e.surfaces.iter().cloned().zip(heats.iter().copied()).chain([to_chamber]);

@@ -43,8 +43,8 @@ pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperat
     for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
         found.radiation -= state.radiated;
         found.gas -= state.gas;
-        if surface.law != NONE {
-            found.boundaries[surface.law as usize] -= state.law;
+        for l in surface.boundaries() {
+            found.boundaries[l] -= surface.through(l, &state, load);
         }
     }
     for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {

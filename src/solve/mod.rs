@@ -7,6 +7,7 @@ mod jacobian;
 pub mod krylov;
 pub mod meshed;
 pub mod multigrid;
+pub mod outlet;
 pub mod routes;
 pub mod sensitivity;
 mod start;

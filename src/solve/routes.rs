@@ -63,8 +63,8 @@ pub fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temp
         let Some(from) = group(surface.node as usize) else { continue };
         add(from, Stop::Wall, state.radiated);
         add(from, Stop::Gas, state.gas);
-        if surface.law != NONE {
-            add(from, Stop::Boundary(surface.law as usize), state.law);
+        for l in surface.boundaries() {
+            add(from, Stop::Boundary(l), surface.through(l, &state, load));
         }
     }
     for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {

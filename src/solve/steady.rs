@@ -6,6 +6,7 @@ use super::balance::{Balance, balance};
 use super::jacobian::Jacobian;
 use super::krylov::{Outcome, Scratch, conjugate_gradients, gmres};
 use super::multigrid::{Multigrid, Workspace};
+use super::outlet::Pieces;
 use super::start::Anchors;
 use super::system::System;
 use crate::discretise::network::{Load, Network, StreamState};
@@ -35,6 +36,7 @@ pub struct Solver<'a> {
     is_symmetric: bool,
     reference: (Load, Solution),
     anchors: Anchors,
+    pieces: Pieces,
 }
 
 /// A steady state.
@@ -60,7 +62,7 @@ impl<'a> Solver<'a> {
     /// Sets up pattern and multigrid hierarchy, at a reference condition that later ones resemble.
     ///
     /// # Errors
-    /// Some node has no path to any given temperature, or water leaves its property range.
+    /// Heat has no way out of some part, or water leaves its property range.
     pub fn new(network: &'a Network, reference: &Load) -> Result<Self> {
         Self::near(network, reference, initial(network, reference))
     }
@@ -83,6 +85,9 @@ impl<'a> Solver<'a> {
 
     fn begun(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
         progress.at(&format!("{} unknowns: setting up", network.nodes));
+        // Before anything is solved: a way out for the heat.
+        let pieces = Pieces::new(network);
+        pieces.check(network, reference)?;
         let system = System::new(network);
         let streams = network.stream_states(reference, &start)?;
         let multigrid = Multigrid::new(&system.symmetric(network, reference, &streams, &start), &network.capacity)?;
@@ -97,8 +102,15 @@ impl<'a> Solver<'a> {
             assemble_seconds: 0.0,
             solve_seconds: 0.0,
         };
-        let mut solver =
-            Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default() };
+        let mut solver = Self {
+            network,
+            system,
+            multigrid,
+            is_symmetric,
+            reference: (reference.clone(), unsolved),
+            anchors: Anchors::default(),
+            pieces,
+        };
         // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
         solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures, progress)?;
         Ok(solver)
@@ -161,6 +173,7 @@ impl<'a> Solver<'a> {
     /// The same, whatever became of the coolant.
     fn newton(&self, load: &Load, start: &[f64], progress: &dyn Progress) -> Result<Solution> {
         let network = self.network;
+        self.pieces.check(network, load)?;
         let mut temperatures = start.to_vec();
         hold(network, load, &mut temperatures);
         let (mut newton, mut krylov) = (0, 0);

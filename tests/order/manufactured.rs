@@ -85,7 +85,7 @@ pub fn errors(mut model: MeshedMachine, field: &impl Field) -> [f64; 2] {
                 let surface = &mut model.network.surfaces[next];
                 assert_eq!(surface.node as usize, grid.cell(c), "surfaces follow the open faces");
                 let radiated = SIGMA * surface.emissive / area * (t.powi(4) - load.chamber.powi(4));
-                surface.law = load.boundaries.len() as u32;
+                surface.laws[1] = load.boundaries.len() as u32;
                 load.boundaries.push(BoundaryState::Flux(radiated - conducted));
                 next += 1;
             }

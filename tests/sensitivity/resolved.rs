@@ -157,6 +157,29 @@ fn every_law() {
     }
 }
 
+/// Sensors on faces under boundaries, under contacts that follow the temperature, and on a face that radiates.
+#[test]
+fn faces_and_joints_that_are_read() {
+    let faces = ["plate.-z", "plate.+z", "block.-z", "block.+z", "lid.-z", "side.-z", "side.+z", "screen.+z"];
+    let sensor = |(i, face): (usize, &&str)| format!("[sensor.face{i}]\nface = \"{face}\"\n");
+    let text = format!("{EVERYTHING}\n{}", faces.iter().enumerate().map(sensor).collect::<String>());
+    let names = [
+        "material.steep.conductivity",
+        "contact.foot.rough.slope",
+        "contact.lid.temperature_table",
+        "contact.side.pressure",
+        "contact.far.conductance",
+        "boundary.bottom.film",
+        "boundary.bottom.fluid_temperature",
+        "boundary.lamp.heat_flux",
+        "boundary.wall.emissivity",
+        "boundary.wall.surroundings_temperature",
+        "surfaces.emissivity",
+        "source.block.power",
+    ];
+    check(&study_of(&text, 1500), [9.0, 30.0, 3000.0, 25.0], &[&CONDITIONS[..], &names].concat());
+}
+
 #[test]
 fn faces_that_see_each_other() {
     let names = [

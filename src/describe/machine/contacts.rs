@@ -1,12 +1,13 @@
 //! Contacts, boundaries and radiation links: what joins parts, nodes and surroundings.
 
-use super::Face;
 use super::condition::Symbols;
 use super::contact_law::{Bonded, ContactLaw, Insulated};
 use super::geometry::{emissivity, two_emissivities};
 use super::keys::joints as keys;
 use super::names::Index;
+use super::region::{Region, within};
 use super::variables::{formula, formula_or};
+use super::{Face, Part};
 use crate::error::{Location, Result};
 use crate::foundation::document::Section;
 use crate::foundation::formula::Formula;
@@ -49,8 +50,12 @@ pub struct Boundary {
     pub faces: Vec<Face>,
     /// The lumped node it applies to.
     pub node: Option<ExposedNode>,
+    /// The part of them it applies to; `None` means all.
+    pub within: Option<Region>,
     /// What is prescribed.
     pub law: BoundaryLaw,
+    /// Line in the machine file.
+    pub line: usize,
 }
 
 /// A lumped node that a boundary acts on.
@@ -167,7 +172,7 @@ fn pair(section: &Section<'_>, index: &Index<'_>) -> Result<[Place; 2]> {
 
 /// Reads `[boundary.NAME]`.
 pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Boundary>> {
-    let mut found = Vec::new();
+    let mut found: Vec<Boundary> = Vec::new();
     for (name, section) in root.sections("boundary")? {
         let node = exposed_node(&section, index)?;
         let faces = match node {
@@ -177,6 +182,7 @@ pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbol
         if faces.is_empty() && node.is_none() {
             return Err(section.error_at("faces", "no face is named").help("write faces = [\"bed.-z\"]"));
         }
+        let within = within(&section, &faces, index.parts)?;
         let law = match section.one_of(&["temperature", "film", "heat_flux", "free_convection", "emissivity"])? {
             Some("temperature") if node.is_some() => {
                 let help = "give the node itself its temperature: [node.NAME] temperature = \"20 degC\"";
@@ -217,8 +223,15 @@ pub(super) fn boundaries(root: &Section<'_>, index: &Index<'_>, symbols: &Symbol
                 return Err(section.error("this boundary prescribes nothing").help(help));
             }
         };
+        let line = section.line();
+        let boundary = Boundary { name, faces, within, node, law, line };
+        if let Some((other, what)) = found.iter().find_map(|other| Some((other, contradiction(other, &boundary, index.parts)?))) {
+            return Err(section
+                .error_at("faces", format!("'{}' and '{}' act on the same face, and {what}", other.name, boundary.name))
+                .help("take the face out of one of them, or say with 'within' which part of it each means; a film, a flux and radiation add up"));
+        }
         section.finish()?;
-        found.push(Boundary { name, faces, node, law });
+        found.push(boundary);
     }
     Ok(found)
 }
@@ -233,6 +246,39 @@ fn exposed_node(section: &Section<'_>, index: &Index<'_>) -> Result<Option<Expos
         return Err(value.error("this is no lumped node").help("name a [node.NAME], or faces = [\"bed.-z\"]"));
     };
     Ok(Some(ExposedNode { node, area: section.positive("area", Dimension::AREA)? }))
+}
+
+/// What two boundaries on one face cannot both do, where they meet.
+fn contradiction(a: &Boundary, b: &Boundary, parts: &[Part]) -> Option<&'static str> {
+    let what = match (&a.law, &b.law) {
+        (BoundaryLaw::Temperature(_), BoundaryLaw::Temperature(_)) => "it cannot have two temperatures",
+        (BoundaryLaw::Temperature(_), _) | (_, BoundaryLaw::Temperature(_)) => {
+            "one prescribes its temperature: nothing else acts beside that"
+        }
+        (BoundaryLaw::Film(..) | BoundaryLaw::FreeConvection(..), BoundaryLaw::Film(..) | BoundaryLaw::FreeConvection(..)) => {
+            "it cannot have two films"
+        }
+        (BoundaryLaw::Flux(_), BoundaryLaw::Flux(_)) => "it cannot have two fluxes",
+        (BoundaryLaw::Radiation(..), BoundaryLaw::Radiation(..)) => "it cannot radiate to two surroundings",
+        _ => return None,
+    };
+    let is_apart = a.within.as_ref().zip(b.within.as_ref()).is_some_and(|(a, b)| a.is_apart(b));
+    let meets = |f: &Face| b.faces.iter().any(|g| share_area(*f, *g, parts));
+    (!is_apart && a.faces.iter().any(meets)).then_some(what)
+}
+
+/// Whether two faces are the same somewhere.
+fn share_area(a: Face, b: Face, parts: &[Part]) -> bool {
+    if a.part != b.part {
+        return false;
+    }
+    let Some(import) = &parts[a.part].import else {
+        return a.side == b.side && (a.block.is_none() || b.block.is_none() || a.block == b.block);
+    };
+    match (a.block, b.block) {
+        (Some(a), Some(b)) => import.body.surfaces[a].faces.iter().any(|f| import.body.surfaces[b].faces.contains(f)),
+        _ => true,
+    }
 }
 
 /// Reads `[radiation_link.NAME]`.

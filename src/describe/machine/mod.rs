@@ -21,6 +21,7 @@ mod library;
 mod names;
 mod parts;
 mod read;
+mod region;
 mod response;
 mod sensors;
 mod shape;
@@ -40,6 +41,7 @@ pub use enclosures::{Enclosure, EnclosureSurface, Views};
 pub use film::{Film, FlowState};
 pub use keys::SCHEMA;
 pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
+pub use region::Region;
 pub use response::{SensorResponse, Shown};
 pub use slope::Slope;
 pub use source_law::{ConstantPower, LinearPower, SourceLaw};
@@ -49,6 +51,8 @@ pub use source_law::{ConstantPower, LinearPower, SourceLaw};
 pub struct Machine {
     /// One-line name.
     pub name: String,
+    /// The file it was read from, as errors name it.
+    pub file: std::path::PathBuf,
     /// Free text.
     pub description: String,
     /// SHA-256 of the file's text with every `--set` applied, and of every imported mesh, in hexadecimal.

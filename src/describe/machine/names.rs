@@ -1,6 +1,6 @@
 //! Names of parts, nodes, channels and faces, resolved to indices.
 
-use super::{Face, Part, Place, Shape, Side};
+use super::{Face, Machine, Part, Place, Shape, Side};
 use crate::error::Result;
 use crate::foundation::document::{Value, suggestion};
 
@@ -166,6 +166,25 @@ impl Index<'_> {
                     .error(format!("'{}' has no side '{name}'", self.parts[part].name))
                     .help(format!("its sides: {}", known.join(" "))))
             }
+        }
+    }
+}
+
+impl Machine {
+    /// A face as the machine file writes it: `plate.+z`, `bed[2].outer`, `bracket.foot`.
+    pub fn face_name(&self, face: Face) -> String {
+        let part = &self.parts[face.part];
+        if let Some(import) = &part.import {
+            return match face.block {
+                Some(surface) => format!("{}.{}", part.name, import.body.surfaces[surface].name),
+                None => part.name.clone(),
+            };
+        }
+        let shape = part.blocks.get(face.block.unwrap_or(0)).map(|block| &block.shape);
+        let side = shape.and_then(|shape| sides(shape).get(face.side as usize)).copied().unwrap_or_default();
+        match face.block {
+            Some(block) => format!("{}[{}].{side}", part.name, block + 1),
+            None => format!("{}.{side}", part.name),
         }
     }
 }

@@ -111,6 +111,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let assumptions = document.assumptions()?.into_iter().map(assumption).collect();
     let mut machine = Machine {
         name,
+        file: document.file().to_path_buf(),
         description,
         hash: super::import::hash(document.hash(), &parts),
         variables,

@@ -335,6 +335,24 @@ impl Grid {
             .collect()
     }
 
+    /// How far along local axis `d` a coordinate `x` is from the middle of an outermost cell on the way to its face, where
+    /// the temperature changes as [`Self::half_length`] has it: 0 in the middle, 1 on the face.
+    pub fn share_to_face(&self, d: usize, x: f64, centre: f64, face: f64) -> f64 {
+        (self.scale(d, x) - self.scale(d, centre)) / (self.scale(d, face) - self.scale(d, centre))
+    }
+
+    /// What the temperature is linear in along local axis `d`: r² in solid cylinders and balls, the logarithm of r in
+    /// tubes, 1/r in shells, else the coordinate.
+    fn scale(&self, d: usize, x: f64) -> f64 {
+        match self.frame {
+            Frame::Cylindrical { .. } if d == 0 && self.edges[0][0] == 0.0 => x * x,
+            Frame::Cylindrical { .. } if d == 0 => x.ln(),
+            Frame::Spherical { .. } if d == 0 && self.is_ball() => x * x,
+            Frame::Spherical { .. } if d == 0 => -1.0 / x,
+            _ => x,
+        }
+    }
+
     /// The one or two cells along `d` between whose centres `x` lies, with their weights.
     fn interpolate_axis(&self, d: usize, x: f64) -> Vec<(usize, f64)> {
         let n = self.n(d);
@@ -342,11 +360,7 @@ impl Grid {
             return vec![(0, 1.0)];
         }
         let between = |i: usize, j: usize, t: f64| vec![(i, 1.0 - t), (j, t)];
-        let scale = |x: f64| match self.frame {
-            Frame::Spherical { .. } if self.is_ball() => x * x,
-            Frame::Spherical { .. } => -1.0 / x,
-            _ => x,
-        };
+        let scale = |x: f64| if self.is_spherical() { self.scale(d, x) } else { x };
         let above = (0..n).find(|i| self.centre(d, *i) > x).unwrap_or(n);
         if self.wraps(d) && (above == 0 || above == n) {
             let (last, first) = (self.centre(d, n - 1) - TAU, self.centre(d, 0));

@@ -19,7 +19,7 @@ pub use block::Block;
 pub use enclosure::EnclosureViews;
 pub use load::{BoundaryState, Load};
 pub use stream::{Stream, StreamState};
-pub use surface::Surface;
+pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 
 use crate::describe::machine::{ConstantPower, ContactLaw, Interface, Property, Slope, SourceLaw};
 
@@ -53,6 +53,10 @@ pub struct Network {
     pub properties: Vec<Property>,
     /// Open faces.
     pub surfaces: Vec<Surface>,
+    /// What each boundary of the machine acts on.
+    pub acting: Vec<BoundaryArea>,
+    /// Nodes of open faces that sensors read.
+    pub faces: Vec<FaceNode>,
     /// Radiative conductors (GR) between nodes: two nodes and eps F A, m².
     pub radiative: Vec<(u32, u32, f64)>,
     /// Coolant channels.

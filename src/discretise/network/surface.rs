@@ -1,9 +1,36 @@
 //! Open faces: half a cell of conduction to a surface that radiates, loses heat to gas, and may
-//! have a film, a flux or a temperature prescribed. The surface temperature is eliminated here.
+//! have a film, a flux, radiation or a temperature prescribed. The surface temperature is eliminated here.
 
 use super::{BoundaryState, Load, NONE};
 use crate::describe::machine::Property;
 use crate::physics::radiation::SIGMA;
+
+/// The boundaries of the machine that act on one surface, [`NONE`] where there is none of a kind: a temperature or a
+/// film, a flux, radiation.
+pub type Laws = [u32; 3];
+
+/// No boundary at all.
+pub const FREE: Laws = [NONE; 3];
+
+/// The node of an open face that a sensor reads.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaceNode {
+    /// The cell behind it.
+    pub cell: u32,
+    /// Which of its faces, in the order of [`crate::describe::machine::Side::ALL`].
+    pub side: u8,
+    /// The node.
+    pub node: u32,
+}
+
+/// What a boundary acts on, m².
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct BoundaryArea {
+    /// Open area that it acts on.
+    pub acting: f64,
+    /// The same if nothing covered its faces.
+    pub whole: f64,
+}
 
 /// An open face of a cell, or the radiating area of a lumped node.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,8 +47,8 @@ pub struct Surface {
     pub emissive: f64,
     /// Area wetted by the residual gas, m².
     pub gas_area: f64,
-    /// Boundary of the machine that acts on it, or [`NONE`].
-    pub law: u32,
+    /// Boundaries of the machine that act on it.
+    pub laws: Laws,
 }
 
 /// Heat through a surface.
@@ -39,7 +66,7 @@ pub struct SurfaceState {
     pub radiated: f64,
     /// Part of it that the gas carries, W.
     pub gas: f64,
-    /// Part of it that leaves through the prescribed law, W.
+    /// Part of it that leaves through the prescribed laws, W.
     pub law: f64,
     /// Change of the heat per watt that the outside takes more at the same surface temperature; also change of the
     /// surface temperature per kelvin of the node (for a constant conductivity).
@@ -47,10 +74,33 @@ pub struct SurfaceState {
 }
 
 impl Surface {
+    /// The boundaries of the machine that act on it.
+    pub fn boundaries(&self) -> impl Iterator<Item = usize> + use<> {
+        self.laws.into_iter().filter(|l| *l != NONE).map(|l| l as usize)
+    }
+
+    /// Heat (W) that leaves through one of its boundaries in a state.
+    pub fn through(&self, boundary: usize, state: &SurfaceState, load: &Load) -> f64 {
+        match &load.boundaries[boundary] {
+            BoundaryState::Temperature(_) => state.law,
+            law => self.leaving(law, state.temperature),
+        }
+    }
+
+    /// Heat (W) that leaves at a surface temperature (K) by a law other than a prescribed temperature.
+    fn leaving(&self, law: &BoundaryState, ts: f64) -> f64 {
+        match *law {
+            BoundaryState::Film(h, t) => h * self.area * (ts - t),
+            BoundaryState::Flux(q) => -q * self.area,
+            BoundaryState::Radiation(e, t) => SIGMA * e * self.area * (ts.powi(4) - t.powi(4)),
+            BoundaryState::FreeConvection(convection, t) => convection.flux(ts, t).value * self.area,
+            BoundaryState::Temperature(_) => 0.0,
+        }
+    }
+
     /// Heat leaving at a node temperature (K). The surface balance is solved by Newton's method, which
     /// converges from above for the convex, increasing balance; it stops at rounding.
     pub fn state(&self, node: f64, properties: &[Property], load: &Load) -> SurfaceState {
-        let law = if self.law == NONE { None } else { Some(load.boundaries[self.law as usize]) };
         // Conductance to the surface, W/K, and its derivative with respect to the node's temperature.
         let (inward, stiffening) = if self.property == NONE || self.length == 0.0 {
             (f64::INFINITY, 0.0)
@@ -58,7 +108,7 @@ impl Surface {
             let (k, slope) = properties[self.property as usize].with_slope(node);
             (k * self.area / self.length, slope * self.area / self.length)
         };
-        if let Some(BoundaryState::Temperature(t)) = law {
+        if let Some(BoundaryState::Temperature(t)) = self.boundaries().map(|l| load.boundaries[l]).next() {
             // Nothing between a lumped node and its held surface: a stiff but finite link.
             let inward = if inward.is_finite() { inward } else { 1e9 * self.area.max(1e-9) };
             let heat = inward * (node - t);
@@ -69,23 +119,16 @@ impl Surface {
             let radiated = SIGMA * self.emissive * (ts.powi(4) - load.chamber.powi(4));
             let gas = load.gas * self.gas_area * (ts - load.chamber);
             let mut slope = 4.0 * SIGMA * self.emissive * ts.powi(3) + load.gas * self.gas_area;
-            let law = match law {
-                Some(BoundaryState::Film(h, t)) => {
-                    slope += h * self.area;
-                    h * self.area * (ts - t)
-                }
-                Some(BoundaryState::Flux(q)) => -q * self.area,
-                Some(BoundaryState::Radiation(e, t)) => {
-                    slope += 4.0 * SIGMA * e * self.area * ts.powi(3);
-                    SIGMA * e * self.area * (ts.powi(4) - t.powi(4))
-                }
-                Some(BoundaryState::FreeConvection(convection, t)) => {
-                    let flux = convection.flux(ts, t);
-                    slope += flux.per_surface * self.area;
-                    flux.value * self.area
-                }
-                _ => 0.0,
-            };
+            let mut law = 0.0;
+            for l in self.boundaries() {
+                law += self.leaving(&load.boundaries[l], ts);
+                slope += match load.boundaries[l] {
+                    BoundaryState::Film(h, _) => h * self.area,
+                    BoundaryState::Radiation(e, _) => 4.0 * SIGMA * e * self.area * ts.powi(3),
+                    BoundaryState::FreeConvection(convection, t) => convection.flux(ts, t).per_surface * self.area,
+                    BoundaryState::Flux(_) | BoundaryState::Temperature(_) => 0.0,
+                };
+            }
             (radiated, gas, law, slope)
         };
         let mut ts = node;

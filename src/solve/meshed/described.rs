@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::inventory::{ChannelEntry, ContactEntry, ImportEntry, PartEntry, SourceEntry};
-use super::{Inventory, MeshedMachine};
+use super::{BoundaryEntry, Inventory, MeshedMachine};
 use crate::describe::machine::{Assumption, Condition};
 use crate::discretise::network::{EnclosureViews, Load};
 use crate::error::{Error, Result};
@@ -25,6 +25,7 @@ pub struct MachineRecord<'a> {
     pub contacts: &'a [ContactEntry],
     pub channels: &'a [ChannelEntry],
     pub enclosures: Vec<EnclosureRecord<'a>>,
+    pub boundaries: &'a [BoundaryEntry],
     pub sources: &'a [SourceEntry],
     pub sensors: &'a [String],
     pub limits: Vec<&'a str>,
@@ -85,6 +86,7 @@ impl MeshedMachine {
             contacts: &found.contacts,
             channels: &found.channels,
             enclosures: self.network.enclosures.iter().map(EnclosureRecord::of).collect(),
+            boundaries: &found.boundaries,
             sources: &found.sources,
             sensors: &self.network.sensor_names,
             limits: self.machine.limits.iter().map(|l| l.name.as_str()).collect(),

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::MeshedMachine;
+use super::{BoundaryEntry, MeshedMachine};
 use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::{Load, NONE};
+use crate::discretise::network::Load;
 use crate::error::Result;
 use crate::solve::balance::contact_flows;
+use crate::solve::outlet::Pieces;
 use crate::units::{Celsius, Kelvin};
 
 /// Parts, contacts, channels and sources of a model, and what looks wrong about them.
@@ -22,6 +23,8 @@ pub struct Inventory {
     pub contacts: Vec<ContactEntry>,
     /// Coolant channels.
     pub channels: Vec<ChannelEntry>,
+    /// What is prescribed on faces.
+    pub boundaries: Vec<BoundaryEntry>,
     /// Heat sources.
     pub sources: Vec<SourceEntry>,
     /// Warnings, one sentence each.
@@ -200,6 +203,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
             found.warnings.push(format!("channel '{}': {note}", stream.name));
         }
     }
+    found.boundaries = super::boundaries::boundaries(model, load.as_ref());
     found.sources = machine
         .sources
         .iter()
@@ -292,43 +296,11 @@ fn warn_about_sources(machine: &Machine, found: &mut Inventory) {
 
 /// Parts with no path to coolant, chamber or any given temperature.
 fn warn_about_islands(model: &MeshedMachine, found: &mut Inventory) {
-    let network = &model.network;
-    let mut root: Vec<usize> = (0..network.solids).collect();
-    fn find(root: &mut [usize], mut i: usize) -> usize {
-        while root[i] != i {
-            root[i] = root[root[i]];
-            i = root[i];
-        }
-        i
-    }
-    // The cells of a block are one piece.
-    let pairs = network.blocks.iter().flat_map(|b| b.nodes().map(|node| (b.first as u32, node as u32)));
-    let pairs = pairs.chain(network.joints.iter().map(|j| (j.a, j.b))).chain(network.radiative.iter().map(|(a, b, _)| (*a, *b)));
-    for (a, b) in pairs {
-        let (a, b) = (find(&mut root, a as usize), find(&mut root, b as usize));
-        root[a] = b;
-    }
-    let mut anchored = vec![false; network.solids];
-    let holds = network.surfaces.iter().map(|s| s.node).chain(network.fixed.iter().map(|(n, _)| *n));
-    let wet = network.streams.iter().flat_map(|s| s.stations.iter().flat_map(|st| st.cells.iter().map(|(c, _)| *c as u32)));
-    for node in holds.chain(wet) {
-        let r = find(&mut root, node as usize);
-        anchored[r] = true;
-    }
-    let mut loose: Vec<&str> = Vec::new();
-    for i in 0..network.solids {
-        let r = find(&mut root, i);
-        if !anchored[r] && network.group[i] != NONE {
-            let name = network.groups[network.group[i] as usize].as_str();
-            if !loose.contains(&name) {
-                loose.push(name);
-            }
-        }
-    }
-    if !loose.is_empty() {
+    let shut = Pieces::new(&model.network).shut(&model.network);
+    if !shut.is_empty() {
         found.warnings.push(format!(
             "no path for heat from {} to coolant, chamber or any given temperature: there is no steady state",
-            loose.join(", ")
+            shut.join(", ")
         ));
     }
 }

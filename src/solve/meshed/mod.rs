@@ -1,11 +1,13 @@
 //! A machine on a mesh, ready to be solved at any condition.
 
+mod boundaries;
 pub mod described;
 mod flows;
 mod inventory;
 mod limits;
 pub mod record;
 
+pub use boundaries::BoundaryEntry;
 pub use flows::{Flows, Named, NamedRoute, OutletSensor};
 pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory};
 pub use limits::{LimitState, limit_states};
@@ -37,7 +39,15 @@ impl MeshedMachine {
     /// As [`Mesh::with_cells`] and [`Network::build`].
     pub fn new(machine: Machine, cells: Option<usize>) -> Result<Self> {
         let mesh = Mesh::with_cells(&machine, cells.unwrap_or(machine.default_cells))?;
-        let network = Network::build(&machine, &mesh)?;
+        Self::on(machine, mesh)
+    }
+
+    /// Builds the network of `machine` on a mesh of it.
+    ///
+    /// # Errors
+    /// As [`Network::build`].
+    pub fn on(machine: Machine, mesh: Mesh) -> Result<Self> {
+        let network = Network::build(&machine, &mesh).map_err(|error| error.in_file(&machine.file))?;
         Ok(Self { machine, mesh, network })
     }
 
@@ -46,7 +56,7 @@ impl MeshedMachine {
     /// # Errors
     /// As [`Solver::new`].
     pub fn solver(&self, reference: &Condition) -> Result<Solver<'_>> {
-        Solver::new(&self.network, &Load::at(&self.machine, reference)?)
+        Solver::new(&self.network, &Load::at(&self.machine, reference)?).map_err(|error| error.in_file(&self.machine.file))
     }
 
     /// The same, saying how it comes along.

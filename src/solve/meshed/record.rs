@@ -24,6 +24,7 @@ pub struct SolveRecord {
     pub contacts: BTreeMap<String, ContactRecord>,
     pub enclosures: BTreeMap<String, Vec<SurfaceRecord>>,
     pub limits: Vec<LimitRecord>,
+    pub boundaries: BTreeMap<String, BoundaryRecord>,
     pub heat_balance: BalanceRecord,
     pub part_to_part: Vec<FlowRecord>,
     /// Boundaries whose laws are outside their ranges.
@@ -56,6 +57,16 @@ pub struct ContactRecord {
     pub hA_W_K: f64,
     pub heat_W: f64,
     pub drop_K: f64,
+}
+
+/// One boundary.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct BoundaryRecord {
+    /// Open area that it acts on.
+    pub area_m2: f64,
+    /// Heat that it brings into the machine.
+    pub heat_W: f64,
 }
 
 /// One surface of an enclosure.
@@ -115,7 +126,7 @@ impl MeshedMachine {
         let (network, load) = (&self.network, &state.load);
         let note = |(b, at): (usize, &BoundaryState)| {
             let BoundaryState::FreeConvection(law, gas) = at else { return None };
-            let own = network.surfaces.iter().filter(|surface| surface.law as usize == b);
+            let own = network.surfaces.iter().filter(|surface| surface.laws.contains(&(b as u32)));
             let mut notes = own.filter_map(|surface| {
                 let temperature = surface.state(state.solution.temperatures[surface.node as usize], &network.properties, load).temperature;
                 law.note(temperature, *gas)
@@ -147,6 +158,8 @@ impl MeshedMachine {
         let flow =
             |(a, b, heat): (usize, usize, f64)| FlowRecord { from: network.groups[a].clone(), to: network.groups[b].clone(), heat_W: heat };
         let balance = &solution.balance;
+        let boundaries = (self.machine.boundaries.iter().zip(&network.acting).zip(&balance.boundaries))
+            .map(|((b, area), heat)| (b.name.clone(), BoundaryRecord { area_m2: area.acting, heat_W: *heat }));
         SolveRecord {
             readings: self.shown(state).into_iter().collect(),
             sensors: network.sensor_names.iter().cloned().zip(self.readings(state).into_iter().map(|t| t.0)).collect(),
@@ -154,6 +167,7 @@ impl MeshedMachine {
             contacts: contact_flows(network, &solution.temperatures).into_iter().map(ContactRecord::of).collect(),
             enclosures: enclosures.collect(),
             limits: self.limits(state).iter().map(LimitRecord::of).collect(),
+            boundaries: boundaries.collect(),
             heat_balance: BalanceRecord {
                 in_W: balance.in_watts,
                 out_W: balance.out_watts,

@@ -221,16 +221,20 @@ impl<'a> Screen<'a> {
         }))
     }
 
+    /// The surfaces that a boundary acts on.
+    fn acted_on(&self, boundary: u32) -> impl Iterator<Item = (&Surface, &SurfaceState)> {
+        self.network.surfaces.iter().zip(&self.surfaces).filter(move |(s, _)| s.laws.contains(&boundary))
+    }
+
     /// Film, flux or emissivity of a boundary of the machine; per relative change (nothing for a prescribed temperature).
     pub fn boundary(&self, index: u32) -> Disturbance {
-        let own = self.network.surfaces.iter().zip(&self.surfaces).filter(|(s, _)| s.law == index);
-        self.disturbance(own.map(|(surface, state)| (surface.node, state.law * state.share)))
+        let through = |(s, state): (&Surface, &SurfaceState)| (s.node, s.through(index as usize, state, self.load) * state.share);
+        self.disturbance(self.acted_on(index).map(through))
     }
 
     /// Temperature a boundary of the machine prescribes or refers to; per K.
     pub fn boundary_temperature(&self, index: u32) -> Disturbance {
-        let own = self.network.surfaces.iter().zip(&self.surfaces).filter(|(s, _)| s.law == index);
-        let rows = own.map(|(surface, state)| {
+        let rows = self.acted_on(index).map(|(surface, state)| {
             let rate = match self.load.boundaries[index as usize] {
                 BoundaryState::Temperature(t) => {
                     // Heat = inward (T - t): without the conduction of the node's own side it has no finite rate.

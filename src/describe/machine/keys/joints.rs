@@ -1,7 +1,8 @@
 //! Contacts, and what is prescribed on faces.
 
 use super::super::contact_law;
-use super::{AREA, CELSIUS, FILM, MILLIMETRES};
+use super::flow::COORDINATES;
+use super::{AREA, CELSIUS, FILM, MILLIMETRES, TRIPLE};
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
 use crate::physics::convection::{Gas, Shape};
 use crate::units::Dimension;
@@ -65,12 +66,30 @@ pub(in crate::describe::machine) const GAS_PRESSURE: Key =
     Key::new("gas_pressure", Form::Quantity(Unit::of(Dimension::PRESSURE, "bar")), "with `free_convection`: absolute pressure of the gas")
         .or(Unstated::Si(101_325.0))
         .reaching(Reach::Load);
+const RANGE: Form = Form::List(&Form::Quantity(MILLIMETRES), Some(2));
+
+/// What the coordinates of a part of a face count from.
+pub(in crate::describe::machine) const WITHIN_COORDINATES: Key = COORDINATES;
+
+const WITHIN: Table = Table {
+    doc: "a part of the faces: between coordinates, or a disc",
+    keys: &[&[
+        Key::new("x", RANGE, "between these: `[\"10 mm\", \"30 mm\"]`"),
+        Key::new("y", RANGE, "likewise"),
+        Key::new("z", RANGE, "likewise"),
+        Key::new("centre", TRIPLE, "instead: the centre of a disc").also(&["center"]),
+        Key::new("radius", Form::Quantity(MILLIMETRES), "its radius").positive(),
+        WITHIN_COORDINATES,
+    ]],
+    one_of: &[],
+};
 
 /// `[boundary.NAME]`
 pub(super) const BOUNDARY: Table = Table {
     doc: "what is prescribed on faces",
     keys: &[&[
         Key::new("faces", Form::List(&Form::Name("face"), None), "`[\"bed.-z\"]`").also(&["face", "on"]),
+        Key::new("within", Form::Table(&WITHIN), "part of these faces alone; see below"),
         Key::new("node", Form::Name("node"), "instead of `faces`: a lumped node, with `area`"),
         Key::new("area", Form::Quantity(AREA), "of the node").positive(),
         Key::new("temperature", Form::Formula(CELSIUS), "formula; of the surface").reaching(Reach::Load),

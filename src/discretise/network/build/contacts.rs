@@ -1,7 +1,7 @@
 //! Contacts and radiative links: where parts touch, and where the machine file joins them all the same.
 
 use super::joints::{Crossing, joint_between, reversed};
-use super::{Builder, Foot};
+use super::{Builder, CellFace, Foot};
 use crate::describe::machine::{Bonded, Contact, ContactLaw, Face, Place, Side};
 use crate::discretise::mesh::Interface;
 use crate::discretise::mesh::grid::{Grid, tangents};
@@ -49,12 +49,13 @@ impl Builder<'_> {
             let covering = self.covering(interface).map(|(contact, crossed)| (contact.name.clone(), crossed));
             if let Some((contact, crossed)) = covering {
                 let index = self.machine.contacts.iter().position(|c| c.name == contact).unwrap_or(0);
-                named[index].push(self.block_crossing(interface, crossed));
+                let is_bonded = self.machine.contacts[index].law.is_bonded();
+                named[index].push(self.block_crossing(interface, crossed, is_bonded));
             } else if pa == pb {
-                let joints = self.joints_of(interface, false, NONE);
+                let joints = self.joints_of(interface, false, true);
                 self.network.joints.extend(joints);
             } else {
-                add_unnamed(pa, pb, self.block_crossing(interface, pa > pb));
+                add_unnamed(pa, pb, self.block_crossing(interface, pa > pb, default.is_bonded()));
             }
         }
         for touch in &self.mesh.touches {
@@ -118,24 +119,51 @@ impl Builder<'_> {
         self.network.contacts.push(ContactGroup { of, name, law, between, area, scale, is_half: false, joints });
     }
 
-    fn block_crossing(&mut self, interface: &Interface, crossed: bool) -> Crossing {
-        Crossing { joints: self.joints_of(interface, crossed, NONE), along: Vec::new(), area: interface.area() }
+    fn block_crossing(&mut self, interface: &Interface, crossed: bool, is_bonded: bool) -> Crossing {
+        Crossing { joints: self.joints_of(interface, crossed, is_bonded), along: Vec::new(), area: interface.area() }
     }
 
-    /// Joints of one interface, from its first side to its second (or crossed).
-    fn joints_of(&mut self, interface: &Interface, crossed: bool, contact: u32) -> Vec<Joint> {
+    /// Joints of one interface, from its first side to its second (or crossed). Sides that a sensor reads have a node of
+    /// their own, behind the half cell; both sides of a bond have the same.
+    fn joints_of(&mut self, interface: &Interface, crossed: bool, is_bonded: bool) -> Vec<Joint> {
         let ((ga, sa), (gb, sb)) = (interface.a, interface.b);
         let (grid_a, grid_b) = (&self.mesh.grids[ga], &self.mesh.grids[gb]);
         let (property_a, property_b) = (self.property(grid_a.part, sa.axis()), self.property(grid_b.part, sb.axis()));
-        let reaches = &mut self.network.reaches;
-        let mut joint = |o: &crate::discretise::mesh::overlap::Overlap| {
+        let mut found = Vec::with_capacity(interface.overlaps.len());
+        for o in &interface.overlaps {
+            let reaches = &mut self.network.reaches;
             let (length_a, length_b) = (grid_a.half_length(grid_a.indices(o.a), sa), grid_b.half_length(grid_b.indices(o.b), sb));
             let reach = [reach(grid_a, o.a, sa, o.point, reaches), reach(grid_b, o.b, sb, o.point, reaches)];
             let (a, b) = (o.a as u32, o.b as u32);
-            let joint = Joint { a, b, area: o.area, length_a, length_b, property_a, property_b, contact, reach };
-            if crossed { reversed(joint) } else { joint }
-        };
-        interface.overlaps.iter().map(&mut joint).collect()
+            let mut joint = Joint { a, b, area: o.area, length_a, length_b, property_a, property_b, contact: NONE, reach };
+            let (at_a, at_b) = ((ga, sa as usize, o.a), (gb, sb as usize, o.b));
+            let reads = [at_a, at_b].map(|at| self.probed.contains_key(&at));
+            if reads[0] || (is_bonded && reads[1]) {
+                self.split(&mut joint, at_a);
+                if is_bonded && reads[1] {
+                    self.probed.entry(at_b).or_default().push((joint.a, o.area));
+                }
+            }
+            if reads[1] && !is_bonded {
+                joint = reversed(joint);
+                self.split(&mut joint, at_b);
+                joint = reversed(joint);
+            }
+            found.push(if crossed { reversed(joint) } else { joint });
+        }
+        found
+    }
+
+    /// Puts a node on the first side of a joint's interface and lets the joint begin there.
+    fn split(&mut self, joint: &mut Joint, at: CellFace) {
+        let surface = self.surface_node((joint.a, joint.area, joint.length_a, joint.property_a));
+        if let Some(half) = self.network.joints.last_mut().filter(|half| half.b == surface) {
+            half.reach[0] = joint.reach[0];
+        }
+        if let Some(nodes) = self.probed.get_mut(&at) {
+            nodes.push((surface, joint.area));
+        }
+        (joint.a, joint.length_a, joint.reach[0]) = (surface, 0.0, NONE);
     }
 
     pub(super) fn place_name(&self, place: Place) -> String {
@@ -147,7 +175,7 @@ impl Builder<'_> {
     }
 
     /// The nodes of a place with their share of `area` (of its own area where `None`).
-    pub(super) fn feet(&self, place: Place, area: Option<f64>, key: &str) -> Result<Vec<Foot>> {
+    pub(super) fn feet(&mut self, place: Place, area: Option<f64>, key: &str) -> Result<Vec<Foot>> {
         let faces: Vec<Face> = match place {
             Place::Node(n) => {
                 let area = area.ok_or_else(|| {
@@ -159,23 +187,9 @@ impl Builder<'_> {
             }
             place => self.faces_of(place),
         };
-        let gather = |open: bool| {
-            let mut cells: Vec<Foot> = Vec::new();
-            for face in &faces {
-                if let Some(tetra) = self.mesh.tetra_of(face.part) {
-                    cells.extend(self.vertex_areas(tetra, *face, open));
-                }
-                for (g, c, a) in if open { self.mesh.open_cells(*face) } else { self.mesh.face_cells(*face) } {
-                    let grid = &self.mesh.grids[g];
-                    let property = self.property(grid.part, face.side.axis());
-                    cells.push((grid.cell(c) as u32, a, grid.half_length(c, face.side), property));
-                }
-            }
-            cells
-        };
         // A face that is covered altogether (a plate under a motor) is still a place to join a node to.
-        let open = gather(true);
-        let mut cells = if open.is_empty() { gather(false) } else { open };
+        let open = self.gather(&faces, true);
+        let mut cells = if open.is_empty() { self.gather(&faces, false) } else { open };
         let total: f64 = cells.iter().map(|c| c.1).sum();
         if total <= 0.0 {
             return Err(Error::input(format!("'{}' has no open face here", self.place_name(place)))
@@ -187,6 +201,33 @@ impl Builder<'_> {
             foot.1 *= factor;
         }
         Ok(cells)
+    }
+
+    /// The feet of faces: of what is open, or of all. Where a sensor reads an open face they stand on its node there.
+    fn gather(&mut self, faces: &[Face], open: bool) -> Vec<Foot> {
+        let mut cells: Vec<Foot> = Vec::new();
+        for face in faces {
+            if let Some(tetra) = self.mesh.tetra_of(face.part) {
+                cells.extend(self.vertex_areas(tetra, *face, open));
+            }
+            for (g, c, a) in if open { self.mesh.open_cells(*face) } else { self.mesh.face_cells(*face) } {
+                let grid = &self.mesh.grids[g];
+                let property = self.property(grid.part, face.side.axis());
+                let foot = (grid.cell(c) as u32, a, grid.half_length(c, face.side), property);
+                let at = (g, face.side as usize, grid.cell(c));
+                if open && self.probed.contains_key(&at) && self.has_one_surface(grid, face.side) {
+                    let node = match self.footed.get(&at) {
+                        Some(node) => *node,
+                        None => self.surface_node(foot),
+                    };
+                    self.footed.insert(at, node);
+                    cells.push((node, a, 0.0, property));
+                } else {
+                    cells.push(foot);
+                }
+            }
+        }
+        cells
     }
 
     /// Contacts joined by a stated area: to lumped nodes, or between places that do not touch.

@@ -174,7 +174,7 @@ impl Builder<'_> {
             .iter_mut()
             .map(|face| {
                 face.node = self.surface_node(face.foot);
-                if let Some(law) = self.law_on(&self.mesh.grids[face.grid], face.side).filter(|law| self.holds(*law)) {
+                if let Some(law) = self.holding(&self.mesh.grids[face.grid], face.side) {
                     self.network.fixed.push((face.node, self.held_by(law)));
                 }
                 (face.node, face.foot.1 / area)

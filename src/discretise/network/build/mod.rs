@@ -3,6 +3,8 @@
 mod contacts;
 mod enclosure;
 mod joints;
+mod sensors;
+mod surfaces;
 mod tetra;
 mod views;
 
@@ -10,13 +12,11 @@ use std::collections::HashMap;
 
 use super::block::Gap;
 use super::stream::{CircuitTree, Stream};
-use super::{Block, HeatSource, NONE, Network, SensorTerm, Surface};
+use super::{Block, HeatSource, NONE, Network};
 use crate::describe::machine::Property;
-use crate::describe::machine::{BoundaryLaw, Face, Layout, Machine, Place, Reading, Side};
-use crate::discretise::mesh::grid::Grid;
+use crate::describe::machine::{Face, Layout, Machine, Place, Side};
 use crate::discretise::mesh::{Mesh, path};
 use crate::error::{Error, Result};
-use crate::physics::radiation::effective_emissivity;
 
 impl Network {
     /// Compiles `machine` on `mesh`.
@@ -24,8 +24,17 @@ impl Network {
     /// # Errors
     /// A contact, source, sensor or channel of the machine has nothing to attach to on this geometry.
     pub fn build(machine: &Machine, mesh: &Mesh) -> Result<Self> {
-        let mut builder = Builder { machine, mesh, network: Network::default(), view_left: vec![], enclosed: HashMap::new() };
+        let mut builder = Builder {
+            machine,
+            mesh,
+            network: Network::default(),
+            view_left: vec![],
+            enclosed: HashMap::new(),
+            probed: HashMap::new(),
+            footed: HashMap::new(),
+        };
         builder.nodes();
+        builder.probe();
         builder.blocks();
         builder.edges();
         builder.interfaces()?;
@@ -46,10 +55,16 @@ struct Builder<'a> {
     network: Network,
     /// Faces that see another surface, and the share of their view that is left for the chamber.
     view_left: Vec<(Face, f64)>,
-    /// Cell faces (grid, side, cell) in enclosures: the node of the surface and the share of its view that is the
-    /// chamber.
-    enclosed: HashMap<(usize, usize, usize), (u32, f64)>,
+    /// Cell faces in enclosures: the node of the surface and the share of its view that is the chamber.
+    enclosed: HashMap<CellFace, (u32, f64)>,
+    /// Cell faces that sensors read: the nodes of their surface, each with its area, m².
+    probed: HashMap<CellFace, Vec<(u32, f64)>>,
+    /// Of these the ones that contacts over a stated area or radiation links begin at: the node of the surface.
+    footed: HashMap<CellFace, u32>,
 }
+
+/// A face of a cell: grid, side, number of the cell.
+type CellFace = (usize, usize, usize);
 
 /// A node of a place with its share, and the half cell in front of it: (node, area, length, property).
 type Foot = (u32, f64, f64, u32);
@@ -136,117 +151,6 @@ impl Builder<'_> {
         }
     }
 
-    fn surfaces(&mut self) -> Result<()> {
-        for (p, part) in self.machine.parts.iter().enumerate() {
-            let excluded = |grid: &Grid, side: Side| {
-                part.surface.excluded.iter().any(|f| f.part == p && f.side == side && f.block.is_none_or(|b| b == grid.block))
-            };
-            let mut faces = Vec::new();
-            for (g, grid) in self.mesh.grids_of(p) {
-                for side in Side::ALL {
-                    let law = self.law_on(grid, side);
-                    let view = self
-                        .view_left
-                        .iter()
-                        .filter(|(f, _)| f.part == p && f.side == side && f.block.is_none_or(|b| b == grid.block))
-                        .map(|(_, left)| left)
-                        .product::<f64>();
-                    // The wall of a bore sees water and nothing else.
-                    if side == Side::Low0 && self.machine.channels.iter().any(|c| c.is_bore && c.part == p) {
-                        continue;
-                    }
-                    let view = if excluded(grid, side) { 0.0 } else { view };
-                    faces.extend(self.mesh.open_faces(g, side).map(|(c, area)| {
-                        let enclosed = self.enclosed.get(&(g, side as usize, grid.cell(c))).copied();
-                        (grid, side, c, area, law, if enclosed.is_some() { 0.0 } else { view }, enclosed)
-                    }));
-                }
-            }
-            let vertices = self.vertex_surfaces(p);
-            let seen: f64 = faces.iter().map(|f| f.3 * f.5).chain(vertices.iter().map(|v| v.1 * v.3)).sum();
-            let factor = match part.surface.area {
-                Some(stated) if seen > 0.0 => stated / seen,
-                Some(_) => {
-                    return Err(Error::input(format!("'{}' has no open face to radiate from", part.name))
-                        .at_key(format!("part.{}.surface.area", part.name))
-                        .help("leave the area out, or uncover a face"));
-                }
-                None => 1.0,
-            };
-            let emissivity = self.effective(part.surface.emissivity, part.surface.effective, seen * factor);
-            for (grid, side, c, area, law, view, enclosed) in faces {
-                let is_held = enclosed.is_some() && law.is_some_and(|l| self.holds(l));
-                let law = if is_held { NONE } else { law.map_or(NONE, |l| l as u32) };
-                let surface = match enclosed {
-                    // Its surface is a node of its own, with the enclosure's radiation.
-                    Some((node, share)) => Surface { node, property: NONE, length: 0.0, area, emissive: 0.0, gas_area: area * share, law },
-                    None => Surface {
-                        node: grid.cell(c) as u32,
-                        property: self.property(p, side.axis()),
-                        length: grid.half_length(c, side),
-                        area,
-                        emissive: emissivity * area * view * factor,
-                        gas_area: area * view * factor,
-                        law,
-                    },
-                };
-                self.push_surface(surface);
-            }
-            for vertex in vertices {
-                if let Some(surface) = self.vertex_surface(vertex, emissivity, factor) {
-                    self.push_surface(surface);
-                }
-            }
-        }
-        for (b, boundary) in self.machine.boundaries.iter().enumerate() {
-            if let Some(exposed) = boundary.node {
-                let node = self.lumped(exposed.node);
-                let law = b as u32;
-                self.push_surface(Surface { node, property: NONE, length: 0.0, area: exposed.area, emissive: 0.0, gas_area: 0.0, law });
-            }
-        }
-        for (n, node) in self.machine.nodes.iter().enumerate() {
-            if let Some((emissivity, effective, area)) = node.radiation {
-                let emissive = self.effective(emissivity, effective, area) * area;
-                let node = self.lumped(n);
-                self.network.surfaces.push(Surface { node, property: NONE, length: 0.0, area, emissive, gas_area: area, law: NONE });
-            }
-        }
-        Ok(())
-    }
-
-    /// The boundary that acts on a side of a grid.
-    fn law_on(&self, grid: &Grid, side: Side) -> Option<usize> {
-        let acts = |f: &Face| f.part == grid.part && f.side == side && f.block.is_none_or(|b| b == grid.block);
-        self.machine.boundaries.iter().position(|b| b.faces.iter().any(acts))
-    }
-
-    /// Whether a boundary prescribes a temperature.
-    fn holds(&self, boundary: usize) -> bool {
-        matches!(self.machine.boundaries[boundary].law, BoundaryLaw::Temperature(_))
-    }
-
-    /// Where the load lists the temperature of a boundary among those of held nodes: after the lumped nodes and the
-    /// chamber.
-    fn held_by(&self, boundary: usize) -> u32 {
-        (self.machine.nodes.len() + 1 + boundary) as u32
-    }
-
-    /// Keeps a surface through which anything leaves.
-    fn push_surface(&mut self, surface: Surface) {
-        let gas = surface.gas_area > 0.0 && self.machine.chamber.pressure > 0.0;
-        if surface.emissive > 0.0 || surface.law != NONE || gas {
-            self.network.surfaces.push(surface);
-        }
-    }
-
-    fn effective(&self, emissivity: f64, effective: bool, area: f64) -> f64 {
-        match self.machine.chamber.enclosure {
-            Some((e_wall, area_wall)) if !effective && emissivity > 0.0 => effective_emissivity(emissivity, area, e_wall, area_wall),
-            _ => emissivity,
-        }
-    }
-
     fn streams(&mut self) -> Result<()> {
         for (i, channel) in self.machine.channels.iter().enumerate() {
             let stations = path::stations(self.mesh, channel, &self.machine.parts[channel.part].name)?;
@@ -323,69 +227,6 @@ impl Builder<'_> {
                 share.1 /= total;
             }
             self.network.sources.push(HeatSource { shares, law: source.law.clone() });
-        }
-        Ok(())
-    }
-
-    fn sensors(&mut self) -> Result<()> {
-        for sensor in &self.machine.sensors {
-            let key = || format!("sensor.{}", sensor.name);
-            let term = match &sensor.reads {
-                Reading::Node(n) => SensorTerm { weights: vec![(self.lumped(*n), 1.0)], inlet: None },
-                Reading::Point(part, point) if self.mesh.tetra_of(*part).is_some() => {
-                    let weights = self.mesh.tetra_of(*part).and_then(|t| t.interpolate(*point)).ok_or_else(|| {
-                        Error::input(format!("the sensor '{}' lies outside '{}'", sensor.name, self.machine.parts[*part].name))
-                            .at_key(key())
-                            .help("move the point inside the part; its coordinates are those of the mesh file, in SI or with their unit")
-                    })?;
-                    SensorTerm { weights: weights.map(|(c, w)| (c as u32, w)).to_vec(), inlet: None }
-                }
-                Reading::Point(part, point) => {
-                    let grid = self.mesh.grid_at(*part, *point, 1e-6).ok_or_else(|| {
-                        Error::input(format!("the sensor '{}' lies outside '{}'", sensor.name, self.machine.parts[*part].name))
-                            .at_key(key())
-                            .help("move the point inside the part")
-                    })?;
-                    let weights = self.mesh.grids[grid].interpolate(*point);
-                    SensorTerm { weights: weights.into_iter().map(|(c, w)| (c as u32, w)).collect(), inlet: None }
-                }
-                Reading::PartMean(p) => {
-                    let volume = self.mesh.volume(*p);
-                    let cells = self.mesh.grids_of(*p).flat_map(|(_, g)| g.cells().map(move |c| (g.cell(c) as u32, g.volume(c) / volume)));
-                    let vertices = self.mesh.tetra_of(*p).into_iter();
-                    let vertices =
-                        vertices.flat_map(|t| t.volumes.iter().enumerate().map(move |(i, v)| ((t.first + i) as u32, v / volume)));
-                    SensorTerm { weights: cells.chain(vertices).collect(), inlet: None }
-                }
-                Reading::FaceMean(face) => {
-                    let cells = self.mesh.face_cells(*face);
-                    let vertices = self.mesh.tetra_of(face.part).map_or_else(Vec::new, |t| self.vertex_areas(t, *face, false));
-                    let area: f64 = cells.iter().map(|c| c.2).chain(vertices.iter().map(|v| v.1)).sum();
-                    if area <= 0.0 {
-                        return Err(Error::input("this face has no area").at_key(key()));
-                    }
-                    let mut weights: Vec<(u32, f64)> = vertices.iter().map(|v| (v.0, v.1 / area)).collect();
-                    for (g, c, a) in cells {
-                        weights.extend(self.mesh.grids[g].surface_weights(c, face.side).into_iter().map(|(n, w)| (n as u32, w * a / area)));
-                    }
-                    SensorTerm { weights, inlet: None }
-                }
-                Reading::Outlet(s) => SensorTerm { weights: vec![(self.network.streams[*s].outlet(), 1.0)], inlet: None },
-                Reading::Inlet(s) => {
-                    let stream = &self.network.streams[*s];
-                    match stream.upstream.as_slice() {
-                        [] => SensorTerm { weights: Vec::new(), inlet: Some((stream.circuit, 1.0)) },
-                        [one] => SensorTerm { weights: vec![(self.network.streams[*one].outlet(), 1.0)], inlet: None },
-                        _ => {
-                            return Err(Error::input("this channel is fed by several branches: their mixture is no single point")
-                                .at_key(key())
-                                .help("read the outlets of the branches instead"));
-                        }
-                    }
-                }
-            };
-            self.network.sensors.push(term);
-            self.network.sensor_names.push(sensor.name.clone());
         }
         Ok(())
     }

@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::joints::{Crossing, reversed};
+use super::surfaces::slot;
 use super::{Builder, Foot};
 use crate::describe::machine::{ContactLaw, Face, Place, Side};
 use crate::discretise::mesh::tetra::Tetra;
 use crate::discretise::mesh::tetra::touch::{Other, PAIRS, Piece, Touch};
-use crate::discretise::network::{Joint, NONE, Surface};
+use crate::discretise::network::{FREE, Joint, Laws, NONE, Surface};
 
 /// Vertices on one cell's face among which pairs are formed.
 const MOST_VERTICES: usize = 200;
@@ -210,29 +211,39 @@ impl Builder<'_> {
         merged
     }
 
-    /// Open triangles of an imported part: (vertex, area, boundary of the machine, share of the view that the chamber
+    /// Open triangles of an imported part: (vertex, area, boundaries of the machine, share of the view that the chamber
     /// has), one entry per vertex and kind; triangles at a given temperature hold their vertices.
-    pub(super) fn vertex_surfaces(&mut self, part: usize) -> Vec<(u32, f64, Option<usize>, f64)> {
+    pub(super) fn vertex_surfaces(&mut self, part: usize) -> Vec<(u32, f64, Laws, f64)> {
         let Some(tetra) = self.mesh.tetra_of(part) else { return Vec::new() };
         let surface = &self.machine.parts[part].surface;
-        let mut found: Vec<(u32, f64, Option<usize>, f64)> = Vec::new();
+        let mut found: Vec<(u32, f64, Laws, f64)> = Vec::new();
         let mut held: Vec<(u32, u32)> = Vec::new();
         let seen = |f: usize, view: &(Face, f64)| tetra.belongs(f, view.0);
         for f in 0..tetra.body.faces.len() {
-            if tetra.open[f].iter().all(|area| *area <= 0.0) {
+            let mut laws = FREE;
+            for (l, boundary) in self.machine.boundaries.iter().enumerate() {
+                let slot = &mut laws[slot(&boundary.law)];
+                if *slot == NONE && boundary.faces.iter().any(|face| tetra.belongs(f, *face)) {
+                    *slot = l as u32;
+                }
+            }
+            let open: f64 = tetra.open[f].iter().map(|area| area.max(0.0)).sum();
+            for l in laws.into_iter().filter(|l| *l != NONE) {
+                let area = &mut self.network.acting[l as usize];
+                area.acting += open;
+                area.whole += tetra.face_area(f);
+            }
+            if open <= 0.0 {
                 continue;
             }
-            let law = self.machine.boundaries.iter().position(|b| b.faces.iter().any(|face| tetra.belongs(f, *face)));
             let is_excluded = surface.excluded.iter().any(|face| tetra.belongs(f, *face));
             let view: f64 = self.view_left.iter().filter(|v| seen(f, v)).map(|v| v.1).product();
             let view = if is_excluded { 0.0 } else { view };
             for (corner, area) in tetra.body.faces[f].iter().zip(tetra.open[f]) {
                 let node = tetra.node(*corner) as u32;
-                found.push((node, area, law, view));
-                if let Some(l) = law
-                    && self.holds(l)
-                {
-                    held.push((node, self.held_by(l)));
+                found.push((node, area, laws, view));
+                if let Some(l) = laws.into_iter().find(|l| *l != NONE && self.holds(*l as usize)) {
+                    held.push((node, self.held_by(l as usize)));
                 }
             }
         }
@@ -240,9 +251,9 @@ impl Builder<'_> {
         held.sort_unstable();
         held.dedup_by_key(|h| h.0);
         self.network.fixed.extend(held);
-        let key = |e: &(u32, f64, Option<usize>, f64)| (e.0, e.2, e.3.to_bits());
+        let key = |e: &(u32, f64, Laws, f64)| (e.0, e.2, e.3.to_bits());
         found.sort_by_key(key);
-        let mut merged: Vec<(u32, f64, Option<usize>, f64)> = Vec::new();
+        let mut merged: Vec<(u32, f64, Laws, f64)> = Vec::new();
         for entry in found.into_iter().filter(|e| e.1 > 0.0) {
             match merged.last_mut() {
                 Some(last) if key(last) == key(&entry) => last.1 += entry.1,
@@ -253,23 +264,10 @@ impl Builder<'_> {
     }
 
     /// The surface of a vertex, unless its temperature is given, which leaves nothing to find.
-    pub(super) fn vertex_surface(
-        &self,
-        (node, area, law, view): (u32, f64, Option<usize>, f64),
-        emissivity: f64,
-        factor: f64,
-    ) -> Option<Surface> {
-        let is_held = law.is_some_and(|l| self.holds(l));
+    pub(super) fn vertex_surface(&self, (node, area, laws, view): (u32, f64, Laws, f64), emissivity: f64, factor: f64) -> Option<Surface> {
+        let is_held = laws.into_iter().any(|l| l != NONE && self.holds(l as usize));
         let seen = area * view * factor;
-        (!is_held).then(|| Surface {
-            node,
-            property: NONE,
-            length: 0.0,
-            area,
-            emissive: emissivity * seen,
-            gas_area: seen,
-            law: law.map_or(NONE, |l| l as u32),
-        })
+        (!is_held).then_some(Surface { node, property: NONE, length: 0.0, area, emissive: emissivity * seen, gas_area: seen, laws })
     }
 
     /// The faces of a place: all six sides of a part, its boundary where it is imported, none of a lumped node.

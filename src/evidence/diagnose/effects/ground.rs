@@ -1,9 +1,11 @@
 //! Where heat enters parts and lumped nodes: read from the network that the machine file's own sources and contacts give,
 //! so that a derivative acts on the same nodes as the lines of the file.
 
+use std::collections::HashMap;
 use std::sync::OnceLock;
 
 use super::file::{conductor, text};
+use crate::discretise::network::{FaceNode, Joint};
 use crate::foundation::document::quoted;
 use crate::solve::sensitivity::Study;
 
@@ -104,13 +106,22 @@ fn probed(study: &Study, parts: std::ops::Range<usize>) -> Option<Vec<Entry>> {
     }
     let probe = study.edited(&lines).ok()?;
     let (machine, network) = (&probe.model.machine, &probe.model.network);
+    // The probe is the last of the lumped nodes. With it, what comes after those has other numbers than in the study's network:
+    // the nodes of faces, which are found again by their cell.
+    let (cells, held) = (probe.model.mesh.cells as u32, (probe.model.mesh.cells + machine.nodes.len()) as u32 - 1);
+    let face = |face: &FaceNode| (face.node, (face.cell, face.side));
+    let theirs: HashMap<u32, (u32, u8)> = network.faces.iter().map(face).collect();
+    let ours: HashMap<(u32, u8), u32> = study.model.network.faces.iter().map(|f| ((f.cell, f.side), f.node)).collect();
+    let own_node = |joint: &Joint| {
+        let node = if joint.a == held { joint.b } else { joint.a };
+        if node < cells { node } else { theirs.get(&node).and_then(|at| ours.get(at)).copied().unwrap_or(node) }
+    };
     let entry = |p: usize| -> Option<Entry> {
         let source = machine.sources.iter().position(|s| s.name == name(p))?;
         let contact = network.contacts.iter().find(|c| c.name == name(p))?;
         let joints = &network.joints[contact.joints.clone()];
         let whole: f64 = joints.iter().map(|j| j.area).sum();
-        // The probe is a lumped node; the part's nodes come before all of those.
-        let joined = joints.iter().map(|j| (j.a.min(j.b), j.area / whole)).collect();
+        let joined = joints.iter().map(|j| (own_node(j), j.area / whole)).collect();
         Some(Entry { heated: network.sources[source].shares.clone(), joined })
     };
     parts.map(entry).collect()

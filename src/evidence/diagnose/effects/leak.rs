@@ -6,7 +6,7 @@ use super::file::{conductor, text};
 use super::words::Quantity;
 use super::{Family, Group, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind};
 use crate::describe::machine::{Block, Machine, Shape};
-use crate::discretise::network::{NONE, Surface};
+use crate::discretise::network::{FREE, Surface};
 use crate::error::Result;
 use crate::foundation::document::quoted;
 use crate::solve::sensitivity::{Disturbance, Study};
@@ -73,8 +73,8 @@ impl Family for Leak {
         let added = "boundary.\"open faces\"".to_string();
         let edited = study.edited(&[(added, film(&study.model.machine, p, 1.0, &text("20 degC")))]).ok()?;
         let law = edited.model.machine.boundaries.iter().position(|b| b.name == "open faces")? as u32;
-        let open = edited.model.network.surfaces.iter().filter(|s| s.law == law);
-        Some(Prepared::Surfaces(open.map(|s| Surface { law: NONE, ..*s }).collect()))
+        let open = edited.model.network.surfaces.iter().filter(|s| s.laws.contains(&law));
+        Some(Prepared::Surfaces(open.map(|s| Surface { laws: FREE, ..*s }).collect()))
     }
 
     fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {

@@ -1,0 +1,70 @@
+//! What the boundaries of a machine prescribe, and where.
+
+use serde::Serialize;
+
+use super::MeshedMachine;
+use crate::describe::machine::{Boundary, BoundaryLaw};
+use crate::discretise::network::{BoundaryArea, BoundaryState, Load};
+use crate::foundation::numbers::significant;
+use crate::units::celsius;
+
+/// A boundary with what it does and the area that it really acts on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BoundaryEntry {
+    /// Name.
+    pub name: String,
+    /// Its faces, as the machine file writes them, or its lumped node.
+    pub faces: Vec<String>,
+    /// What it prescribes, with the numbers of the condition where one was given.
+    pub prescribes: String,
+    /// Open area that it acts on, m².
+    #[serde(rename = "area_m2")]
+    pub area: f64,
+    /// Share of its faces (of the part of them that it names) that other bodies cover.
+    pub covered: f64,
+}
+
+/// Every boundary of a model, in the order of the file.
+pub(super) fn boundaries(model: &MeshedMachine, load: Option<&Load>) -> Vec<BoundaryEntry> {
+    let machine = &model.machine;
+    let entry = |(l, (boundary, area)): (usize, (&Boundary, &BoundaryArea))| {
+        let BoundaryArea { acting, whole } = *area;
+        let share = 1.0 - acting / whole;
+        BoundaryEntry {
+            name: boundary.name.clone(),
+            faces: match boundary.node {
+                Some(exposed) => vec![machine.nodes[exposed.node].name.clone()],
+                None => boundary.faces.iter().map(|face| machine.face_name(*face)).collect(),
+            },
+            prescribes: match load {
+                Some(load) => at_condition(&load.boundaries[l]),
+                None => as_written(&boundary.law),
+            },
+            area: acting,
+            // What rounding leaves is no cover.
+            covered: if share > 1e-9 { share } else { 0.0 },
+        }
+    };
+    machine.boundaries.iter().zip(&model.network.acting).enumerate().map(entry).collect()
+}
+
+fn at_condition(state: &BoundaryState) -> String {
+    let degrees = |t: f64| format!("{} degC", significant(celsius(t), 6));
+    match *state {
+        BoundaryState::Temperature(t) => format!("temperature {}", degrees(t)),
+        BoundaryState::Film(h, t) => format!("film {} W/(m2 K) to {}", significant(h, 4), degrees(t)),
+        BoundaryState::FreeConvection(_, t) => format!("free convection to {}", degrees(t)),
+        BoundaryState::Flux(q) => format!("flux {} W/m2 into the machine", significant(q, 4)),
+        BoundaryState::Radiation(e, t) => format!("radiation, emissivity {}, to {}", significant(e, 3), degrees(t)),
+    }
+}
+
+fn as_written(law: &BoundaryLaw) -> String {
+    match law {
+        BoundaryLaw::Temperature(t) => format!("temperature {}", t.text()),
+        BoundaryLaw::Film(h, t) => format!("film {} to {}", h.text(), t.text()),
+        BoundaryLaw::FreeConvection(_, t) => format!("free convection to {}", t.text()),
+        BoundaryLaw::Flux(q) => format!("flux {} into the machine", q.text()),
+        BoundaryLaw::Radiation(e, t) => format!("radiation, emissivity {}, to {}", significant(*e, 3), t.text()),
+    }
+}
