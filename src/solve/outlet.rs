@@ -78,19 +78,17 @@ impl Pieces {
     /// # Errors
     /// A piece takes heat in and can give none off; the error names its parts and the heat.
     pub fn check(&self, network: &Network, load: &Load) -> Result<()> {
-        let mut open = self.outlets(network, Some(load));
+        let open = self.outlets(network, Some(load));
         if self.of.iter().all(|piece| open[*piece as usize]) {
             return Ok(());
         }
         let (mut net, mut gross) = (vec![0.0; self.of.len()], vec![0.0; self.of.len()]);
         let room = vec![ROOM; network.nodes];
         for (source, power) in network.sources.iter().zip(&load.powers) {
-            for ((node, heat), (_, slope)) in source.heats(*power, &room).zip(source.slopes(*power, &room)) {
+            for (node, heat) in source.heats(*power, &room) {
                 let piece = self.of[node as usize] as usize;
                 net[piece] += heat;
                 gross[piece] += f64::abs(heat);
-                // Heat that falls with its own temperature comes to an end by itself.
-                open[piece] |= slope < 0.0;
             }
         }
         for surface in &network.surfaces {

@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::MeshedMachine;
 use crate::describe::machine::{Boundary, BoundaryLaw};
 use crate::discretise::network::{BoundaryArea, BoundaryState, Load};
-use crate::foundation::numbers::significant;
 use crate::units::celsius;
 
 /// A boundary with what it does and the area that it really acts on.
@@ -49,14 +48,19 @@ pub(super) fn boundaries(model: &MeshedMachine, load: Option<&Load>) -> Vec<Boun
 }
 
 fn at_condition(state: &BoundaryState) -> String {
-    let degrees = |t: f64| format!("{} degC", significant(celsius(t), 6));
+    let degrees = |t: f64| format!("{} degC", rounded(celsius(t)));
     match *state {
         BoundaryState::Temperature(t) => format!("temperature {}", degrees(t)),
-        BoundaryState::Film(h, t) => format!("film {} W/(m2 K) to {}", significant(h, 4), degrees(t)),
+        BoundaryState::Film(h, t) => format!("film {} W/(m2 K) to {}", rounded(h), degrees(t)),
         BoundaryState::FreeConvection(_, t) => format!("free convection to {}", degrees(t)),
-        BoundaryState::Flux(q) => format!("flux {} W/m2 into the machine", significant(q, 4)),
-        BoundaryState::Radiation(e, t) => format!("radiation, emissivity {}, to {}", significant(e, 3), degrees(t)),
+        BoundaryState::Flux(q) => format!("flux {} W/m2 into the machine", rounded(q)),
+        BoundaryState::Radiation(e, t) => format!("radiation, emissivity {}, to {}", rounded(e), degrees(t)),
     }
+}
+
+/// A number without the digits that rounding leaves behind.
+fn rounded(number: f64) -> f64 {
+    (number * 1e6).round() / 1e6
 }
 
 fn as_written(law: &BoundaryLaw) -> String {
@@ -65,6 +69,6 @@ fn as_written(law: &BoundaryLaw) -> String {
         BoundaryLaw::Film(h, t) => format!("film {} to {}", h.text(), t.text()),
         BoundaryLaw::FreeConvection(_, t) => format!("free convection to {}", t.text()),
         BoundaryLaw::Flux(q) => format!("flux {} into the machine", q.text()),
-        BoundaryLaw::Radiation(e, t) => format!("radiation, emissivity {}, to {}", significant(*e, 3), t.text()),
+        BoundaryLaw::Radiation(e, t) => format!("radiation, emissivity {}, to {}", rounded(*e), t.text()),
     }
 }
