@@ -1,12 +1,12 @@
 //! `coldplate fit`: a surrogate from any table, simulated or measured.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::output::Output;
 use super::text::table;
 use crate::describe::machine::Machine;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::pipeline::fitting::{self, FitRecord};
@@ -44,6 +44,9 @@ pub struct Args {
 /// A table that cannot be read or fitted, or a file that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
+    if let Some(path) = &args.out {
+        check_ending(path)?;
+    }
     let mut samples = Table::read(&args.table)?;
     for name in &args.ignored {
         samples.column(name)?;
@@ -82,4 +85,16 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let text = format!("{}\nwrote {} ({bytes} bytes)\n", table(&heading, &rows), path.display());
     out.report(&text, &FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64()));
     Ok(0)
+}
+
+/// A surrogate under the name of a table or a sheet would be taken for one; devices and pipes have the names they have.
+fn check_ending(path: &Path) -> Result<()> {
+    let is_other = path.extension().is_some_and(|e| !e.eq_ignore_ascii_case("cps"));
+    if is_other && !std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {
+        return Err(Error::input("a surrogate file ends in .cps")
+            .at_key("--out")
+            .read(path.display())
+            .help(format!("write --out {}", path.with_extension("cps").display())));
+    }
+    Ok(())
 }
