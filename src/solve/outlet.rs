@@ -107,7 +107,7 @@ impl Pieces {
         let Some(piece) = self.of.iter().copied().find(is_stuck) else { return Ok(()) };
         let names = self.names(network, |own| own == piece).join("', '");
         let watts = net[piece as usize];
-        Err(Error::input(format!("{:.4} W have no way out of '{names}': there is no steady state", watts)).help(
+        Err(Error::numerics(format!("{:.4} W have no way out of '{names}': there is no steady state", watts)).help(
             "give it a coolant that flows, a boundary with a film or a temperature, an emissivity, or a contact with what has one; \
              `simulate` follows how its temperature changes",
         ))

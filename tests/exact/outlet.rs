@@ -28,7 +28,7 @@ fn refused(tables: &str, what: &[&str]) {
     let model = model(&format!("{TWO}{tables}"), 10e-3);
     let condition = model.machine.condition(&CONDITION).unwrap();
     let error = model.steady(&condition).unwrap_err();
-    assert_eq!(error.exit_status(), 2, "{error}");
+    assert_eq!(error.exit_status(), 4, "{error}");
     let text = format!("{error}");
     what.iter().for_each(|w| assert!(text.contains(w), "{w}: {text}"));
     assert!(error.remedy().is_some(), "{text}");

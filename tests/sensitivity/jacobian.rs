@@ -37,7 +37,10 @@ fn check(model: &MeshedMachine, at: [f64; 4], label: &str) {
     let mut size = vec![0.0f64; network.nodes];
     for k in 0..6 {
         let mut product = vec![0.0; network.nodes];
-        tangent.multiply(&noise(network.nodes, 0.15 * f64::from(k)), &mut product);
+        // Two nodes of one noise may lie equally far apart in all of them: the product with another noise keeps no such pairs.
+        let mut direction = noise(network.nodes, 0.15 * f64::from(k));
+        direction.iter_mut().enumerate().for_each(|(i, d)| *d *= 1.0 + (i as f64 * 0.569_840_290_998_053_3).fract());
+        tangent.multiply(&direction, &mut product);
         size.iter_mut().zip(&product).for_each(|(s, p)| *s = s.max(p.abs()));
     }
     let smooth: Vec<f64> = (0..network.nodes).map(|i| 1.0 + 0.3 * (i as f64 / network.nodes as f64)).collect();
