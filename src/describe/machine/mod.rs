@@ -27,6 +27,7 @@ mod sensors;
 mod shape;
 mod slope;
 mod source_law;
+mod sources;
 pub mod starters;
 mod variables;
 
@@ -160,15 +161,35 @@ pub struct Chamber {
     pub gap: f64,
 }
 
+/// What a source heats.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeatedPlace {
+    /// A part, a face or a node.
+    pub place: Place,
+    /// The block of the part, from 0, where one alone is heated.
+    pub block: Option<usize>,
+}
+
+impl HeatedPlace {
+    /// Whether another place is this one or a block of it.
+    pub fn holds(self, other: Self) -> bool {
+        self.place == other.place && (self.block == other.block || self.block.is_none())
+    }
+}
+
 /// A heat source.
 #[derive(Debug, Clone)]
 pub struct Source {
     /// Name.
     pub name: String,
-    /// Where: spread evenly over the volume of a part, the area of a face, or put into a node.
-    pub places: Vec<Place>,
-    /// Total power, W, shared among the places by volume or area.
+    /// Where: spread over the volume of a part, the area of a face, or put into a node.
+    pub places: Vec<HeatedPlace>,
+    /// Total power, W, shared among the places by volume or area; or the power per volume, W/m³.
     pub power: Formula,
+    /// Volume of all places, m³, where the power is given per volume.
+    pub volume: Option<f64>,
+    /// Relative power per volume or area at x, y, z (mm, in the coordinates of the part); `None` is even.
+    pub distribution: Option<Formula>,
     /// How the power of each piece follows its own temperature.
     pub law: SourceLaw,
 }

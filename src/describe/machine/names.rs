@@ -1,6 +1,6 @@
 //! Names of parts, nodes, channels and faces, resolved to indices.
 
-use super::{Face, Machine, Part, Place, Shape, Side};
+use super::{Face, HeatedPlace, Machine, Part, Place, Shape, Side};
 use crate::error::Result;
 use crate::foundation::document::{Value, suggestion};
 
@@ -114,6 +114,20 @@ impl Index<'_> {
                 Err(value.error(format!("there is no part or node '{}'", spelling.name)).help(help))
             }
         }
+    }
+
+    /// The part, block of a part, face or node a value names.
+    pub(super) fn heated(&self, value: &Value<'_>) -> Result<HeatedPlace> {
+        let spelling = Spelling::of(value)?;
+        let whole = || self.place(value).map(|place| HeatedPlace { place, block: None });
+        let (Some(number), None) = (spelling.block, &spelling.side) else { return whole() };
+        let Some(part) = self.parts.iter().position(|p| p.name == spelling.name) else { return whole() };
+        let blocks = self.parts[part].blocks.len();
+        if (1..=blocks).contains(&number) {
+            return Ok(HeatedPlace { place: Place::Part(part), block: Some(number - 1) });
+        }
+        let what = format!("'{}' has no block number {number}", spelling.name);
+        Err(value.error(what).help(format!("it has {blocks}; they are counted from 1")))
     }
 
     /// The face a value names.

@@ -1,4 +1,4 @@
-//! Sources, lumped nodes, sensors, limits and measurements.
+//! Lumped nodes, sensors, limits and measurements.
 
 use super::channels::absolute;
 use super::condition::Symbols;
@@ -8,7 +8,7 @@ use super::keys::outputs::{GAIN, LAG, OFFSET};
 use super::names::{Index, lookup};
 use super::shape::{origin, part_contains};
 use super::variables::formula;
-use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, SensorResponse, Source, SourceLaw, Variable};
+use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, SensorResponse, Variable};
 use crate::error::Result;
 use crate::foundation::document::{Section, suggestion};
 use crate::units::Dimension;
@@ -38,31 +38,6 @@ pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedN
         }
         section.finish()?;
         found.push(LumpedNode { name, capacity, fixed, radiation, start });
-    }
-    Ok(found)
-}
-
-/// Reads `[source.NAME]`.
-pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
-    let mut found = Vec::new();
-    for (name, section) in root.sections("source")? {
-        let value = section.value("in")?;
-        let values = if value.is_text() { vec![value.clone()] } else { value.list()? };
-        let mut places = Vec::new();
-        for value in &values {
-            let place = index.place(value)?;
-            if places.contains(&place) {
-                return Err(value.error("this place is named twice").help("name it once; the power is shared by volume or area"));
-            }
-            places.push(place);
-        }
-        if places.is_empty() {
-            return Err(value.error("the source heats nothing").help("write in = [\"motor\"]"));
-        }
-        let power = formula(&section.value("power")?, Dimension::POWER, symbols)?;
-        let law = SourceLaw::read(&section)?;
-        section.finish()?;
-        found.push(Source { name, places, power, law });
     }
     Ok(found)
 }

@@ -35,6 +35,15 @@ pub(super) fn bounds(shape: &Shape) -> ([f64; 3], [f64; 3]) {
     }
 }
 
+/// Volume, m³.
+pub(super) fn volume(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Box { min, max } => (0..3).map(|d| max[d] - min[d]).product(),
+        Shape::Cylinder { length, inner, outer, turn, .. } => (turn.1 - turn.0) / 2.0 * (outer * outer - inner * inner) * length,
+        Shape::Sphere { inner, outer, .. } => 4.0 / 3.0 * PI * (outer.powi(3) - inner.powi(3)),
+    }
+}
+
 /// The point coordinates of a part refer to: smallest corner of its first block, centre of its base, or centre; the
 /// origin of the mesh file for an imported part.
 pub(super) fn origin(part: &Part) -> [f64; 3] {
@@ -46,6 +55,14 @@ pub(super) fn origin(part: &Part) -> [f64; 3] {
         Some(Shape::Cylinder { base, .. }) => *base,
         Some(Shape::Sphere { centre, .. }) => *centre,
         None => [0.0; 3],
+    }
+}
+
+impl Part {
+    /// The point that coordinates in the part count from, m: smallest corner of its first block, centre of its base, or centre;
+    /// the origin of the mesh file for an imported part.
+    pub fn origin(&self) -> [f64; 3] {
+        origin(self)
     }
 }
 

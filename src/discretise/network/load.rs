@@ -74,7 +74,7 @@ impl Load {
                 BoundaryLaw::Radiation(e, t) => BoundaryState::Radiation(*e, positive(t.evaluate(&values)?, "an absolute temperature")?),
             });
         }
-        let powers = machine.sources.iter().map(|s| s.power.evaluate(&values)).collect::<Result<_>>()?;
+        let powers = machine.sources.iter().map(|s| Ok(s.power.evaluate(&values)? * s.volume.unwrap_or(1.0))).collect::<Result<_>>()?;
         let flows = machine
             .circuits
             .iter()

@@ -1,5 +1,6 @@
 //! What goes wrong in such machines, with magnitudes as they have them.
 
+use coldplate::describe::machine::{HeatedPlace, Place};
 use coldplate::evidence::diagnose::Law;
 use coldplate::foundation::random::Random;
 use coldplate::solve::sensitivity::Study;
@@ -202,7 +203,7 @@ pub fn inseparable(study: &Study, random: &mut Random) -> Hidden {
     loop {
         let s = ((random.unit() * machine.sources.len() as f64) as usize).min(machine.sources.len() - 1);
         let source = &machine.sources[s];
-        let [coldplate::describe::machine::Place::Part(part)] = source.places.as_slice() else { continue };
+        let [HeatedPlace { place: Place::Part(part), block: None }] = source.places.as_slice() else { continue };
         let watts = total * between(random, 0.02, 0.1);
         // As much as either could be.
         let share = watts / load.powers[s];

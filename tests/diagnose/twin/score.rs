@@ -1,6 +1,6 @@
 //! How an answer stands beside what was hidden.
 
-use coldplate::describe::machine::Place;
+use coldplate::describe::machine::{HeatedPlace, Place};
 use coldplate::evidence::diagnose::{Cause, Diagnosis, Explanation, Scales, Verdict};
 use coldplate::evidence::measurement::Whitener;
 
@@ -53,7 +53,7 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let is_named = |h: &Hidden, p: &Cause| p.hypothesis.kind() == h.kind && p.hypothesis.place == h.place;
     let is_same_heat = |h: &Hidden, p: &Cause| {
         let heats = |source: &str, part: &str| {
-            let of_part = |place: &Place| matches!(place, Place::Part(p) if machine.parts[*p].name == part);
+            let of_part = |heated: &HeatedPlace| matches!(heated.place, Place::Part(p) if machine.parts[p].name == part);
             machine.sources.iter().any(|s| s.name == source && s.places.iter().any(of_part))
         };
         match (h.kind.as_str(), p.hypothesis.kind()) {

@@ -118,15 +118,23 @@ const PLACES_AND_POWER: &[Key] = &[
     Key::new(
         "in",
         Form::Either(&[Form::Name("part, face or node"), Form::List(&Form::Name("part, face or node"), None)]),
-        "parts, faces, nodes: `\"motor\"` or `[\"seat\", \"motor.+z\", \"coil\"]`",
+        "parts, blocks, faces, nodes: `\"motor\"`, `\"motor[2]\"` or `[\"seat\", \"motor.+z\", \"coil\"]`",
     )
     .required()
     .also(&["part", "on", "at", "where"]),
     Key::new("power", Form::Formula(Unit::of(Dimension::POWER, "W")), "formula; the total, shared by volume or area")
-        .required()
         .reaching(Reach::Load)
         .usual()
         .also(&["heat", "q", "watts"]),
+    Key::new("power_density", Form::Formula(Unit::of(Dimension::POWER_DENSITY, "W/m3")), "instead: formula; per volume")
+        .reaching(Reach::Load)
+        .usual()
+        .also(&["density", "volumetric_power", "heat_generation"]),
+    Key::new(
+        "distribution",
+        Form::Text,
+        "shares of the power that vary in space: a formula of `x_mm`, `y_mm`, `z_mm`, coordinates of the part, such as `\"exp(-x_mm / 10)\"`",
+    ),
 ];
 
 /// That, and the keys of every law.
@@ -141,4 +149,4 @@ const SOURCE_KEYS: [&[Key]; source_law::COUNT + 1] = {
 };
 
 /// `[source.NAME]`
-pub(super) const SOURCE: Table = Table { doc: "a heat source", keys: &SOURCE_KEYS, one_of: &[] };
+pub(super) const SOURCE: Table = Table { doc: "a heat source", keys: &SOURCE_KEYS, one_of: &["power", "power_density"] };

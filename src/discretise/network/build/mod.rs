@@ -4,6 +4,7 @@ mod contacts;
 mod enclosure;
 mod joints;
 mod sensors;
+mod sources;
 mod surfaces;
 mod tetra;
 mod views;
@@ -12,9 +13,9 @@ use std::collections::HashMap;
 
 use super::block::Gap;
 use super::stream::{CircuitTree, Stream};
-use super::{Block, HeatSource, NONE, Network};
+use super::{Block, NONE, Network};
 use crate::describe::machine::Property;
-use crate::describe::machine::{Face, Layout, Machine, Place, Side};
+use crate::describe::machine::{Face, Layout, Machine, Side};
 use crate::discretise::mesh::{Mesh, path};
 use crate::error::{Error, Result};
 
@@ -192,42 +193,5 @@ impl Builder<'_> {
             Layout::Series(items) => items.iter().fold(upstream, |above, item| self.connect(item, above)),
             Layout::Parallel(items) => items.iter().flat_map(|item| self.connect(item, upstream.clone())).collect(),
         }
-    }
-
-    fn sources(&mut self) -> Result<()> {
-        for source in &self.machine.sources {
-            let mut shares: Vec<(u32, f64)> = Vec::new();
-            for place in &source.places {
-                match place {
-                    Place::Node(n) => shares.push((self.lumped(*n), 1.0)),
-                    Place::Part(p) => {
-                        for (_, grid) in self.mesh.grids_of(*p) {
-                            shares.extend(grid.cells().map(|c| (grid.cell(c) as u32, grid.volume(c))));
-                        }
-                        if let Some(tetra) = self.mesh.tetra_of(*p) {
-                            shares.extend(tetra.volumes.iter().enumerate().map(|(i, v)| ((tetra.first + i) as u32, *v)));
-                        }
-                    }
-                    Place::Face(face) => {
-                        for (g, c, area) in self.mesh.face_cells(*face) {
-                            shares.push((self.mesh.grids[g].cell(c) as u32, area));
-                        }
-                        if let Some(tetra) = self.mesh.tetra_of(face.part) {
-                            shares.extend(self.vertex_areas(tetra, *face, false).into_iter().map(|foot| (foot.0, foot.1)));
-                        }
-                    }
-                }
-            }
-            // Several lumped nodes share alike; parts share by volume, faces by area.
-            let total: f64 = shares.iter().map(|s| s.1).sum();
-            if total <= 0.0 {
-                return Err(Error::input(format!("the source '{}' heats nothing", source.name)).at_key(format!("source.{}", source.name)));
-            }
-            for share in &mut shares {
-                share.1 /= total;
-            }
-            self.network.sources.push(HeatSource { shares, law: source.law.clone() });
-        }
-        Ok(())
     }
 }

@@ -35,7 +35,7 @@ impl Family for Heat {
         }
         for (s, source) in site.machine.sources.iter().enumerate() {
             // Friction is a half to three times what is expected: 0.8 in the mean square.
-            let factor = Hypothesis::signed(Self::Source(s), &source.name, site.part_names(&source.places), 0.8, "relative");
+            let factor = Hypothesis::signed(Self::Source(s), &source.name, site.part_names(&source.places.iter().map(|heated| heated.place).collect::<Vec<_>>()), 0.8, "relative");
             found.extend(site.laws.iter().map(|law| factor.clone().under(*law)));
             // Copper loses 4 % more per 10 K, grease up to a third less.
             let drift = Hypothesis { scale: 0.15, unit: "relative per 10 K", law: Law::Temperature, ..factor };
@@ -68,13 +68,16 @@ impl Family for Heat {
                     let coefficient = law.coefficient + amplitude / DRIFT;
                     return Ok(Some(vec![(key, text(format!("{coefficient:?} 1/K")))]));
                 }
-                let key = format!("source.{}.power", quoted(&source.name));
+                let (key, unit) = match source.volume {
+                    Some(_) => (format!("source.{}.power_density", quoted(&source.name)), "W/m3"),
+                    None => (format!("source.{}.power", quoted(&source.name)), "W"),
+                };
                 let Some(Leaf::Text(now)) = edit.study.document().leaf(&key)? else { return Ok(None) };
                 let watts = match units::quantity(&now) {
-                    Some((number, unit, dimension)) => {
-                        let watts = units::convert(number, unit, dimension)?;
+                    Some((number, stated, dimension)) => {
+                        let watts = units::convert(number, stated, dimension)?;
                         if edit.is_constant() {
-                            return Ok(Some(vec![(key, text(format!("{:?} W", watts * (1.0 + amplitude))))]));
+                            return Ok(Some(vec![(key, text(format!("{:?} {unit}", watts * (1.0 + amplitude))))]));
                         }
                         format!("{watts:?}")
                     }
