@@ -66,7 +66,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         vtu::write(path, &model.machine, &model.mesh, &state.solution.temperatures)?;
         out.note(&format!("wrote {}", path.display()));
     }
-    let contacts = contact_flows(&model.network, &state.solution.temperatures);
+    let contacts = contact_flows(&model.network, &state.load.contacts, &state.solution.temperatures);
     let mut record = model.record(&state);
     record.seconds.total = seconds;
     out.report(&text(&model, &state, &contacts, seconds), &record);

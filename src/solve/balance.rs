@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::system::{entering_temperature, surface_states};
-use crate::discretise::network::{BoundaryState, EnclosureViews, Load, NONE, Network, StreamState};
+use crate::discretise::network::{BoundaryState, ContactFactors, EnclosureViews, Load, NONE, Network, StreamState};
 use crate::physics::radiation::SIGMA;
 
 /// The heat balance of a network. Powers in W; positive is heat into the machine.
@@ -97,7 +97,7 @@ fn held_heats(network: &Network, load: &Load, streams: &[StreamState], temperatu
     };
     // Cells of blocks are never held, so the conduction inside blocks does not come in.
     for j in network.joints.iter().filter(|j| is_held(j.a) || is_held(j.b)) {
-        let heat = network.joint_heat(j, temperatures);
+        let heat = network.joint_heat(j, temperatures, &load.contacts);
         leaves(j.a, heat);
         leaves(j.b, -heat);
     }
@@ -140,16 +140,16 @@ pub struct ContactFlow {
     pub drop: f64,
 }
 
-/// Flow through every contact, in the network's order.
-pub fn contact_flows(network: &Network, temperatures: &[f64]) -> Vec<ContactFlow> {
+/// Flow through every contact, in the network's order, with factors on their conductances.
+pub fn contact_flows(network: &Network, factors: &ContactFactors, temperatures: &[f64]) -> Vec<ContactFlow> {
     let flow = |group: &crate::discretise::network::ContactGroup| {
         let (mut heat, mut conductance) = (0.0, 0.0);
         for joint in &network.joints[group.joints.clone()] {
             let (ta, tb) = network.joint_ends(joint, temperatures);
-            heat += network.joint_heat(joint, temperatures);
+            heat += network.joint_heat(joint, temperatures, factors);
             // The interface alone: the same joint without its half cells.
             let bare = crate::discretise::network::Joint { length_a: 0.0, length_b: 0.0, ..*joint };
-            let g = network.joint_state(&bare, ta, tb).conductance;
+            let g = network.joint_state(&bare, ta, tb, factors).conductance;
             conductance += if g.is_nan() { f64::INFINITY } else { g };
         }
         // Half of a link counts its own half only: two in series make the whole.
@@ -180,7 +180,7 @@ pub fn enclosure_heats(network: &Network, temperatures: &[f64]) -> Vec<Vec<f64>>
 
 /// Heat between groups (parts and lumped nodes): entry (i, j, W) is what flows from group i to group j by
 /// conduction, contact and radiative links.
-pub fn heat_flow_matrix(network: &Network, temperatures: &[f64]) -> Vec<(usize, usize, f64)> {
+pub fn heat_flow_matrix(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<(usize, usize, f64)> {
     let mut flows: BTreeMap<(u32, u32), f64> = BTreeMap::new();
     // What each group sends into an arithmetic node between two of them.
     let mut passing: BTreeMap<u32, BTreeMap<u32, f64>> = BTreeMap::new();
@@ -196,7 +196,7 @@ pub fn heat_flow_matrix(network: &Network, temperatures: &[f64]) -> Vec<(usize, 
         }
     };
     for j in &network.joints {
-        add(j.a, j.b, network.joint_heat(j, temperatures));
+        add(j.a, j.b, network.joint_heat(j, temperatures, &load.contacts));
     }
     for (a, b, area) in &network.radiative {
         add(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));

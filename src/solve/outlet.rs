@@ -1,6 +1,6 @@
 //! Whether heat finds a way out: the connected pieces of a network, and what each of them can give heat to.
 
-use crate::discretise::network::{BoundaryState, Load, NONE, Network, Surface};
+use crate::discretise::network::{BoundaryState, ContactFactors, Load, NONE, Network, Surface};
 use crate::error::{Error, Result};
 
 /// Net heat of a piece that counts as none, of all that enters and leaves it.
@@ -18,12 +18,17 @@ pub struct Pieces {
 impl Pieces {
     /// Of a network: nodes joined by anything that conducts or radiates belong together.
     pub fn new(network: &Network) -> Self {
+        Self::with(network, &ContactFactors::default())
+    }
+
+    /// The same with factors on the conductances of contacts.
+    fn with(network: &Network, factors: &ContactFactors) -> Self {
         let mut root: Vec<u32> = (0..network.solids as u32).collect();
         // The cells of a block are one piece.
         for block in &network.blocks {
             root[block.nodes()].fill(block.first as u32);
         }
-        let joints = network.joints.iter().filter(|j| network.joint_state(j, ROOM, ROOM).conductance != 0.0).map(|j| (j.a, j.b));
+        let joints = network.joints.iter().filter(|j| network.joint_state(j, ROOM, ROOM, factors).conductance != 0.0).map(|j| (j.a, j.b));
         for (a, b) in joints.chain(network.radiative.iter().map(|(a, b, _)| (*a, *b))) {
             let (a, b) = (find(&mut root, a), find(&mut root, b));
             root[a as usize] = b;
@@ -78,6 +83,13 @@ impl Pieces {
     /// # Errors
     /// A piece takes heat in and can give none off; the error names its parts and the heat.
     pub fn check(&self, network: &Network, load: &Load) -> Result<()> {
+        if load.contacts.has_open() {
+            return Self::with(network, &load.contacts).stuck(network, load);
+        }
+        self.stuck(network, load)
+    }
+
+    fn stuck(&self, network: &Network, load: &Load) -> Result<()> {
         let open = self.outlets(network, Some(load));
         if self.of.iter().all(|piece| open[*piece as usize]) {
             return Ok(());

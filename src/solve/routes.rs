@@ -56,7 +56,7 @@ pub fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temp
             }
         }
     }
-    for (a, b, heat) in heat_flow_matrix(network, temperatures) {
+    for (a, b, heat) in heat_flow_matrix(network, load, temperatures) {
         add(Stop::Group(a), Stop::Group(b), heat);
     }
     for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {

@@ -190,7 +190,7 @@ impl<'a> Solver<'a> {
             if !imbalance.is_finite() {
                 return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite after {newton} Newton steps")));
             }
-            let rounding = self.system.rounding(network, &streams, &temperatures);
+            let rounding = self.system.rounding(network, load, &streams, &temperatures);
             let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding);
             if is_balanced && last_step <= STEP_TOLERANCE {
                 let mut balance = balance(network, load, &streams, &temperatures);

@@ -53,7 +53,7 @@ impl System {
 
     /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
     /// to one unit in the last place of either. No iteration brings the residual below it.
-    pub fn rounding(&self, network: &Network, streams: &[StreamState], temperatures: &[f64]) -> f64 {
+    pub fn rounding(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> f64 {
         let of_block = |(block, profile): (&Block, &Profile<f64>)| {
             let [_, n1, n2] = block.cells.map(|n| n as f64);
             let sums = [0, 1, 2].map(|d| profile[d].iter().sum::<f64>());
@@ -62,7 +62,7 @@ impl System {
         let linear: f64 = network.blocks.iter().zip(&self.profiles).map(of_block).sum();
         let conductance = |j: &Joint| {
             let (ta, tb) = network.joint_ends(j, temperatures);
-            network.joint_state(j, ta, tb).conductance.abs()
+            network.joint_state(j, ta, tb, &load.contacts).conductance.abs()
         };
         let joints: f64 = network.joints.iter().map(conductance).sum();
         let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
@@ -84,7 +84,7 @@ impl System {
         let mut rest = self.pattern.clone();
         let mut diagonal = vec![0.0; network.nodes];
         let mut slots = self.slots.iter();
-        each_entry(network, &Derivatives::at(network, streams, temperatures), |row, column, value| {
+        each_entry(network, &Derivatives::at(network, load, streams, temperatures), |row, column, value| {
             if row == column {
                 diagonal[row as usize] += value;
             } else if let Some(slot) = slots.next() {
@@ -112,7 +112,7 @@ impl System {
         let mut to_given = vec![0.0; network.solids];
         let joints = network.joints.iter().map(|j| {
             let (ta, tb) = network.joint_ends(j, temperatures);
-            (j.a, j.b, network.joint_state(j, ta, tb).conductance)
+            (j.a, j.b, network.joint_state(j, ta, tb, &load.contacts).conductance)
         });
         let radiative = network.radiative.iter().map(|(a, b, area)| (*a, *b, 2.0 * SIGMA * area * (t(*a).powi(3) + t(*b).powi(3))));
         for (a, b, g) in joints.chain(radiative) {
@@ -198,7 +198,7 @@ fn heats(
         r[b as usize] -= heat;
     };
     for joint in &network.joints {
-        flow(joint.a, joint.b, network.joint_heat(joint, temperatures));
+        flow(joint.a, joint.b, network.joint_heat(joint, temperatures, &load.contacts));
     }
     for (a, b, area) in &network.radiative {
         flow(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
@@ -267,10 +267,10 @@ impl<'a> Derivatives<'a> {
         Self { joints: vec![(0.0, 0.0); network.joints.len()], radiative: vec![(0.0, 0.0); network.radiative.len()], streams: None }
     }
 
-    fn at(network: &Network, streams: &'a [StreamState], temperatures: &[f64]) -> Self {
+    fn at(network: &Network, load: &Load, streams: &'a [StreamState], temperatures: &[f64]) -> Self {
         let of_joint = |joint: &Joint| {
             let (ta, tb) = network.joint_ends(joint, temperatures);
-            let state = network.joint_state(joint, ta, tb);
+            let state = network.joint_state(joint, ta, tb, &load.contacts);
             (state.conductance + state.slope_a * (ta - tb), state.conductance - state.slope_b * (ta - tb))
         };
         let of_link = |(a, b, area): &(u32, u32, f64)| {

@@ -86,7 +86,8 @@ impl Solved {
     /// Heat through a contact from its first side to its second, W, and its area, m².
     #[track_caller]
     pub fn contact(&self, name: &str) -> (f64, f64) {
-        let flows = coldplate::solve::balance::contact_flows(&self.model.network, &self.state.solution.temperatures);
+        let flows =
+            coldplate::solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
         let i = position(flows.iter().map(|f| f.name.as_str()), name);
         (flows[i].heat, flows[i].area)
     }

@@ -54,7 +54,10 @@ fn every_contact_law_runs_from_a_machine_file() {
         let condition = model.machine.condition(&[]).unwrap();
         let state = model.solve(&model.solver(&condition).unwrap(), &condition).unwrap();
         let joints = model.network.contacts[0].joints.clone();
-        let heat: f64 = model.network.joints[joints].iter().map(|j| model.network.joint_heat(j, &state.solution.temperatures)).sum();
+        let heat: f64 = model.network.joints[joints]
+            .iter()
+            .map(|j| model.network.joint_heat(j, &state.solution.temperatures, &state.load.contacts))
+            .sum();
         assert!((heat.abs() - expected).abs() <= 1e-3 * expected.abs() + 1e-9, "{name}: {heat} W and {expected} W");
     }
 }

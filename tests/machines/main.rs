@@ -59,7 +59,8 @@ impl Solved {
 
     /// A contact: area (m²), conductance of the interface (W/K), heat (W), drop (K).
     fn contact(&self, name: &str) -> coldplate::solve::balance::ContactFlow {
-        let flows = coldplate::solve::balance::contact_flows(&self.model.network, &self.state.solution.temperatures);
+        let flows =
+            coldplate::solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
         flows.into_iter().find(|f| f.name == name).unwrap_or_else(|| panic!("no contact {name}"))
     }
 

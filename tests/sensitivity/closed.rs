@@ -60,6 +60,52 @@ face = "far.+x"
     assert_close(slope(&study, &at, 0, "part.far.box[1]"), q / k, "dT/dL");
 }
 
+/// The same slabs with a joint of h f, f = T_f / 40 degC: T = T_f + q (1/H + L/k + 1/(h f) + L/k).
+#[test]
+fn a_contact_that_follows_the_coolant() {
+    let text = r#"
+name = "two slabs"
+[material.m]
+conductivity = "20 W/(m K)"
+density = "1 kg/m3"
+specific_heat = "1 J/(kg K)"
+[part.near]
+material = "m"
+box = ["50 mm", "40 mm", "40 mm"]
+[part.far]
+material = "m"
+box = ["50 mm", "40 mm", "40 mm"]
+at = ["50 mm", "0 mm", "0 mm"]
+[contact.joint]
+between = ["near", "far"]
+conductance = "500 W/(m2 K)"
+factor = "coolant_temperature_degC / 40"
+[boundary.film]
+faces = ["near.-x"]
+film = "200 W/(m2 K)"
+fluid_temperature = "coolant_temperature"
+[boundary.flux]
+faces = ["far.+x"]
+heat_flux = "3 kW/m2"
+[sensor.far]
+face = "far.+x"
+"#;
+    let study = study_of(text, 300);
+    let at = condition(&study.model.machine, [1.0, 30.0, 0.0, 20.0]);
+    let (q, h, f): (f64, f64, f64) = (3000.0, 500.0, 0.75);
+    assert_close(slope(&study, &at, 0, "contact.joint.conductance"), -q / (h * h * f), "dT/dh of the contact");
+    assert_close(slope(&study, &at, 0, "contact.joint.factor"), -q / (h * f), "dT/d factor of its formula");
+    assert_close(slope(&study, &at, 0, "coolant_temperature"), 1.0 - q / (h * f * f) / 40.0, "dT/dT_f");
+    // Forward as backward.
+    let derivatives = study.at(&at).unwrap();
+    let partial = derivatives.partial(&study.parameter("coolant_temperature").unwrap()).unwrap();
+    let forward = derivatives.along(Target::Sensor(0), &partial, &derivatives.field(&partial).unwrap());
+    assert_close(forward, 1.0 - q / (h * f * f) / 40.0, "dT/dT_f forward");
+    // A factor that is not written is a parameter all the same.
+    let plain = study_of(&text.replace("factor = \"coolant_temperature_degC / 40\"\n", ""), 300);
+    assert_close(slope(&plain, &at, 0, "contact.joint.factor"), -q / h, "dT/d factor where none is written");
+}
+
 /// A node of area A that radiates a power P to a chamber at T_0: T^4 = T_0^4 + P/(sigma eps A).
 #[test]
 fn a_radiating_node() {

@@ -94,6 +94,7 @@ rough = { roughness = "2.3 um", slope = 0.15, hardness = "1.3 GPa", pressure = "
 [contact.lid]
 between = ["lid", "block"]
 temperature_table = [["-20 degC", "200 W/(m2 K)"], ["150 degC", "900 W/(m2 K)"]]
+factor = "0.5 + coolant_temperature_degC / 60"
 [contact.side]
 between = ["side", "plate"]
 pressure_table = [["0.1 MPa", "300 W/(m2 K)"], ["1 MPa", "900 W/(m2 K)"]]

@@ -66,7 +66,8 @@ impl Solved {
     /// Area, conductance and heat of a contact.
     #[track_caller]
     pub fn contact(&self, name: &str) -> (f64, f64, f64) {
-        let flows = coldplate::solve::balance::contact_flows(&self.model.network, &self.state.solution.temperatures);
+        let flows =
+            coldplate::solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
         let flow = flows.iter().find(|c| c.name == name).unwrap();
         (flow.area, flow.conductance, flow.heat)
     }

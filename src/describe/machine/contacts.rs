@@ -37,6 +37,8 @@ pub struct Contact {
     /// Area, m². Needed where a lumped node takes part; for two parts the touching area is
     /// computed, and this, where given, replaces it in total (hA = h x area).
     pub area: Option<f64>,
+    /// Factor on the law's conductance.
+    pub factor: Formula,
     /// Line in the machine file.
     pub line: usize,
 }
@@ -98,7 +100,7 @@ pub struct RadiationLink {
 }
 
 /// Reads `[contact.NAME]`.
-pub(super) fn contacts(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Contact>> {
+pub(super) fn contacts(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Contact>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("contact")? {
         let between = pair(&section, index)?;
@@ -116,9 +118,18 @@ pub(super) fn contacts(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Cont
                 .error_at("area", "a total conductance is spread over the true area")
                 .help("remove 'area', or give 'conductance' with it"));
         }
+        let factor = match section.opt(keys::FACTOR.name) {
+            None => Formula::constant(1.0),
+            Some(value) if law.is_bonded() || matches!(law, ContactLaw::Insulated(_)) => {
+                return Err(value
+                    .error("there is no conductance here for a factor to act on")
+                    .help("give a conductance, or leave the factor out"));
+            }
+            Some(value) => formula(&value, Dimension::NUMBER, symbols)?,
+        };
         let line = section.line();
         section.finish()?;
-        found.push(Contact { name, between, law, area, line });
+        found.push(Contact { name, between, law, area, factor, line });
     }
     Ok(found)
 }

@@ -97,7 +97,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let channel_names: Vec<String> = channels.iter().map(|channel| channel.name.clone()).collect();
     let index = Index { parts: &parts, nodes: &node_names, channels: &channel_names };
     let default_contact = default_contact(&root)?;
-    let contacts = contacts(&root, &index)?;
+    let contacts = contacts(&root, &index, &symbols)?;
     let circuits = circuits(&root, &channel_names, &symbols, &Fluids::read(&root)?)?;
     super::clearance::check(&root, &parts, &channels, &circuits)?;
     let boundaries = boundaries(&root, &index, &symbols)?;

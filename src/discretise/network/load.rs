@@ -1,5 +1,6 @@
 //! A condition, evaluated: every number of the network that changes from one condition to the next.
 
+use super::ContactGroup;
 use crate::describe::machine::{BoundaryLaw, Condition, Machine};
 use crate::error::Result;
 use crate::foundation::formula::Values;
@@ -19,6 +20,8 @@ pub struct Load {
     pub gas: f64,
     /// State of each boundary of the machine.
     pub boundaries: Vec<BoundaryState>,
+    /// Factor on the conductance of each contact of the machine.
+    pub contacts: ContactFactors,
     /// Power of each source, W.
     pub powers: Vec<f64>,
     /// Volume flow into each circuit, m³/s.
@@ -28,6 +31,23 @@ pub struct Load {
     /// Temperatures at which nodes are held, K: those of the lumped nodes, of the chamber wall, of the boundaries
     /// (entries without a temperature are 0).
     pub fixed: Vec<f64>,
+}
+
+/// Factors on the conductances of a machine's contacts, in the machine's order; those that are not there are 1, so that the
+/// default leaves every contact as its law has it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactFactors(Vec<f64>);
+
+impl ContactFactors {
+    /// The factor on a contact of the network.
+    pub fn of(&self, group: &ContactGroup) -> f64 {
+        group.of.and_then(|contact| self.0.get(contact)).copied().unwrap_or(1.0)
+    }
+
+    /// Whether some contact is open.
+    pub fn has_open(&self) -> bool {
+        self.0.contains(&0.0)
+    }
 }
 
 /// A boundary at one condition.
@@ -74,6 +94,12 @@ impl Load {
                 BoundaryLaw::Radiation(e, t) => BoundaryState::Radiation(*e, positive(t.evaluate(&values)?, "an absolute temperature")?),
             });
         }
+        let contacts = machine
+            .contacts
+            .iter()
+            .map(|c| positive(c.factor.evaluate(&values)?, &format!("the factor on the contact '{}'", c.name)))
+            .collect::<Result<_>>()?;
+        let contacts = ContactFactors(contacts);
         let powers = machine.sources.iter().map(|s| Ok(s.power.evaluate(&values)? * s.volume.unwrap_or(1.0))).collect::<Result<_>>()?;
         let flows = machine
             .circuits
@@ -86,7 +112,7 @@ impl Load {
         fixed.push(chamber);
         fixed.extend(boundaries.iter().map(|b| if let BoundaryState::Temperature(t) = b { *t } else { 0.0 }));
         let gas = gas::film(machine.chamber.pressure, chamber, machine.chamber.accommodation, machine.chamber.gap);
-        Ok(Self { variables: condition.si().to_vec(), names: values, chamber, gas, boundaries, powers, flows, inlets, fixed })
+        Ok(Self { variables: condition.si().to_vec(), names: values, chamber, gas, boundaries, contacts, powers, flows, inlets, fixed })
     }
 
     /// The boundary whose temperature an entry of [`Load::fixed`] is, if it is one's.

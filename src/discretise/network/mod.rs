@@ -17,7 +17,7 @@ pub mod surface;
 
 pub use block::Block;
 pub use enclosure::EnclosureViews;
-pub use load::{BoundaryState, Load};
+pub use load::{BoundaryState, ContactFactors, Load};
 pub use stream::{Stream, StreamState};
 pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 
@@ -200,7 +200,7 @@ pub struct JointState {
 
 impl Network {
     /// Conductance (W/K) of a joint between two temperatures (K), with its derivatives.
-    pub fn joint_state(&self, joint: &Joint, ta: f64, tb: f64) -> JointState {
+    pub fn joint_state(&self, joint: &Joint, ta: f64, tb: f64, factors: &ContactFactors) -> JointState {
         let half = |property: u32, length: f64, t: f64| {
             if property == NONE || length == 0.0 {
                 return (0.0, 0.0);
@@ -210,7 +210,7 @@ impl Network {
         };
         let (ra, dra) = half(joint.property_a, joint.length_a, ta);
         let (rb, drb) = half(joint.property_b, joint.length_b, tb);
-        let (rc, drc) = if joint.contact == NONE { (0.0, 0.0) } else { self.contact_resistance(joint, (ta + tb) / 2.0) };
+        let (rc, drc) = if joint.contact == NONE { (0.0, 0.0) } else { self.contact_resistance(joint, (ta + tb) / 2.0, factors) };
         let total = ra + rb + rc;
         if total.is_infinite() {
             return JointState { conductance: 0.0, slope_a: 0.0, slope_b: 0.0 };
@@ -247,13 +247,13 @@ impl Network {
     }
 
     /// Heat (W) through a joint from its first node to its second.
-    pub fn joint_heat(&self, joint: &Joint, temperatures: &[f64]) -> f64 {
+    pub fn joint_heat(&self, joint: &Joint, temperatures: &[f64], factors: &ContactFactors) -> f64 {
         let (ta, tb) = self.joint_ends(joint, temperatures);
-        self.joint_state(joint, ta, tb).conductance * (ta - tb)
+        self.joint_state(joint, ta, tb, factors).conductance * (ta - tb)
     }
 
     /// Specific resistance (m² K/W) of a joint's contact at a mean temperature (K), with its slope.
-    fn contact_resistance(&self, joint: &Joint, mean: f64) -> (f64, f64) {
+    fn contact_resistance(&self, joint: &Joint, mean: f64, factors: &ContactFactors) -> (f64, f64) {
         let group = &self.contacts[joint.contact as usize];
         let conductivity = |property: u32| {
             let (value, slope) = self.properties.get(property as usize)?.with_slope(mean);
@@ -261,11 +261,12 @@ impl Network {
         };
         let conductivities = [conductivity(joint.property_a), conductivity(joint.property_b)];
         let found = group.law.conductance(&Interface { area: group.area, temperature: mean, conductivities });
-        let h = found.value * group.scale;
+        let scale = group.scale * factors.of(group);
+        let h = found.value * scale;
         if h == 0.0 || h.is_infinite() {
             return (1.0 / h, 0.0);
         }
-        (1.0 / h, -found.slope * group.scale / (h * h))
+        (1.0 / h, -found.slope * scale / (h * h))
     }
 
     /// Whether no conductance changes with temperature; otherwise the Jacobian is not symmetric.

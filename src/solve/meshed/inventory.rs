@@ -165,8 +165,11 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
             cells: 1,
         });
     }
+    let load = condition.map(|c| Load::at(machine, c)).transpose()?;
     let room = vec![300.0; network.nodes];
-    for (group, flow) in network.contacts.iter().zip(contact_flows(network, &room)) {
+    // Without a condition: each contact as its law has it.
+    let factors = load.as_ref().map(|load| load.contacts.clone()).unwrap_or_default();
+    for (group, flow) in network.contacts.iter().zip(contact_flows(network, &factors, &room)) {
         found.contacts.push(ContactEntry {
             name: group.name.clone(),
             between: group.between.clone(),
@@ -175,7 +178,6 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
             named: group.of.is_some(),
         });
     }
-    let load = condition.map(|c| Load::at(machine, c)).transpose()?;
     let states = match &load {
         Some(load) => {
             let mut start = vec![load.chamber; network.nodes];

@@ -151,8 +151,8 @@ impl<'a> Screen<'a> {
     /// Conductance (W/K) of a joint and its heat (W).
     fn conductance(&self, joint: &Joint) -> (f64, f64) {
         let (ta, tb) = self.network.joint_ends(joint, &self.solution.temperatures);
-        let g = self.network.joint_state(joint, ta, tb).conductance;
-        (g, self.network.joint_heat(joint, &self.solution.temperatures))
+        let g = self.network.joint_state(joint, ta, tb, &self.load.contacts).conductance;
+        (g, self.network.joint_heat(joint, &self.solution.temperatures, &self.load.contacts))
     }
 
     /// The conductivity of a group (part), film and contacts aside; per relative change.
@@ -259,7 +259,7 @@ impl<'a> Screen<'a> {
         let mut rows = Vec::new();
         for joint in net.joints.iter().filter(|j| nodes.contains(&j.a) || nodes.contains(&j.b)) {
             let (ta, tb) = net.joint_ends(joint, temperatures);
-            let state = net.joint_state(joint, ta, tb);
+            let state = net.joint_state(joint, ta, tb, &self.load.contacts);
             let drop = ta - tb;
             if nodes.contains(&joint.a) {
                 rows.push((joint.b, -state.conductance - state.slope_a * drop));

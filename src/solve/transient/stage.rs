@@ -228,8 +228,8 @@ impl Transient<'_> {
             let through = passing.in_watts.max(passing.out_watts) + from_water * rate;
             // Water gives its heat by differences of temperatures that are rounded as a whole.
             let films: f64 = states.iter().flat_map(|s| &s.conductance).sum::<f64>() * temperatures.iter().fold(0.0f64, |m, t| m.max(*t));
-            let rounding =
-                self.system.rounding(network, &[], &temperatures) + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films);
+            let rounding = self.system.rounding(network, stage.load, &[], &temperatures)
+                + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films);
             // Rounding is a bound that is seldom reached: as long as a step still helps, another is taken.
             let is_spent = imbalance <= rounding && imbalance > 0.3 * last;
             last = imbalance;

@@ -23,15 +23,25 @@ const CONTACT_AREA: &[Key] = &[Key::new(
 .positive()
 .or(Unstated::Follows("the touching area"))];
 
-/// The places, the keys of every law, and the area.
-const CONTACT_KEYS: [&[Key]; contact_law::COUNT + 2] = {
-    let mut all = [PLACES; contact_law::COUNT + 2];
+/// What the conductance of a contact is multiplied by.
+pub(in crate::describe::machine) const FACTOR: Key = Key::new(
+    "factor",
+    Form::Formula(Unit::of(Dimension::NUMBER, "1")),
+    "formula; on the conductance of any law, not negative: `\"1 + time_s / 500\"`; 0 is an open joint",
+)
+.or(Unstated::Si(1.0))
+.reaching(Reach::Load);
+
+/// The places, the keys of every law, the area and the factor.
+const CONTACT_KEYS: [&[Key]; contact_law::COUNT + 3] = {
+    let mut all = [PLACES; contact_law::COUNT + 3];
     let mut law = 0;
     while law < contact_law::COUNT {
         all[law + 1] = contact_law::KEYS[law];
         law += 1;
     }
     all[contact_law::COUNT + 1] = CONTACT_AREA;
+    all[contact_law::COUNT + 2] = &[FACTOR];
     all
 };
 
