@@ -9,6 +9,7 @@ use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::{duration, table};
 use crate::describe::machine::Machine;
+use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, Crossing, History, Start, Watch};
@@ -242,6 +243,15 @@ fn text(model: &MeshedMachine, history: &History, seconds: f64) -> String {
         ]);
     }
     text += &table(&["sensor", "start degC", "end degC", "steady degC", &format!("within {near} K after")], &rows);
+    let row = |(m, meter): (usize, &HeatMeter)| {
+        let at = |heats: Option<&Vec<f64>>| heats.map_or(String::new(), |heats| format!("{:+.3}", heats[m]));
+        vec![meter.name.clone(), at(history.heat_flows.first()), at(history.heat_flows.last())]
+    };
+    let flows: Vec<Vec<String>> = model.network.meters.iter().enumerate().map(row).collect();
+    if !flows.is_empty() {
+        text += "\n";
+        text += &table(&["heat flow", "start W", "end W"], &flows);
+    }
     text += "\n";
     let pass = |c: &Crossing| {
         let at = |time: Option<f64>| time.map_or("never".into(), |t| format!("{} ({} s)", duration(t), significant(t, 6)));

@@ -8,6 +8,7 @@ use super::output::Output;
 use super::text::table;
 use crate::describe::machine::Machine;
 use crate::discretise::mesh::vtu;
+use crate::discretise::network::HeatMeter;
 use crate::error::Result;
 use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
@@ -87,6 +88,12 @@ fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], se
     };
     let readings: Vec<Vec<String>> = model.network.sensor_names.iter().zip(model.readings(state)).map(row).collect();
     text += &if shown.is_empty() { table(&["sensor", "degC"], &readings) } else { table(&["sensor", "degC", ""], &readings) };
+    let row = |(meter, heat): (&HeatMeter, f64)| vec![meter.name.clone(), format!("{heat:+.3}")];
+    let flows: Vec<Vec<String>> = model.network.meters.iter().zip(model.heat_flows(state)).map(row).collect();
+    if !flows.is_empty() {
+        text += "\n";
+        text += &table(&["heat flow", "W"], &flows);
+    }
     let limits: Vec<Vec<String>> = (model.limits(state).iter())
         .map(|l| {
             let shown = |x: f64| if l.is_absolute { format!("{:.3} degC", Celsius::from(Kelvin(x)).0) } else { format!("{x:.3} K") };

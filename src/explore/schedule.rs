@@ -316,7 +316,11 @@ impl<'a> Columns<'a> {
                 .help("remove one of the two"));
         }
         // Readings and remarks are no conditions; anything else was meant to be one.
-        let is_reading = |name: &str| machine.sensors.iter().any(|s| s.name == name || format!("{} (sensor)", s.name) == name);
+        let is_called = |own: &str, kind: &str, name: &str| own == name || name.strip_suffix(kind).is_some_and(|n| n == own);
+        let is_reading = |name: &str| {
+            machine.sensors.iter().any(|s| is_called(&s.name, " (sensor)", name))
+                || machine.heat_flows.iter().any(|h| is_called(&h.name, " (heat flow)", name))
+        };
         let names = others.iter().map(|c| c.name.as_str()).chain(table.texts.iter().map(|t| t.name.as_str()));
         if let Some(name) = names.into_iter().find(|name| !is_reading(name) && !REMARKS.contains(name)) {
             let known: Vec<&str> = machine.variables.iter().map(|v| v.name.as_str()).chain([TIME]).collect();

@@ -3,6 +3,7 @@
 mod aggregation;
 pub mod balance;
 pub mod csr;
+pub mod heat_flow;
 mod jacobian;
 pub mod krylov;
 pub mod meshed;

@@ -10,6 +10,7 @@ mod channel;
 mod convection;
 mod cylinder;
 mod enclosure;
+mod heat_flow;
 mod joint;
 mod outlet;
 mod plane;

@@ -1,5 +1,6 @@
 //! `coldplate simulate` as its users meet it: schedules, series, checkpoints, and a pipe that was measured.
 
+mod heat_flow;
 mod passes;
 mod pipe;
 mod resume;

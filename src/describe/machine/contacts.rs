@@ -25,6 +25,17 @@ pub enum Place {
     Node(usize),
 }
 
+impl Place {
+    /// The part it is or belongs to.
+    pub fn part(self) -> Option<usize> {
+        match self {
+            Self::Part(part) => Some(part),
+            Self::Face(face) => Some(face.part),
+            Self::Node(_) => None,
+        }
+    }
+}
+
 /// A named contact between two places.
 #[derive(Debug, Clone)]
 pub struct Contact {
@@ -167,12 +178,7 @@ fn pair(section: &Section<'_>, index: &Index<'_>) -> Result<[Place; 2]> {
             .help("write between = [\"motor\", \"plate.+z\"]"));
     };
     let places = [index.place(first)?, index.place(second)?];
-    let part = |place: Place| match place {
-        Place::Part(part) => Some(part),
-        Place::Face(face) => Some(face.part),
-        Place::Node(_) => None,
-    };
-    let same_part = part(places[0]).is_some() && part(places[0]) == part(places[1]);
+    let same_part = places[0].part().is_some() && places[0].part() == places[1].part();
     if places[0] == places[1] || same_part {
         return Err(value
             .error("both places belong to the same body")

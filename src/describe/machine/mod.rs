@@ -15,6 +15,7 @@ mod enclosures;
 mod film;
 mod fluids;
 mod geometry;
+mod heat_flows;
 mod import;
 mod keys;
 mod library;
@@ -40,6 +41,7 @@ pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfP
 pub use contacts::{Boundary, BoundaryLaw, Contact, ExposedNode, Place, RadiationLink};
 pub use enclosures::{Enclosure, EnclosureSurface, Views};
 pub use film::{Film, FlowState};
+pub use heat_flows::{HeatFlow, HeatPath};
 pub use keys::SCHEMA;
 pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
 pub use region::Region;
@@ -90,6 +92,8 @@ pub struct Machine {
     pub sources: Vec<Source>,
     /// Measurement points.
     pub sensors: Vec<Sensor>,
+    /// Heat-flow sensors.
+    pub heat_flows: Vec<HeatFlow>,
     /// What is acceptable.
     pub limits: Vec<Limit>,
     /// Numbers the file marks as assumed, with the reason.

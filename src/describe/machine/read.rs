@@ -8,6 +8,7 @@ use super::contacts::{boundaries, contacts, default_contact, radiation_links};
 use super::enclosures::enclosures;
 use super::fluids::Fluids;
 use super::geometry::{check_length, parts};
+use super::heat_flows::heat_flows;
 use super::keys::{CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
 use super::names::Index;
@@ -106,6 +107,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let sources = sources(&root, &index, &symbols)?;
     let sensors = sensors(&root, &index)?;
     let sensor_names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).collect();
+    let heat_flows = heat_flows(&root, &index, &contacts, &boundaries)?;
     let limits = limits(&root, &sensor_names, &variables)?;
     let measurements = measurements(&root, &variables, &sensor_names)?;
     let assumption = |a: crate::foundation::document::Assumed| Assumption { key: a.key, value: a.value, reason: a.reason };
@@ -131,6 +133,7 @@ fn machine(document: &Document) -> Result<Machine> {
         enclosures,
         sources,
         sensors,
+        heat_flows,
         limits,
         assumptions,
         measurements,

@@ -11,6 +11,7 @@ mod build;
 mod coolant;
 mod enclosure;
 mod load;
+mod meter;
 pub mod slopes;
 pub mod stream;
 pub mod surface;
@@ -18,6 +19,7 @@ pub mod surface;
 pub use block::Block;
 pub use enclosure::EnclosureViews;
 pub use load::{BoundaryState, ContactFactors, Load};
+pub use meter::{HeatMeter, Through};
 pub use stream::{Stream, StreamState};
 pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 
@@ -76,6 +78,8 @@ pub struct Network {
     pub sensors: Vec<SensorTerm>,
     /// Names of the sensors.
     pub sensor_names: Vec<String>,
+    /// Heat-flow sensors.
+    pub meters: Vec<HeatMeter>,
 }
 
 /// A conductor whose conductance may depend on temperature: two half cells and what lies between.

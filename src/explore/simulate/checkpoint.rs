@@ -17,13 +17,15 @@ use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::water::Parcel;
 use crate::solve::transient::{Energy, TransientState};
 
-const MAGIC: &[u8] = b"coldplate checkpoint 2\n";
+const MAGIC: &[u8] = b"coldplate checkpoint 3\n";
 
 /// What has come out of a run so far.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Progress {
     /// Readings at the first stops, K.
     pub(super) readings: Vec<Vec<f64>>,
+    /// Heat flows there, W.
+    pub(super) heat_flows: Vec<Vec<f64>>,
     /// Steady readings at the last condition, K.
     pub(super) steady: std::result::Result<Vec<f64>, String>,
     /// Since when they have been near.
@@ -83,6 +85,8 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
     to.numbers(&[state.energy.entered, state.energy.left, state.energy.stored]);
     to.count(progress.readings.len());
     progress.readings.iter().for_each(|readings| to.numbers(readings));
+    to.count(progress.heat_flows.len());
+    progress.heat_flows.iter().for_each(|heats| to.numbers(heats));
     match &progress.steady {
         Ok(steady) => {
             to.text("");
@@ -148,6 +152,8 @@ pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: u
         && state.water.len() == network.streams.len()
         && (1..=stops).contains(&progress.readings.len())
         && progress.readings.iter().chain(&progress.steady).all(|r| r.len() == sensors)
+        && progress.heat_flows.len() == progress.readings.len()
+        && progress.heat_flows.iter().all(|heats| heats.len() == network.meters.len())
         && progress.settling.distances.len() == sensors
         && progress.settling.since.len() == sensors;
     if fits { Ok((state, progress)) } else { Err(damaged()) }
@@ -234,12 +240,13 @@ impl Decoder<'_> {
         let (step, steps, rejected) = (self.number()?, self.count(0)?, self.count(0)?);
         let [entered, left, stored] = self.numbers()?.try_into().ok()?;
         let readings = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
+        let heat_flows = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
         let reason = self.text()?;
         let steady = if reason.is_empty() { Ok(self.numbers()?) } else { Err(reason) };
         let (within, at) = (self.number()?, self.number()?);
         let settling = Settling { within, time: at, distances: self.numbers()?, since: self.numbers()? };
         let passing = self.passing()?;
         let state = TransientState { time, temperatures, water, step, steps, rejected, energy: Energy { entered, left, stored } };
-        Some((state, Progress { readings, steady, settling, passing }))
+        Some((state, Progress { readings, heat_flows, steady, settling, passing }))
     }
 }

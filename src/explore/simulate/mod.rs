@@ -13,6 +13,7 @@ use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment, TIME};
 use crate::foundation::table::{Column, Table};
+use crate::solve::heat_flow::heat_flows_at;
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::{Energy, Settings, Transient, TransientState};
 use crate::units::{Celsius, Kelvin, express};
@@ -125,6 +126,8 @@ pub struct History {
     pub readings: Vec<Vec<f64>>,
     /// The temperatures of the sensors' places at each, K.
     pub temperatures: Vec<Vec<f64>>,
+    /// Heat through all heat-flow sensors at each, W.
+    pub heat_flows: Vec<Vec<f64>>,
     /// Steady readings at the last condition, K, or why there are none.
     pub steady: std::result::Result<Vec<f64>, String>,
     /// How near to them counts as settled, K.
@@ -149,7 +152,7 @@ impl History {
         self.settled.iter().copied().try_fold(0.0, |latest: f64, at| at.map(|at| latest.max(at)))
     }
 
-    /// The series as a table: time, condition, sensors.
+    /// The series as a table: time, condition, sensors, heat flows.
     ///
     /// # Errors
     /// A variable's unit cannot be expressed.
@@ -166,6 +169,11 @@ impl History {
             let name = if columns.iter().any(|c| c.name == *name) { format!("{name} (sensor)") } else { name.clone() };
             let values = self.readings.iter().map(|r| Celsius::from(Kelvin(r[s])).0).collect();
             columns.push(column(&name, "degC", values));
+        }
+        for (m, meter) in model.network.meters.iter().enumerate() {
+            let is_taken = columns.iter().any(|c| c.name == meter.name);
+            let name = if is_taken { format!("{} (heat flow)", meter.name) } else { meter.name.clone() };
+            columns.push(column(&name, "W", self.heat_flows.iter().map(|heats| heats[m]).collect()));
         }
         let provenance = vec![
             ("machine".to_string(), model.machine.name.clone()),
@@ -230,7 +238,8 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
             settling.see(state.time, &readings, steady.as_deref().ok());
             let mut passing = Passing::new(&options.watched);
             passing.see(state.time, &readings);
-            (state, Progress { readings: vec![readings], steady, settling, passing })
+            let heat_flows = vec![heat_flows_at(&model.network, &first, &state)?];
+            (state, Progress { readings: vec![readings], heat_flows, steady, settling, passing })
         }
     };
     let mut clock = Instant::now();
@@ -251,7 +260,9 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
                 Ok(())
             })?;
         }
-        let readings = read(&state, &load_of(&condition_at(schedule, stop), stop.time)?);
+        let load = load_of(&condition_at(schedule, stop), stop.time)?;
+        let readings = read(&state, &load);
+        progress.heat_flows.push(heat_flows_at(&model.network, &load, &state)?);
         progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
         progress.readings.push(readings);
         // At stops alone: there the solver begins anew in any case, so that a run taken up again takes the same steps.
@@ -280,6 +291,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
     Ok(History {
         readings: shown(&model.machine, &times, &progress.readings),
         temperatures: progress.readings,
+        heat_flows: progress.heat_flows,
         times,
         conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
         settled: progress.settling.settled(schedule.start(), progress.steady.is_ok()),

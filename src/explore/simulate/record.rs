@@ -20,6 +20,9 @@ pub struct HistoryRecord {
     pub within_s: Option<f64>,
     /// `time_s`, and readings by sensor, degC.
     pub series: BTreeMap<String, Vec<f64>>,
+    /// Heat by heat-flow sensor, W, at the same times; left out where there is none.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub heat_flows: BTreeMap<String, Vec<f64>>,
     /// When the temperatures that were waited for were passed first.
     pub passes: Vec<PassRecord>,
     pub steps: usize,
@@ -90,6 +93,9 @@ impl History {
             within_K: self.within,
             within_s: self.settled_overall(),
             series,
+            heat_flows: (model.network.meters.iter().enumerate())
+                .map(|(m, meter)| (meter.name.clone(), self.heat_flows.iter().map(|heats| heats[m]).collect()))
+                .collect(),
             passes: self.passes.iter().map(pass).collect(),
             steps: self.steps,
             rejected: self.rejected,

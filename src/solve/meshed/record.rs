@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::{LimitState, MeshedMachine, SteadyState};
 use crate::discretise::network::BoundaryState;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
+use crate::solve::heat_flow::heat_flows;
 use crate::units::{Celsius, Kelvin, celsius};
 
 /// A solved condition.
@@ -22,6 +23,9 @@ pub struct SolveRecord {
     pub readings: BTreeMap<String, f64>,
     pub coolant: BTreeMap<String, ChannelRecord>,
     pub contacts: BTreeMap<String, ContactRecord>,
+    /// Heat-flow sensors, W; left out where there is none.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub heat_flows: BTreeMap<String, f64>,
     pub enclosures: BTreeMap<String, Vec<SurfaceRecord>>,
     pub limits: Vec<LimitRecord>,
     pub boundaries: BTreeMap<String, BoundaryRecord>,
@@ -136,6 +140,11 @@ impl MeshedMachine {
         load.boundaries.iter().enumerate().filter_map(note).collect()
     }
 
+    /// Heat through every heat-flow sensor, W.
+    pub fn heat_flows(&self, state: &SteadyState) -> Vec<f64> {
+        heat_flows(&self.network, &state.load, &state.solution.streams, &state.solution.temperatures)
+    }
+
     /// A state for other programs; the total time is that of assembly and solution.
     pub fn record(&self, state: &SteadyState) -> SolveRecord {
         let (network, solution) = (&self.network, &state.solution);
@@ -165,6 +174,7 @@ impl MeshedMachine {
             sensors: network.sensor_names.iter().cloned().zip(self.readings(state).into_iter().map(|t| t.0)).collect(),
             coolant: coolant.collect(),
             contacts: contact_flows(network, &state.load.contacts, &solution.temperatures).into_iter().map(ContactRecord::of).collect(),
+            heat_flows: network.meters.iter().map(|m| m.name.clone()).zip(self.heat_flows(state)).collect(),
             enclosures: enclosures.collect(),
             limits: self.limits(state).iter().map(LimitRecord::of).collect(),
             boundaries: boundaries.collect(),

@@ -67,6 +67,7 @@ pub const SCHEMA: Table = Table {
         Key::new("enclosure", Form::Named(&radiation::ENCLOSURE), "grey surfaces that all see each other"),
         Key::new("source", Form::Named(&heat::SOURCE), "heat sources").also(&["sources", "heat"]),
         Key::new("sensor", Form::Named(&outputs::SENSOR), "measurement points").also(&["sensors"]),
+        Key::new("heat_flow", Form::Named(&outputs::HEAT_FLOW), "heat-flow sensors").also(&["heat_flows"]),
         Key::new("limit", Form::Named(&outputs::LIMIT), "what is acceptable").also(&["limits"]),
         Key::new("measurement", Form::Named(&outputs::MEASUREMENT), "measured states to print beside the prediction")
             .also(&["measurements"]),

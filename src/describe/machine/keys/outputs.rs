@@ -40,6 +40,19 @@ pub(super) const SENSOR: Table = Table {
     one_of: &["point", "face", "part", "node", "inlet", "outlet"],
 };
 
+/// `[heat_flow.NAME]`
+pub(super) const HEAT_FLOW: Table = Table {
+    doc: "a heat-flow sensor, in W",
+    keys: &[&[
+        Key::new("contact", Form::Name("contact"), "heat through a contact, out of the first place of its `between`"),
+        Key::new("out_of", Form::Name("part, face or node"), "with `contact`: out of this one of its two places instead"),
+        Key::new("boundary", Form::Name("boundary"), "heat through a boundary, out of the machine"),
+        Key::new("face", Form::Name("face"), "all heat through a face, out of its part: `\"motor.-z\"`; not of a `mesh`"),
+        Key::new("channel", Form::Name("channel"), "heat from the part into the water of a channel"),
+    ]],
+    one_of: &["contact", "boundary", "face", "channel"],
+};
+
 const fn report(name: &'static str, form: Form, doc: &'static str) -> Key {
     Key::new(name, form, doc).reaching(Reach::Report)
 }

@@ -223,6 +223,9 @@ impl Builder<'_> {
                     self.footed.insert(at, node);
                     cells.push((node, a, 0.0, property));
                 } else {
+                    if self.probed.contains_key(&at) {
+                        self.bypassed.insert(at);
+                    }
                     cells.push(foot);
                 }
             }

@@ -3,13 +3,14 @@
 mod contacts;
 mod enclosure;
 mod joints;
+mod meters;
 mod sensors;
 mod sources;
 mod surfaces;
 mod tetra;
 mod views;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::block::Gap;
 use super::stream::{CircuitTree, Stream};
@@ -33,9 +34,11 @@ impl Network {
             enclosed: HashMap::new(),
             probed: HashMap::new(),
             footed: HashMap::new(),
+            bypassed: HashSet::new(),
         };
         builder.nodes();
         builder.probe();
+        builder.meter_faces();
         builder.blocks();
         builder.edges();
         builder.interfaces()?;
@@ -46,6 +49,7 @@ impl Network {
         builder.streams()?;
         builder.sources()?;
         builder.sensors()?;
+        builder.meters()?;
         Ok(builder.network)
     }
 }
@@ -62,6 +66,8 @@ struct Builder<'a> {
     probed: HashMap<CellFace, Vec<(u32, f64)>>,
     /// Of these the ones that contacts over a stated area or radiation links begin at: the node of the surface.
     footed: HashMap<CellFace, u32>,
+    /// Those at whose cells such contacts and links begin all the same.
+    bypassed: HashSet<CellFace>,
 }
 
 /// A face of a cell: grid, side, number of the cell.

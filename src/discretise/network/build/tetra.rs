@@ -82,15 +82,10 @@ impl Builder<'_> {
     pub(super) fn covered_pieces<'a>(&self, touch: &'a Touch) -> Vec<(Option<usize>, bool, Vec<&'a Piece>)> {
         let tetra = &self.mesh.tetra[touch.tetra];
         let parts = self.touch_parts(touch);
-        let part_of = |place: Place| match place {
-            Place::Part(p) => Some(p),
-            Place::Face(f) => Some(f.part),
-            Place::Node(_) => None,
-        };
         let contacts = &self.machine.contacts;
         let is_specific = |i: &usize| contacts[*i].between.iter().any(|p| matches!(p, Place::Face(_)));
         let concerned = |i: &usize| {
-            let named = contacts[*i].between.map(part_of);
+            let named = contacts[*i].between.map(Place::part);
             named == parts.map(Some) || named == [Some(parts[1]), Some(parts[0])]
         };
         let (mut candidates, general): (Vec<usize>, Vec<usize>) = (0..contacts.len()).filter(concerned).partition(is_specific);

@@ -1,0 +1,21 @@
+//! Heat-flow sensors in the network.
+
+/// A heat-flow sensor.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatMeter {
+    /// Name.
+    pub name: String,
+    /// What the heat goes through.
+    pub through: Through,
+}
+
+/// What the heat of a heat-flow sensor goes through.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Through {
+    /// Joints (indices into the network's), each with the sign its heat counts by.
+    Joints(Vec<(u32, f64)>),
+    /// A boundary of the machine, out of the machine.
+    Boundary(usize),
+    /// The wall of a stream, into the water.
+    Stream(usize),
+}
