@@ -53,7 +53,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
 /// Options by what they are about; those named here with a command are that command's alone.
 const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
-    ("Machine", &["set", "cells", "machine"]),
+    ("Machine", &["set", "cells", "machine", "mesh_tolerance", "no_mesh_error"]),
     ("Data", &["use_tests", "without", "uncertain", "kinds", "inputs", "ignored", "from"]),
     ("Question", &["to", "sensor", "rise", "query.free", "query.csv", "map", "within", "passes", "new.from"]),
     ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),

@@ -6,15 +6,15 @@ use std::time::Instant;
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Condition, Machine};
 use crate::discretise::mesh::vtu;
 use crate::discretise::network::HeatMeter;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats};
-use crate::solve::meshed::{MeshedMachine, SteadyState};
-use crate::units::{Celsius, Kelvin, express};
+use crate::solve::meshed::{MeshErrors, MeshRecord, MeshedMachine, SteadyState};
+use crate::units::{self, Celsius, Dimension, Kelvin, express};
 
 /// Steady temperatures at one condition
 #[derive(Debug, clap::Args)]
@@ -29,6 +29,12 @@ pub struct Args {
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
+    /// Warn where the mesh leaves more than this open in a reading
+    #[arg(long, value_name = "KELVIN", default_value = "0.1 K", allow_hyphen_values = true)]
+    mesh_tolerance: String,
+    /// Do not estimate what the mesh leaves open: saves two solutions with an eighth and a 27th of the cells
+    #[arg(long)]
+    no_mesh_error: bool,
     /// Write the temperature field for ParaView
     #[arg(long, value_name = "FILE")]
     vtu: Option<PathBuf>,
@@ -41,6 +47,11 @@ pub struct Args {
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let tolerance = units::parse(&args.mesh_tolerance, Dimension::DIFFERENCE).map_err(|e| e.at_key("--mesh-tolerance"))?;
+    if tolerance.is_nan() || tolerance <= 0.0 {
+        let error = Error::input("a tolerance must be positive").at_key("--mesh-tolerance").read(&args.mesh_tolerance);
+        return Err(error.help("write for example --mesh-tolerance \"0.1 K\""));
+    }
     let machine = Machine::read(&args.machine, &sets)?;
     let condition = args.condition.condition(&machine)?;
     for (variable, value) in machine.variables.iter().zip(condition.si()) {
@@ -61,7 +72,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let model = MeshedMachine::new(machine, args.cells)?;
     let solver = model.solver_heard(&condition, &progress)?;
     let state = model.solve(&solver, &condition)?;
+    drop(solver);
+    progress.at("what the mesh costs");
+    let mesh = if args.no_mesh_error { None } else { mesh_errors(&model, &condition, &state, out) };
     drop(progress);
+    for warning in mesh.iter().flat_map(|mesh| too_coarse(&model, mesh, tolerance)) {
+        out.note(&warning);
+    }
     let seconds = start.elapsed().as_secs_f64();
     if let Some(path) = &args.vtu {
         vtu::write(path, &model.machine, &model.mesh, &state.solution.temperatures)?;
@@ -70,24 +87,47 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let contacts = contact_flows(&model.network, &state.load.contacts, &state.solution.temperatures);
     let mut record = model.record(&state);
     record.seconds.total = seconds;
-    out.report(&text(&model, &state, &contacts, seconds), &record);
+    record.mesh = mesh.as_ref().map(|mesh| MeshRecord::of(&model, mesh, tolerance));
+    out.report(&text(&model, &state, mesh.as_ref(), &contacts, seconds), &record);
     Ok(0)
+}
+
+/// What the mesh leaves open, or a note why that is not known.
+fn mesh_errors(model: &MeshedMachine, condition: &Condition, state: &SteadyState, out: Output) -> Option<MeshErrors> {
+    if !model.mesh.tetra.is_empty() {
+        out.note("note: what the mesh costs is not known: imported parts keep their elements");
+    }
+    model.mesh_errors(condition, state).unwrap_or_else(|error| {
+        out.note(&format!("note: what the mesh costs is not known: a coarser mesh gives '{}'", error.what()));
+        None
+    })
+}
+
+/// A warning where readings are less certain on this mesh than is asked for.
+fn too_coarse(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Option<String> {
+    let names = model.network.sensor_names.iter().zip(&mesh.errors).filter(|(_, e)| **e > tolerance);
+    let list: Vec<String> = names.map(|(name, e)| format!("{name} by {} K", significant(*e, 2))).collect();
+    let shown = if list.len() > 5 { format!("{} and {} more", list[..5].join(", "), list.len() - 5) } else { list.join(", ") };
+    (!list.is_empty())
+        .then(|| format!("warning: the mesh leaves more open than {} K: {shown}; ask for more --cells", significant(tolerance, 3)))
 }
 
 fn outlet(model: &MeshedMachine, state: &SteadyState, s: usize) -> Celsius {
     Kelvin(state.solution.temperatures[model.network.streams[s].outlet() as usize]).into()
 }
 
-fn text(model: &MeshedMachine, state: &SteadyState, contacts: &[ContactFlow], seconds: f64) -> String {
+fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, contacts: &[ContactFlow], seconds: f64) -> String {
     let solution = &state.solution;
     let mut text = format!("{}\n\n", model.machine.name);
     let shown = model.shown(state);
-    let row = |(name, t): (&String, Celsius)| {
+    let row = |(s, (name, t)): (usize, (&String, Celsius))| {
+        let open = mesh.map(|mesh| format!("{:.3}", mesh.errors[s]));
         let reads = shown.iter().find(|(n, _)| n == name).map(|(_, degrees)| format!("reads {degrees:.3}"));
-        [Some(name.clone()), Some(format!("{:.3}", t.0)), reads].into_iter().flatten().collect()
+        [Some(name.clone()), Some(format!("{:.3}", t.0)), open, reads].into_iter().flatten().collect()
     };
-    let readings: Vec<Vec<String>> = model.network.sensor_names.iter().zip(model.readings(state)).map(row).collect();
-    text += &if shown.is_empty() { table(&["sensor", "degC"], &readings) } else { table(&["sensor", "degC", ""], &readings) };
+    let readings: Vec<Vec<String>> = model.network.sensor_names.iter().zip(model.readings(state)).enumerate().map(row).collect();
+    let header = [Some("sensor"), Some("degC"), mesh.map(|_| "mesh K"), (!shown.is_empty()).then_some("")];
+    text += &table(&header.into_iter().flatten().collect::<Vec<_>>(), &readings);
     let row = |(meter, heat): (&HeatMeter, f64)| vec![meter.name.clone(), format!("{heat:+.3}")];
     let flows: Vec<Vec<String>> = model.network.meters.iter().zip(model.heat_flows(state)).map(row).collect();
     if !flows.is_empty() {

@@ -5,6 +5,7 @@ pub mod atomic_file;
 pub mod document;
 pub mod formula;
 pub mod input;
+pub mod memory;
 pub mod numbers;
 pub mod progress;
 pub mod random;

@@ -18,6 +18,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("foundation::numbers", &[]),
     ("foundation::progress", &[]),
     ("foundation::input", &["error"]),
+    ("foundation::memory", &[]),
     ("foundation::document", &["error", "units", "foundation::input"]),
     ("foundation::formula", &["error", "units", "foundation::document"]),
     ("foundation::table", &["error", "units", "foundation::atomic_file", "foundation::input"]),
@@ -29,7 +30,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("discretise::mesh", &["error", "units", "foundation::atomic_file", "describe::*"]),
     ("discretise::network", &["error", "units", "foundation::formula", "describe::machine", "discretise::mesh", "physics"]),
     ("solve", &["error", "units", "foundation::progress", "discretise::network", "physics"]),
-    ("solve::meshed", &["error", "units", "foundation::progress", "describe::machine", "discretise::*", "physics", "solve"]),
+    (
+        "solve::meshed",
+        &["error", "units", "foundation::memory", "foundation::progress", "describe::machine", "discretise::*", "physics", "solve"],
+    ),
     (
         "solve::sensitivity",
         &["error", "units", "foundation::document", "describe::*", "discretise::*", "solve", "solve::meshed", "physics"],

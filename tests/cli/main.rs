@@ -1,6 +1,7 @@
 //! The program as its users meet it: every shipped file through the binary, statuses, JSON, kill -9.
 
 mod help;
+mod mesh;
 mod progress;
 mod start;
 

@@ -12,6 +12,7 @@ mod cylinder;
 mod enclosure;
 mod heat_flow;
 mod joint;
+mod mesh_error;
 mod outlet;
 mod plane;
 mod radiation;

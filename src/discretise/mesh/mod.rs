@@ -65,6 +65,14 @@ impl Mesh {
     /// # Errors
     /// No part has a block, or the target is beyond what 32-bit numbering holds.
     pub fn with_cells(machine: &Machine, target: usize) -> Result<Self> {
+        Self::with_size(machine, Self::size_for(machine, target)?)
+    }
+
+    /// The element size (m) of a mesh of about `target` cells.
+    ///
+    /// # Errors
+    /// As [`Mesh::with_cells`].
+    pub fn size_for(machine: &Machine, target: usize) -> Result<f64> {
         if target > 1_000_000_000 {
             return Err(Error::input("more cells than can be numbered").at_key("cells").read(target).help("ask for at most 1e9 cells"));
         }
@@ -74,19 +82,21 @@ impl Mesh {
                 .read(target)
                 .help("leave --cells out for the default"));
         }
-        let count = |size: f64| -> f64 {
-            let blocks = machine.parts.iter().flat_map(|p| p.blocks.iter().map(move |b| (p, b)));
-            blocks.map(|(part, block)| divisions(block, size * part.element_scale).iter().map(|n| *n as f64).product::<f64>()).sum()
-        };
         if machine.parts.iter().all(|p| p.blocks.is_empty()) {
-            return Self::with_size(machine, 1.0); // there is nothing to cut
+            return Ok(1.0); // there is nothing to cut
         }
         let (mut fine, mut coarse) = (1e-5, 10.0);
         for _ in 0..60 {
             let middle = f64::sqrt(fine * coarse);
-            if count(middle) > target as f64 { fine = middle } else { coarse = middle }
+            if Self::count(machine, middle) > target as f64 { fine = middle } else { coarse = middle }
         }
-        Self::with_size(machine, coarse)
+        Ok(coarse)
+    }
+
+    /// How many cells an element size (m) gives; those of imported parts are not counted.
+    pub fn count(machine: &Machine, size: f64) -> f64 {
+        let blocks = machine.parts.iter().flat_map(|p| p.blocks.iter().map(move |b| (p, b)));
+        blocks.map(|(part, block)| divisions(block, size * part.element_scale).iter().map(|n| *n as f64).product::<f64>()).sum()
     }
 
     /// A mesh with a given element size (m).

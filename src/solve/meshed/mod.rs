@@ -1,17 +1,20 @@
 //! A machine on a mesh, ready to be solved at any condition.
 
 mod boundaries;
+mod budget;
 pub mod described;
 mod flows;
 mod inventory;
 mod limits;
+mod mesh_error;
 pub mod record;
 
 pub use boundaries::BoundaryEntry;
 pub use flows::{Flows, Named, NamedRoute, OutletSensor};
 pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory};
 pub use limits::{LimitState, limit_states};
-pub use record::SolveRecord;
+pub use mesh_error::MeshErrors;
+pub use record::{MeshRecord, SolveRecord};
 
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::mesh::Mesh;
@@ -36,9 +39,11 @@ impl MeshedMachine {
     /// Meshes `machine` with about `cells` cells (the machine's own default where `None`) and builds its network.
     ///
     /// # Errors
-    /// As [`Mesh::with_cells`] and [`Network::build`].
+    /// As [`Mesh::with_cells`] and [`Network::build`]; more cells than the free memory holds.
     pub fn new(machine: Machine, cells: Option<usize>) -> Result<Self> {
-        let mesh = Mesh::with_cells(&machine, cells.unwrap_or(machine.default_cells))?;
+        let size = Mesh::size_for(&machine, cells.unwrap_or(machine.default_cells))?;
+        budget::check(Mesh::count(&machine, size))?;
+        let mesh = Mesh::with_size(&machine, size)?;
         Self::on(machine, mesh)
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{LimitState, MeshedMachine, SteadyState};
+use super::{LimitState, MeshErrors, MeshedMachine, SteadyState};
 use crate::discretise::network::BoundaryState;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
 use crate::solve::heat_flow::heat_flows;
@@ -33,6 +33,9 @@ pub struct SolveRecord {
     pub part_to_part: Vec<FlowRecord>,
     /// Boundaries whose laws are outside their ranges.
     pub notes: Vec<String>,
+    /// What the mesh leaves open in every reading, where that was estimated.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshRecord>,
     pub unknowns: usize,
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
@@ -71,6 +74,35 @@ pub struct BoundaryRecord {
     pub area_m2: f64,
     /// Heat that it brings into the machine.
     pub heat_W: f64,
+}
+
+/// What the mesh leaves open.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct MeshRecord {
+    /// Estimated error of each reading, K.
+    pub errors_K: BTreeMap<String, f64>,
+    /// Observed order of convergence; `null` where readings do not approach a limit evenly.
+    pub orders: BTreeMap<String, Option<f64>>,
+    /// Cells of the coarser meshes that were solved beside.
+    pub cells: [usize; 2],
+    pub tolerance_K: f64,
+    /// Whether every estimate keeps the tolerance.
+    pub within_tolerance: bool,
+}
+
+impl MeshRecord {
+    /// Errors of a model's sensors beside a tolerance (K).
+    pub fn of(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Self {
+        let names = || model.network.sensor_names.iter().cloned();
+        Self {
+            errors_K: names().zip(mesh.errors.iter().copied()).collect(),
+            orders: names().zip(mesh.orders.iter().copied()).collect(),
+            cells: mesh.cells,
+            tolerance_K: tolerance,
+            within_tolerance: mesh.errors.iter().all(|e| *e <= tolerance),
+        }
+    }
 }
 
 /// One surface of an enclosure.
@@ -189,6 +221,7 @@ impl MeshedMachine {
             },
             part_to_part: heat_flow_matrix(network, &state.load, &solution.temperatures).into_iter().map(flow).collect(),
             notes: self.boundary_notes(state),
+            mesh: None,
             unknowns: network.nodes,
             newton_iterations: solution.newton_iterations,
             krylov_iterations: solution.krylov_iterations,
