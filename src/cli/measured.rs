@@ -5,9 +5,12 @@ use std::path::{Path, PathBuf};
 use super::output::Output;
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result, did_you_mean};
+use crate::evidence::faulty::cleared;
+use crate::evidence::measurement::faults::Fault;
 use crate::evidence::measurement::{Data, Uncertainty};
 use crate::explore::simulate::Start;
 use crate::foundation::atomic_file;
+use crate::solve::sensitivity::Study;
 use crate::units::{Dimension, parse};
 
 /// The table, or the measurements that stand in the machine file.
@@ -52,17 +55,38 @@ pub fn drop_sensors(data: &mut Data, names: &[String]) -> Result<()> {
 /// # Errors
 /// As [`Uncertainty::beside`].
 pub fn uncertainty(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &Machine, out: Output) -> Result<Uncertainty> {
-    // A table called like the machine file, beside it, has no file of its own to say how uncertain it is.
-    let is_machine = |path: &Path| matches!((path.canonicalize(), machine_file.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    let found = match table {
-        Some(path) if !is_machine(&path.with_extension("toml")) => Uncertainty::beside(path, data, machine)?,
-        _ => Uncertainty::usual(data, machine),
-    };
+    let found = stated(table, machine_file, data, machine)?;
     if found.file.is_none() {
         out.note("note: no file says how uncertain the readings are; taking limits of 0.1 K for readings, sensors and water, 0.05 L/min");
     }
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
     Ok(found)
+}
+
+/// The same, and nothing said.
+///
+/// # Errors
+/// As [`Uncertainty::beside`].
+pub fn stated(table: Option<&Path>, machine_file: &Path, data: &Data, machine: &Machine) -> Result<Uncertainty> {
+    // A table called like the machine file, beside it, has no file of its own to say how uncertain it is.
+    let is_machine = |path: &Path| matches!((path.canonicalize(), machine_file.canonicalize()), (Ok(a), Ok(b)) if a == b);
+    match table {
+        Some(path) if !is_machine(&path.with_extension("toml")) => Uncertainty::beside(path, data, machine),
+        _ => Ok(Uncertainty::usual(data, machine)),
+    }
+}
+
+/// Leaves faulty readings out, unless all are to be kept; those that were found.
+///
+/// # Errors
+/// As [`cleared`].
+pub fn clear(data: &mut Data, study: &Study, uncertainty: &Uncertainty, start: Start, keep_all: bool) -> Result<Vec<Fault>> {
+    if keep_all {
+        return Ok(Vec::new());
+    }
+    let found = cleared(study, data, uncertainty, start)?;
+    *data = found.data;
+    Ok(found.faults)
 }
 
 /// The state logs begin with, as `--from` says it.

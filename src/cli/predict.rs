@@ -7,7 +7,8 @@ use super::measured;
 use super::output::Output;
 use super::text::table;
 use crate::error::{Error, Result};
-use crate::evidence::residuals::{Residuals, Spread};
+use crate::evidence::measurement::faults::{self, Fault};
+use crate::evidence::residuals::{PredictRecord, Residuals, Spread};
 use crate::foundation::atomic_file;
 use crate::solve::sensitivity::Study;
 use crate::units::celsius;
@@ -35,6 +36,9 @@ pub struct Args {
     /// Write the whole table: CSV, or Parquet by the name's ending
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    #[arg(long)]
+    keep_all: bool,
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -67,6 +71,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         data = data.split(&args.use_tests)?.0;
     }
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
+    let uncertainty = measured::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
+    let faults = measured::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
     let found = Residuals::of(&study, data, start)?;
     if let Some(path) = &args.out {
         let series = found.table(&study)?;
@@ -77,8 +83,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         out.note(&format!("wrote {}", path.display()));
     }
-    let text = if args.csv { found.table(&study)?.to_csv()? } else { text(&found, &study) };
-    out.report(&text, &found.record(&study));
+    let text = if args.csv { found.table(&study)?.to_csv()? } else { faults::listed(&faults) + &text(&found, &study) };
+    let record = PredictRecord { faults: faults.iter().map(Fault::record).collect(), ..found.record(&study) };
+    out.report(&text, &record);
     Ok(0)
 }
 

@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use crate::error::Result;
 use crate::evidence::identify;
+use crate::evidence::measurement::faults::FaultRecord;
 use crate::evidence::measurement::{Data, TEST, TIME, whiten};
 use crate::explore::simulate::Start;
 use crate::foundation::table::{Column, Table, TextColumn};
@@ -146,6 +147,7 @@ impl Residuals {
             tests: self.by_test().into_iter().collect(),
             sensors: self.by_sensor().into_iter().collect(),
             readings: self.places.iter().enumerate().map(reading).collect(),
+            faults: Vec::new(),
         }
     }
 }
@@ -162,6 +164,8 @@ pub struct PredictRecord {
     pub tests: BTreeMap<String, Spread>,
     pub sensors: BTreeMap<String, Spread>,
     pub readings: Vec<PredictedReading>,
+    /// Faulty readings that were found.
+    pub faults: Vec<FaultRecord>,
 }
 
 /// One reading beside its prediction.

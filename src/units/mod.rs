@@ -101,6 +101,8 @@ impl Dimension {
     pub const CONDUCTIVITY: Self = Self::of(1, 1, -3, -1);
     /// W/(m² K)
     pub const FILM: Self = Self::of(0, 1, -3, -1);
+    /// m² K/W
+    pub const AREA_RESISTANCE: Self = Self::of(0, -1, 3, 1);
     /// W/K
     pub const CONDUCTANCE: Self = Self::of(2, 1, -3, -1);
     /// kg/m³

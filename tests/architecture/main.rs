@@ -65,6 +65,10 @@ const ALLOWED: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "evidence::faulty",
+        &["error", "describe::machine", "explore::simulate", "solve::sensitivity", "evidence::measurement", "evidence::identify"],
+    ),
+    (
         "evidence::residuals",
         &[
             "error",
@@ -90,6 +94,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "explore::simulate",
             "evidence::measurement",
             "evidence::identify",
+            "evidence::faulty",
         ],
     ),
     (

@@ -44,6 +44,32 @@ fn an_uneven_split() {
     assert_eq!(sets[0].0, "channel.second.minor_loss");
 }
 
+/// Scale on one channel, at several flows: in series with the film it counts most where the film is best, which neither a factor
+/// on the film nor warmer water does.
+#[test]
+fn scale_on_a_channel() {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let hidden = Hidden {
+        machine: &machine,
+        cells: (300, 500),
+        lines: &[("channel.first.fouling_resistance", "\"3e-4 m2 K/W\"")],
+        conditions: Hidden::conditions(&machine, 16, 11, &[]),
+        seed: 12,
+    };
+    let found = diagnose(&hidden.problem(), &Silent).unwrap();
+    for e in &found.explanations[..4] {
+        println!("{:.3} {:.1} {} at {}", e.probability, e.misfit, e.causes[0].hypothesis.kind(), e.causes[0].hypothesis.place);
+    }
+    let best = &found.explanations[0].causes[0];
+    assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell), "{:?}", found.verdict);
+    assert_eq!((best.hypothesis.kind(), best.hypothesis.place.as_str()), ("scale", "first"));
+    let (low, high) = best.interval();
+    assert!(low < 3e-4 && 3e-4 < high && low > 1e-4, "{low} {high}");
+    let refuted = |kind: &str| !in_set(&found, kind, "first") && !in_set(&found, kind, "water");
+    assert!(refuted("film coefficient") && refuted("coolant inlet offset"));
+    assert_eq!(found.sets.unwrap()[0].0, "channel.first.fouling_resistance");
+}
+
 /// A motor's copper: its loss grows by 0.39 % per kelvin, which is neither more heat nor heat that grows with the speed.
 #[test]
 fn a_loss_that_grows_with_the_temperature() {

@@ -2,6 +2,7 @@
 
 mod command;
 mod derivatives;
+mod faults;
 mod gas;
 mod hidden;
 mod history;

@@ -147,6 +147,12 @@ fn a_film_by_a_formula() {
         ("nusselt = \"(3.66 + 40 * D_over_L) * (Pr / Pr_wall)^0.11 * mu_over_mu_wall^0.14\"", 4.06),
         ("nusselt = \"3 + coolant_flow_L_min\"", 4.0),
         ("film = \"5000 * velocity_m_s\"\nfilm_factor = 0.5", 0.5 * 5000.0 * velocity * 0.01 / 0.606),
+        // Scale is in series: 1 / (1/h + R).
+        ("film = \"1000 W/(m2 K)\"\nfouling_resistance = \"1e-3 m2 K/W\"", 500.0 * 0.01 / 0.606),
+        (
+            "nusselt = \"0.023 * Re^0.8 * Pr^0.4\"\nfouling_resistance = \"2 cm2 K/W\"",
+            0.01 / 0.606 / (0.01 / 0.606 / dittus_boelter + 2e-4),
+        ),
     ];
     for (lines, nusselt) in cases {
         let run = solve(&graetz(lines, held, "\"1e7 W/(m K)\""), 10e-3);

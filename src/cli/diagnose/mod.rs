@@ -43,6 +43,9 @@ pub struct Args {
     /// Fit surrogates of the machine as it is and of the extended one over the ranges of the machine file; write the latter here
     #[arg(long, value_name = "FILE")]
     surrogate: Option<PathBuf>,
+    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    #[arg(long)]
+    keep_all: bool,
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -85,6 +88,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.uncertain, problem.user) = (uncertainty, uncertain, user);
     (problem.start, problem.without) = (start, without);
+    if !args.keep_all {
+        problem = problem.cleared()?;
+    }
     let found = diagnosis::examine(&problem, &path, args.surrogate.as_deref(), &out.progress())?;
     // Everything is made before anything is written.
     let report = args.report.as_ref().map(|_| found.report()).transpose()?;

@@ -2,6 +2,7 @@
 
 use super::super::text::table;
 use crate::evidence::diagnose::{ExtraSensor, Verdict};
+use crate::evidence::measurement::faults;
 use crate::foundation::numbers::short;
 use crate::pipeline::diagnosis::{Findings, next_test_in_words, words};
 
@@ -17,6 +18,7 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         data.sensors.len(),
         found.headline()
     );
+    text += &faults::listed(&problem.faults);
     text += &format!(
         "  misfit {:.1} over {} readings, p = {:.2e}; best of {} causes that could show ({} tried), p = {:.2e}\n",
         misfit.chi2, misfit.freedom, misfit.probability, diagnosis.tried.visible, diagnosis.tried.all, misfit.look_elsewhere

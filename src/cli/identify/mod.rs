@@ -52,6 +52,9 @@ pub struct Args {
     /// Write the identified machine here; never over a file (default: it is not written)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    #[arg(long)]
+    keep_all: bool,
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -72,13 +75,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let mut all = measured::data(args.data.as_deref(), machine)?;
     measured::drop_sensors(&mut all, &args.without)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
+    let start = measured::start(&args.from)?;
+    let faults = measured::clear(&mut all, &study, &uncertainty, start, args.keep_all)?;
     let (data, others) = if args.use_tests.is_empty() {
         (all.clone(), None)
     } else {
         let (chosen, others) = all.split(&args.use_tests)?;
         (chosen, (!others.rows.is_empty()).then_some(others))
     };
-    let start = measured::start(&args.from)?;
     if args.free.is_empty() && args.scan.is_empty() {
         let usual: Vec<String> = study.usual_parameters().iter().filter(|p| p.variable().is_none()).map(|p| p.name.clone()).collect();
         return Err(Error::input("it is not said what to find").at_key("--free").help(format!(
@@ -123,6 +127,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         profiles: &profiles,
         advice: &advice,
         held_out,
+        faults: &faults,
         path: path.as_deref(),
         seconds: clock.elapsed().as_secs_f64(),
     };

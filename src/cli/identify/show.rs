@@ -5,6 +5,7 @@ use std::path::Path;
 use super::super::text::table;
 use crate::evidence::identify::record::{HeldOut, IdentifyRecord};
 use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
+use crate::evidence::measurement::faults::{self, Fault};
 use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::numbers::significant;
 use crate::units::celsius;
@@ -16,6 +17,7 @@ pub(super) struct Found<'a> {
     pub(super) profiles: &'a [Profile],
     pub(super) advice: &'a [Advice],
     pub(super) held_out: Option<HeldOut>,
+    pub(super) faults: &'a [Fault],
     pub(super) path: Option<&'a Path>,
     pub(super) seconds: f64,
 }
@@ -34,6 +36,7 @@ impl Found<'_> {
             problem.data.sensors.len(),
             plural(problem.data.tests().len(), "test")
         );
+        text += &faults::listed(self.faults);
         let rows: Vec<Vec<String>> = (0..problem.free.len())
             .map(|k| {
                 let p = &problem.free[k].parameter;
@@ -105,6 +108,7 @@ impl Found<'_> {
         let mut record = self.estimate.record(self.problem, self.profiles, self.advice, self.held_out.as_ref());
         record.machine = self.path.map(|path| path.display().to_string());
         record.seconds = self.seconds;
+        record.faults = self.faults.iter().map(Fault::record).collect();
         record
     }
 }

@@ -33,6 +33,8 @@ pub struct Channel {
     pub film: Film,
     /// Factor on it: fouling, or a correlation known to be off (1 = as found).
     pub film_factor: f64,
+    /// Resistance of scale on the wall, in series with the film, m² K/W.
+    pub fouling_resistance: f64,
     /// Loss coefficients summed over the bends, inlet and outlet.
     pub minor_loss: f64,
     /// Wall roughness, m.
@@ -116,6 +118,12 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part], symbols: &Symbols) ->
                 .error_at("film_factor", "the factor on a film lies between 0.001 and 1000")
                 .help("1 is a clean channel; 0.7 a fouled one"));
         }
+        let fouling_resistance = keys::FOULING_RESISTANCE.read(&section)?;
+        if !(0.0..=0.1).contains(&fouling_resistance) {
+            return Err(section
+                .error_at("fouling_resistance", "the resistance of scale lies between 0 and 0.1 m2 K/W")
+                .help("\"2e-4 m2 K/W\" is 0.4 mm of lime"));
+        }
         let minor_loss = keys::MINOR_LOSS.read(&section)?;
         if minor_loss < 0.0 {
             return Err(section
@@ -130,7 +138,7 @@ pub(super) fn channels(root: &Section<'_>, parts: &[Part], symbols: &Symbols) ->
         }
         section.finish()?;
         automatic.push(auto);
-        found.push(Channel { name, path, part, diameter, length, film, film_factor, minor_loss, roughness, is_bore });
+        found.push(Channel { name, path, part, diameter, length, film, film_factor, fouling_resistance, minor_loss, roughness, is_bore });
     }
     Ok((found, automatic))
 }

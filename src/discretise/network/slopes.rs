@@ -113,7 +113,8 @@ impl Network {
     pub fn exchange_slopes(&self, s: usize, k: usize, state: &StreamState, temperatures: &[f64]) -> ExchangeSlopes {
         let (stream, station) = (&self.streams[s], &self.streams[s].stations[k]);
         let rate = state.capacity_rate;
-        let film = 1.0 / (state.film * std::f64::consts::PI * stream.diameter * station.length);
+        let wetted = std::f64::consts::PI * stream.diameter * station.length;
+        let film = 1.0 / (state.film * wetted);
         let (mut spread, mut relative) = (0.0, 0.0);
         if stream.property != NONE {
             let cell: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
@@ -129,13 +130,14 @@ impl Network {
         let is_bounded = film + spread < 0.2 * film;
         let resistance = if is_bounded { 0.2 * film } else { film + spread };
         let spread = if is_bounded { 0.0 } else { spread };
-        let conductance = 1.0 / resistance;
+        let conductance = 1.0 / (resistance + stream.fouling_resistance / wetted);
         // dE/dR = -exp(-UA/C) UA²
         let steepness = if rate > 0.0 { (-conductance / rate).exp() * conductance * conductance } else { 0.0 };
         ExchangeSlopes {
             log_film: steepness * (resistance - spread),
             log_conductivity: steepness * spread,
             wall_temperature: steepness * spread * relative,
+            fouling: -steepness / wetted,
         }
     }
 
@@ -184,4 +186,6 @@ pub struct ExchangeSlopes {
     pub log_conductivity: f64,
     /// Per kelvin of the mean cell temperature, W/K².
     pub wall_temperature: f64,
+    /// Per m² K/W of scale, W/K.
+    pub fouling: f64,
 }

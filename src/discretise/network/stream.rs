@@ -35,6 +35,8 @@ pub struct Stream {
     pub length: f64,
     /// Factor on the film: fouling, or a correlation known to be off.
     pub film_factor: f64,
+    /// Resistance of scale on the wall, in series with the film, m² K/W.
+    pub fouling_resistance: f64,
     /// Loss coefficients of bends, inlet and outlet.
     pub minor_loss: f64,
     /// Wall roughness, m.
@@ -236,7 +238,8 @@ impl Network {
                     let across: f64 = (0..3).map(|axis| station.across[axis] * k(axis).ln()).sum();
                     station.shape / (across.exp() * station.length)
                 };
-                1.0 / (film_resistance + spread).max(0.2 * film_resistance)
+                let scale = stream.fouling_resistance / (perimeter * station.length);
+                1.0 / ((film_resistance + spread).max(0.2 * film_resistance) + scale)
             })
             .collect();
         let exchange = conductance.iter().map(|ua| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 }).collect();

@@ -28,6 +28,8 @@ use std::path::Path;
 use std::time::Instant;
 
 use crate::error::Result;
+use crate::evidence::faulty::{Cleared, cleared};
+use crate::evidence::measurement::faults::Fault;
 use crate::evidence::measurement::{Data, Uncertainty, Whitener, whiten};
 use crate::explore::simulate::Start;
 use crate::foundation::numbers::TWO_SIDED_90;
@@ -104,6 +106,8 @@ pub struct Problem {
     pub seed: u64,
     /// Kinds that are not tried.
     pub without: Vec<String>,
+    /// Faulty readings that were found in the data; see [`Problem::cleared`].
+    pub faults: Vec<Fault>,
 }
 
 impl Problem {
@@ -120,7 +124,17 @@ impl Problem {
             start: Start::Steady,
             seed: 1,
             without: Vec::new(),
+            faults: Vec::new(),
         }
+    }
+
+    /// The same without faulty readings, which are named in [`Problem::faults`].
+    ///
+    /// # Errors
+    /// As [`cleared`].
+    pub fn cleared(self) -> Result<Self> {
+        let Cleared { data, faults } = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
+        Ok(Self { data, faults, ..self })
     }
 
     /// A machine file on about `cells` cells (the file's own number where `None`) against a table of readings, with the

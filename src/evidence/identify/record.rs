@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{Advice, Estimate, Problem, Profile};
+use crate::evidence::measurement::faults::FaultRecord;
 use crate::evidence::measurement::{Data, whiten};
 use crate::units::celsius;
 
@@ -27,6 +28,8 @@ pub struct IdentifyRecord {
     /// Where the identified machine is written, if that was asked for.
     pub machine: Option<String>,
     pub evaluations: usize,
+    /// Faulty readings that were found.
+    pub faults: Vec<FaultRecord>,
     pub seconds: f64,
 }
 
@@ -170,6 +173,7 @@ impl Estimate {
             starts: self.ends.clone(),
             machine: None,
             evaluations: self.evaluations,
+            faults: Vec::new(),
             seconds: 0.0,
         }
     }

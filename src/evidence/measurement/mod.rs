@@ -4,6 +4,7 @@
 //! `time [s]` each test is a log. An empty cell is a missing reading. Beside `DATA.csv` may stand `DATA.toml`, which says
 //! how uncertain readings and conditions are ([`Uncertainty`]).
 
+pub mod faults;
 mod uncertainty;
 pub mod wander;
 pub mod whiten;
@@ -14,7 +15,7 @@ use std::path::Path;
 use crate::describe::machine::{Condition, Machine, Variable};
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::table::{Column, Table};
-use crate::units::{self, Celsius, Dimension, Kelvin};
+use crate::units::{self, Celsius, Dimension, Kelvin, celsius};
 
 pub use uncertainty::{Uncertainty, VariableUncertainty};
 pub use whiten::Whitener;
@@ -25,6 +26,8 @@ pub const TEST: &str = "test";
 pub const TIME: &str = "time";
 /// Readings outside these bounds, K, are no temperatures of a machine.
 const PLAUSIBLE: (f64, f64) = (150.0, 1500.0);
+/// What scanners write where a sensor does not answer, degC, outside these bounds: a missing reading.
+const NO_ANSWER: [f64; 4] = [-127.0, -999.0, -9999.0, 9999.0];
 /// Numbers that are temperatures of such machines in kelvin, and hardly ever in degC.
 const LIKE_KELVIN: std::ops::Range<f64> = 250.0..420.0;
 
@@ -63,7 +66,8 @@ impl Data {
     ///
     /// # Errors
     /// The file is no table; a column that is neither condition, sensor, `test` nor `time`; a unit of another kind; a
-    /// condition that is missing; a reading that is no temperature; two rows of a test at the same time; no reading at all.
+    /// condition that is missing; a reading that is no temperature; two rows of a test at the same time with the same conditions and
+    /// other readings; no reading at all.
     /// Each names its line and column.
     pub fn read(path: &Path, machine: &Machine) -> Result<Self> {
         let (table, lines) = Table::read_with_lines(path)?;
@@ -141,6 +145,14 @@ impl Data {
                     readings.push(None);
                 } else if (PLAUSIBLE.0..PLAUSIBLE.1).contains(&value) {
                     readings.push(Some(value));
+                } else if NO_ANSWER.iter().any(|sign| (celsius(value) - sign).abs() < 1e-3) {
+                    let at = line(r).map_or(String::new(), |line| format!(" (line {line})"));
+                    let (name, shown) = (&machine.sensors[*sensor].name, celsius(value));
+                    notes.push(format!(
+                        "row {}{at}, '{name}': {shown:.0} degC is the sign of a sensor that does not answer: left out",
+                        r + 1
+                    ));
+                    readings.push(None);
                 } else {
                     let error = Error::input("this reading is no temperature of a machine").at_key(&machine.sensors[*sensor].name);
                     let error = error.read(format!("{:.1} degC", Celsius::from(Kelvin(value)).0));
@@ -148,16 +160,25 @@ impl Data {
                 }
             }
             if let Some(time) = time
-                && let Some((before, other)) = latest.insert(test.clone(), (time, r))
+                && let Some((before, other)) = latest.insert(test.clone(), (time, rows.len()))
                 && time <= before
             {
-                let there = line(other).map_or(String::new(), |l| format!(" in line {l}"));
-                let error = if time < before {
-                    Error::input("the times are not in order").read(format!("{time} s after {before} s{there}"))
-                } else {
-                    Error::input(format!("two rows of '{test}' stand at {time} s")).read(format!("{time} s, as{there}"))
-                };
-                return Err(place(error.at_key(TIME).help("sort the rows of each test by time and keep one row for each time"), r));
+                let earlier = &rows[other];
+                let there = earlier.line.map_or(String::new(), |l| format!(" in line {l}"));
+                if time < before {
+                    let error = Error::input("the times are not in order").read(format!("{time} s after {before} s{there}"));
+                    return Err(place(error.at_key(TIME).help("sort the rows of each test by time"), r));
+                }
+                let differs = |(a, b): (&Option<f64>, &Option<f64>)| a.is_some() && b.is_some() && a != b;
+                if earlier.condition == condition && earlier.readings.iter().zip(&readings).any(differs) {
+                    let error = Error::input(format!("two rows of '{test}' stand at {time} s")).read(format!("{time} s, as{there}"));
+                    let help = "keep one row for each time; a step is two rows with conditions that differ";
+                    return Err(place(error.at_key(TIME).help(help), r));
+                }
+                // Other conditions are a step, the same ones a copy. What was read at one time counts once.
+                let both = rows[other].readings.iter_mut().zip(&mut readings);
+                both.for_each(|(earlier, later)| *earlier = earlier.or(later.take()));
+                readings.fill(None);
             }
             rows.push(Row { test, time, condition, readings, line: line(r) });
         }

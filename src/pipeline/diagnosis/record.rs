@@ -11,6 +11,7 @@ use super::refit::{AgainstReadings, Fitted};
 use super::{Findings, name, next};
 use crate::describe::machine::Machine;
 use crate::evidence::diagnose::{Explanation, Next, Trial, Verdict, sentence};
+use crate::evidence::measurement::faults::{Fault, FaultRecord};
 use crate::evidence::measurement::whiten;
 use crate::solve::meshed::Flows;
 use crate::units::celsius;
@@ -42,6 +43,8 @@ pub struct DiagnosisRecord {
     pub missing_heat: Vec<MissingHeatRecord>,
     pub heat_balance: Vec<HeatBalanceRecord>,
     pub readings: Vec<ReadingRecord>,
+    /// Faulty readings that were found.
+    pub faults: Vec<FaultRecord>,
     pub seconds: f64,
 }
 
@@ -270,6 +273,7 @@ impl Findings<'_> {
                 .collect(),
             heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(machine, b)).collect(),
             readings: readings(self),
+            faults: self.problem.faults.iter().map(Fault::record).collect(),
             seconds: diagnosis.seconds,
         }
     }

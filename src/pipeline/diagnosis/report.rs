@@ -58,6 +58,9 @@ fn in_short(section: &mut Section, found: &Findings<'_>) {
         Verdict::SomethingElse | Verdict::CannotTell => Tone::Uncertain,
     };
     section.note(tone, found.headline());
+    for fault in &found.problem.faults {
+        section.note(Tone::Uncertain, format!("Faulty reading: {}.", fault.text()));
+    }
     let mut key = vec![
         KeyFigure::new(diagnosis.verdict.code().replace('_', " "), "verdict").tone(tone),
         KeyFigure::new(format!("{:.1}", diagnosis.misfit.chi2), format!("misfit, where {} is expected", diagnosis.misfit.freedom)),

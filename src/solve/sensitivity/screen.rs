@@ -293,6 +293,12 @@ impl<'a> Screen<'a> {
         self.disturbance(self.exchange(s, |k| self.network.exchange_slopes(s, k, state, &self.solution.temperatures).log_film))
     }
 
+    /// The scale on a stream's wall; per m² K/W.
+    pub fn stream_scale(&self, s: usize) -> Disturbance {
+        let state = &self.solution.streams[s];
+        self.disturbance(self.exchange(s, |k| self.network.exchange_slopes(s, k, state, &self.solution.temperatures).fouling))
+    }
+
     /// Rows that follow from a change of every station's exchange, W/K.
     fn exchange(&self, s: usize, slope: impl Fn(usize) -> f64) -> Vec<(u32, f64)> {
         let stream = &self.network.streams[s];

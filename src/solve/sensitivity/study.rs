@@ -151,6 +151,7 @@ impl Study {
                 Reach::Channel(c) => {
                     let (stream, channel) = (network.streams.get_mut(c)?, machine.channels.get(c)?);
                     (stream.film_factor, stream.minor_loss) = (channel.film_factor, channel.minor_loss);
+                    stream.fouling_resistance = channel.fouling_resistance;
                 }
                 Reach::Load | Reach::Network => {}
             }

@@ -1,6 +1,6 @@
 //! Coolant channels and the circuits that feed them.
 
-use super::{CELSIUS, CONDUCTIVITY, DENSITY, FILM, METRES, MICROMETRES, MILLIMETRES, SPECIFIC_HEAT, TRIPLE};
+use super::{AREA_RESISTANCE, CELSIUS, CONDUCTIVITY, DENSITY, FILM, METRES, MICROMETRES, MILLIMETRES, SPECIFIC_HEAT, TRIPLE};
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
 use crate::units::Dimension;
 
@@ -54,6 +54,14 @@ pub(in crate::describe::machine) const FILM_FACTOR: Key =
     Key::new("film_factor", Form::Number, "factor on the film, given or found: 0.7 is a fouled channel")
         .or(Unstated::Si(1.0))
         .reaching(Reach::Channel);
+/// Resistance of scale.
+pub(in crate::describe::machine) const FOULING_RESISTANCE: Key = Key::new(
+    "fouling_resistance",
+    Form::Quantity(AREA_RESISTANCE),
+    "of scale on the wall, in series with the film (1/h + R): 1e-4 to 5e-4 m2 K/W after years of hard water",
+)
+.or(Unstated::Si(0.0))
+.reaching(Reach::Channel);
 /// Loss coefficients.
 pub(in crate::describe::machine) const MINOR_LOSS: Key = Key::new(
     "minor_loss",
@@ -99,6 +107,7 @@ pub(super) const CHANNEL: Table = Table {
         WALL,
         BEND_FACTOR,
         FILM_FACTOR,
+        FOULING_RESISTANCE,
         MINOR_LOSS,
         ROUGHNESS,
     ]],

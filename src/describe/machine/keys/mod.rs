@@ -22,6 +22,7 @@ const AREA: Unit = Unit::of(Dimension::AREA, "m2");
 const CELSIUS: Unit = Unit::of(Dimension::TEMPERATURE, "degC");
 const KELVIN: Unit = Unit::of(Dimension::DIFFERENCE, "K");
 const FILM: Unit = Unit::of(Dimension::FILM, "W/(m2 K)");
+const AREA_RESISTANCE: Unit = Unit::of(Dimension::AREA_RESISTANCE, "m2 K/W");
 const CONDUCTIVITY: Unit = Unit::of(Dimension::CONDUCTIVITY, "W/(m K)");
 const DENSITY: Unit = Unit::of(Dimension::DENSITY, "kg/m3");
 const SPECIFIC_HEAT: Unit = Unit::of(Dimension::SPECIFIC_HEAT, "J/(kg K)");

@@ -177,6 +177,7 @@ impl Builder<'_> {
                 property: self.property(channel.part, 0),
                 diameter: channel.diameter,
                 film_factor: channel.film_factor,
+                fouling_resistance: channel.fouling_resistance,
                 minor_loss: channel.minor_loss,
                 roughness: channel.roughness,
                 film: channel.film.clone(),

@@ -11,12 +11,17 @@ use crate::foundation::document::{Leaf, quoted};
 use crate::solve::sensitivity::{Disturbance, Study};
 use crate::units;
 
+/// Scale after years of hard water, m² K/W.
+const SCALE: f64 = 2e-4;
+
 /// Coolant and films.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[non_exhaustive]
 pub enum Flow {
     /// Film of a channel, logarithm.
     Film(usize),
+    /// Scale on the wall of a channel, m² K/W in series with its film.
+    Scale(usize),
     /// Loss coefficient of one of parallel channels, more than the model has.
     Split(usize),
     /// Flow of a circuit, logarithm.
@@ -35,6 +40,7 @@ impl Family for Flow {
         for (c, channel) in site.machine.channels.iter().enumerate() {
             let parts = vec![site.machine.parts[channel.part].name.clone()];
             found.push(Hypothesis::signed(Self::Film(c), &channel.name, parts.clone(), 0.4, "ln"));
+            found.push(Hypothesis::positive(Self::Scale(c), &channel.name, parts.clone(), SCALE, "m2 K/W"));
             // Less flow in one of parallel channels is more in the others.
             if let Some(loss) = site.data.rows.iter().find_map(|row| branch_loss(site.machine, site.network, c, &row.condition)) {
                 // Four times the loss coefficient is half the flow.
@@ -62,6 +68,7 @@ impl Family for Flow {
     fn kind(&self) -> &'static str {
         match self {
             Self::Film(_) => "film coefficient",
+            Self::Scale(_) => "scale",
             Self::Split(_) => "uneven split",
             Self::Rate(_) => "coolant flow",
             Self::Inlet(_) => "coolant inlet offset",
@@ -76,6 +83,10 @@ impl Family for Flow {
         let circuit = |c: usize, key: &str| format!("circuit.{}.{key}", quoted(&machine.circuits[c].name));
         match *self {
             Self::Film(c) => edit.scaled(&channel(c, "film_factor"), edit.amplitude.exp()),
+            Self::Scale(c) => {
+                let resistance = machine.channels[c].fouling_resistance + edit.amplitude.max(0.0);
+                Ok(Some(vec![(channel(c, "fouling_resistance"), text(format!("{resistance:?} m2 K/W")))]))
+            }
             Self::Split(c) => {
                 let loss = machine.channels[c].minor_loss + edit.amplitude.max(0.0);
                 Ok(Some(vec![(channel(c, "minor_loss"), format!("{loss:?}"))]))
@@ -97,9 +108,10 @@ impl Family for Flow {
 
     fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
         match *self {
-            Self::Film(c) => {
+            Self::Film(c) | Self::Scale(c) => {
                 let name = &at.machine().channels[c].name;
-                Some(at.screen.stream_film(at.network().streams.iter().position(|s| s.name == *name)?))
+                let stream = at.network().streams.iter().position(|s| s.name == *name)?;
+                Some(if matches!(self, Self::Film(_)) { at.screen.stream_film(stream) } else { at.screen.stream_scale(stream) })
             }
             Self::Split(_) => at.along(),
             Self::Rate(c) => at.screen.flow(c).ok(),
@@ -111,6 +123,7 @@ impl Family for Flow {
     fn quantity(&self, _law: Law) -> Quantity {
         match self {
             Self::Film(_) | Self::Rate(_) | Self::BoundaryFilm(_) => Quantity::factor("factor"),
+            Self::Scale(_) => Quantity::plain("resistance", "m2 K/W"),
             Self::Split(_) => Quantity::plain("loss_coefficient", "1"),
             Self::Inlet(_) | Self::Line(_) => Quantity::plain("offset", "K"),
         }
@@ -120,6 +133,7 @@ impl Family for Flow {
         let (place, number, kelvin) = (told.place(), told.range(""), told.range(" K"));
         match self {
             Self::Film(_) => format!("the film of channel {place} is {number} times the model's (below 1: fouling)"),
+            Self::Scale(_) => format!("scale covers the wall of channel {place}: {} in series with the film", told.range(" m2 K/W")),
             Self::Split(_) => format!("channel {place} is narrowed and gets less of the flow: a loss coefficient of {number} more"),
             Self::Rate(_) => format!("the flow through {place} is {number} times what is stated"),
             Self::Inlet(_) => format!("the water enters {place} warmer than stated by {kelvin}"),

@@ -92,6 +92,9 @@ impl Told<'_> {
 }
 
 fn number(v: f64) -> String {
+    if v != 0.0 && v.abs() < 1e-3 {
+        return format!("{v:.2e}");
+    }
     let digits = match v.abs() {
         a if a >= 100.0 => 0,
         a if a >= 10.0 => 1,

@@ -1,0 +1,134 @@
+//! Faulty readings of measured data beside a machine: found, and left out, before anything is concluded from the rest.
+//!
+//! Readings, sensors and copies are judged by [`faults::find`]; a row of wrong conditions is one whose sensors are all off by
+//! what another value of one condition gives, which the machine is solved for.
+
+use crate::describe::machine::Condition;
+use crate::error::Result;
+use crate::evidence::identify::{self, Prediction};
+use crate::evidence::measurement::faults::{self, Fault, OddRow};
+use crate::evidence::measurement::{Data, Row, Uncertainty, whiten};
+use crate::explore::simulate::Start;
+use crate::solve::sensitivity::Study;
+
+/// Error allowed in each time step of a log, K.
+const TIME_TOLERANCE: f64 = 0.01;
+/// Rows of wrong conditions that are looked for.
+const MOST_ROWS: usize = 3;
+/// What another value may leave of a row's deviations: this share, or this many times what its sensors scatter.
+const LEFT: [f64; 2] = [0.1, 3.0];
+/// Stated standard deviations that the value must be wrong by.
+const OFF: f64 = 5.0;
+/// Steps towards the value that fits.
+const STEPS: usize = 6;
+
+/// Data without their faults.
+#[derive(Debug, Clone)]
+pub struct Cleared {
+    /// What is left.
+    pub data: Data,
+    /// What was found; marked where it was left out.
+    pub faults: Vec<Fault>,
+}
+
+/// Finds faulty readings and leaves them out; logs begin with the state `start`.
+///
+/// # Errors
+/// The machine cannot be solved at a condition, or a log cannot be run.
+pub fn cleared(study: &Study, data: &Data, uncertainty: &Uncertainty, start: Start) -> Result<Cleared> {
+    let predicted = identify::values_within(study, data, start, TIME_TOLERANCE)?;
+    let mut found = faults::find(data, &predicted, &uncertainty.noise);
+    let places = whiten::places(data);
+    for _ in 0..if data.is_transient() { 0 } else { MOST_ROWS } {
+        // Rows are judged without the readings that are wrong by themselves.
+        let rest = faults::blanked(data, &found);
+        let is_kept = |(place, told): (&(usize, usize), &f64)| rest.rows[place.0].readings[place.1].map(|_| *told);
+        let told: Vec<f64> = places.iter().zip(&predicted).filter_map(is_kept).collect();
+        let Some(odd) = faults::odd_row(&rest, &told, &uncertainty.noise) else { break };
+        let Some(fault) = wrong_condition(study, &rest, uncertainty, &odd) else { break };
+        found.push(fault);
+    }
+    found.sort_by_key(|fault| *fault.rows.start());
+    let data = faults::without(data, &mut found);
+    Ok(Cleared { data, faults: found })
+}
+
+/// Another value of one condition with which the row's sensors show what the others' do.
+struct Fitting {
+    variable: usize,
+    /// SI.
+    value: f64,
+    /// Deviations left, over what the sensors scatter.
+    left: f64,
+}
+
+/// The condition of an odd row that another value of takes its deviations away; `None` where there is none, or where stated
+/// uncertainty suffices.
+fn wrong_condition(study: &Study, data: &Data, uncertainty: &Uncertainty, odd: &OddRow) -> Option<Fault> {
+    let variables = &study.model.machine.variables;
+    let mut fitting: Vec<Fitting> = (0..variables.len()).filter_map(|v| fitted(study, data, odd, v)).collect();
+    fitting.sort_by(|a, b| a.left.total_cmp(&b.left));
+    let best = fitting.first().filter(|best| best.left < (LEFT[0] * odd.size(&odd.off)).max(LEFT[1]))?;
+    let condition = &data.rows[odd.row].condition;
+    let stated = condition.si()[best.variable];
+    if (best.value - stated).abs() < OFF * uncertainty.at(condition)[best.variable] {
+        return None;
+    }
+    let others = fitting[1..].iter().filter(|other| other.left < 2.0 * best.left.max(LEFT[1]));
+    let shown = |fit: &Fitting| format!("{} {}", variables[fit.variable].name, variables[fit.variable].with_unit(fit.value, 4));
+    let or: String = others.map(|other| format!(", or {}", shown(other))).collect();
+    let words = format!(
+        "{} is {}, but all {} sensors fit {}{or}",
+        variables[best.variable].name,
+        variables[best.variable].with_unit(stated, 4),
+        odd.sensors.len(),
+        shown(best)
+    );
+    Some(Fault::wrong_condition(data, odd.row, &variables[best.variable].name, words))
+}
+
+/// The value of a variable with which the sensors of a row are off least; `None` where the machine cannot be solved so.
+fn fitted(study: &Study, data: &Data, odd: &OddRow, v: usize) -> Option<Fitting> {
+    let variable = &study.model.machine.variables[v];
+    let own = &data.rows[odd.row];
+    let at = |value: f64| -> Option<Prediction> {
+        let mut si = own.condition.si().to_vec();
+        si[v] = value;
+        let row = Row { condition: Condition::from_si(si), ..own.clone() };
+        identify::predict(study, &Data { rows: vec![row], ..data.clone() }, &[], Start::Steady).ok()
+    };
+    // Half the range beyond the range: a value that was typed wrong is often outside.
+    let (low, high) = variable.range.map_or((f64::NEG_INFINITY, f64::INFINITY), |(low, high)| {
+        let least = if low > 0.0 && !variable.dimension.is_absolute() { 0.1 * low } else { low - 0.5 * (high - low) };
+        (least, high + 0.5 * (high - low))
+    });
+    let value = own.condition.si()[v];
+    let first = at(value)?;
+    let left = |found: &Prediction| -> Vec<f64> {
+        odd.off.iter().zip(&found.values).zip(&first.values).map(|((off, now), before)| off - (now - before)).collect()
+    };
+    // What is positive by nature acts by its ratio, as flows do.
+    let is_ratio = value > 0.0 && !variable.dimension.is_absolute();
+    let mut found = first.clone();
+    let mut best = Fitting { variable: v, value, left: odd.size(&odd.off) };
+    for _ in 0..STEPS {
+        let unit = if is_ratio { best.value } else { 1.0 };
+        let slopes = found.conditions.iter().map(|row| row[v] * unit).zip(&odd.scatter).zip(left(&found));
+        let (dot, square) = slopes.fold((0.0, 0.0), |(d, q), ((s, w), o)| (d + s * o / (w * w), q + s * s / (w * w)));
+        let step = if square > 0.0 { dot / square } else { 0.0 };
+        let moved = |share: f64| if is_ratio { best.value * (share * step).exp() } else { best.value + share * step };
+        let nearer = [1.0, 0.5, 0.25].into_iter().find_map(|share| {
+            let value = moved(share).clamp(low, high);
+            let found = at(value)?;
+            let left = odd.size(&left(&found));
+            (left < best.left).then_some((Fitting { variable: v, value, left }, found))
+        });
+        let Some((better, there)) = nearer else { break };
+        let is_close = better.left > 0.99 * best.left;
+        (best, found) = (better, there);
+        if is_close {
+            break;
+        }
+    }
+    Some(best)
+}

@@ -1,0 +1,377 @@
+//! Faulty readings: found by what a sensor, a row or a stretch of a log does against everything else that was read and
+//! predicted, named by row and column, and left out before anything is concluded from the rest.
+//!
+//! A fault is isolated: what shows in several readings is physics, however large, and stays. So a single wrong reading is one
+//! that neither its neighbours in time, nor the other sensors of its row, nor the sensor's other rows share.
+
+mod log;
+mod table;
+
+use serde::Serialize;
+
+use super::{Data, Row, whiten};
+use crate::units::celsius;
+
+pub use table::{OddRow, odd_row};
+
+/// What digital sensors and scanners show where nothing is read, degC.
+const SIGNS: [f64; 3] = [0.0, 85.0, 999.0];
+/// A reading is such a sign within this, K.
+const SAME: f64 = 5e-3;
+/// How far such a sign must lie from what is predicted, K: some machines are at 0 or 85 degC.
+const ABSURD: f64 = 10.0;
+/// Share of the readings that may be left out one by one, by stretches and by rows.
+const MOST: f64 = 0.1;
+/// Readings of one sensor in a log, and in a steady table, that must be the same to be stuck.
+const STUCK: [usize; 2] = [8, 4];
+/// Noises that the prediction, and the other sensors, must move over what is stuck.
+const MOVES: f64 = 20.0;
+/// Digits of the readings that it must move.
+const DIGITS: f64 = 5.0;
+/// Chance at which equal readings of two rows without names count as copied.
+const COPIED: f64 = 1e-4;
+
+/// Kinds of faults.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum FaultKind {
+    /// One reading, off all others.
+    WrongReading,
+    /// A sensor that shows the same while everything moves.
+    StuckSensor,
+    /// A sensor that shows the sign of no reading throughout.
+    DeadSensor,
+    /// The same row again.
+    DuplicateRow,
+    /// A row whose conditions are not those it was read at.
+    WrongCondition,
+}
+
+/// A fault of the data.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Fault {
+    /// Its kind.
+    pub kind: FaultKind,
+    /// First and last row of the data that it concerns, counted from 0.
+    pub rows: std::ops::RangeInclusive<usize>,
+    /// Line of the file where it begins, if known.
+    pub line: Option<usize>,
+    /// Name of the test it begins in.
+    pub test: String,
+    /// The sensor; none for a whole row.
+    pub sensor: Option<String>,
+    /// The variable whose value is wrong.
+    pub variable: Option<String>,
+    /// What is wrong, in words, without the place.
+    pub words: String,
+    /// Whether its readings were left out.
+    pub is_left_out: bool,
+    /// Row and sensor of its readings.
+    readings: Vec<(usize, usize)>,
+}
+
+impl Fault {
+    fn new(data: &Data, kind: FaultKind, readings: Vec<(usize, usize)>, sensor: Option<usize>, words: String) -> Self {
+        let rows = readings.iter().map(|(r, _)| *r);
+        let (first, last) = (rows.clone().min().unwrap_or(0), rows.max().unwrap_or(0));
+        Self {
+            kind,
+            rows: first..=last,
+            line: data.rows[first].line,
+            test: data.rows[first].test.clone(),
+            sensor: sensor.map(|k| data.names[k].clone()),
+            variable: None,
+            words,
+            is_left_out: false,
+            readings,
+        }
+    }
+
+    /// A row whose `variable` is not what it was read at.
+    pub fn wrong_condition(data: &Data, row: usize, variable: &str, words: String) -> Self {
+        let readings = (0..data.names.len()).filter(|k| data.rows[row].readings[*k].is_some()).map(|k| (row, k)).collect();
+        Self { variable: Some(variable.into()), ..Self::new(data, FaultKind::WrongCondition, readings, None, words) }
+    }
+
+    /// How many readings it concerns.
+    pub fn count(&self) -> usize {
+        self.readings.len()
+    }
+
+    /// The whole of it in one line: place, what is wrong, and what was done.
+    pub fn text(&self) -> String {
+        let (first, last) = (self.rows.start() + 1, self.rows.end() + 1);
+        let line = self.line.map_or(String::new(), |line| format!(" (line {line})"));
+        let rows = if first == last { format!("row {first}{line}") } else { format!("rows {first} to {last}{line}") };
+        let sensor = self.sensor.as_ref().map_or(String::new(), |name| format!(", '{name}'"));
+        format!("{rows}{sensor}: {}: {}", self.words, if self.is_left_out { "left out" } else { "kept" })
+    }
+
+    /// The fault for other programs.
+    pub fn record(&self) -> FaultRecord {
+        FaultRecord {
+            kind: self.kind,
+            row: self.rows.start() + 1,
+            last_row: self.rows.end() + 1,
+            line: self.line,
+            test: self.test.clone(),
+            sensor: self.sensor.clone(),
+            variable: self.variable.clone(),
+            readings: self.count(),
+            left_out: self.is_left_out,
+            text: self.text(),
+        }
+    }
+}
+
+/// A fault as outside programs read it, under the key `faults`. Rows count from 1, without the header.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct FaultRecord {
+    pub kind: FaultKind,
+    pub row: usize,
+    pub last_row: usize,
+    pub line: Option<usize>,
+    pub test: String,
+    pub sensor: Option<String>,
+    pub variable: Option<String>,
+    pub readings: usize,
+    pub left_out: bool,
+    pub text: String,
+}
+
+/// Data beside predictions, row by row; readings of faults that were found are taken out on the way.
+struct Grid<'a> {
+    data: &'a Data,
+    /// Noise of each sensor, K.
+    noise: &'a [f64],
+    /// Readings, K, by row and sensor.
+    read: Vec<Vec<Option<f64>>>,
+    /// Predictions, K, likewise; none where nothing was read.
+    predicted: Vec<Vec<Option<f64>>>,
+}
+
+impl Grid<'_> {
+    /// Measured less predicted, K.
+    fn residual(&self, row: usize, sensor: usize) -> Option<f64> {
+        Some(self.read[row][sensor]? - self.predicted[row][sensor]?)
+    }
+
+    /// Rows in which a sensor was read.
+    fn rows_of(&self, sensor: usize) -> Vec<usize> {
+        (0..self.read.len()).filter(|r| self.read[*r][sensor].is_some()).collect()
+    }
+
+    /// The smallest step between readings of a sensor, K; that of all sensors where it shows one value only.
+    fn digit(&self, sensor: usize) -> f64 {
+        let step = |sensors: &mut dyn Iterator<Item = usize>| -> Option<f64> {
+            let mut smallest: Option<f64> = None;
+            for k in sensors {
+                let mut values: Vec<f64> = self.read.iter().filter_map(|row| row[k]).collect();
+                values.sort_by(f64::total_cmp);
+                let steps = values.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 1e-9);
+                smallest = steps.chain(smallest).min_by(f64::total_cmp);
+            }
+            smallest
+        };
+        step(&mut std::iter::once(sensor)).or_else(|| step(&mut (0..self.data.names.len()))).unwrap_or(0.0)
+    }
+
+    fn take_out(&mut self, fault: &Fault) {
+        for (r, k) in &fault.readings {
+            self.read[*r][*k] = None;
+        }
+    }
+}
+
+/// Faults of single readings, sensors and copied rows, in the order of the rows. `predicted` has one value (K) for every reading
+/// (rows, then sensors, missing ones left out), `noise` the standard deviation of each sensor's noise, K.
+pub fn find(data: &Data, predicted: &[f64], noise: &[f64]) -> Vec<Fault> {
+    let mut grid = Grid {
+        data,
+        noise,
+        read: data.rows.iter().map(|row| row.readings.clone()).collect(),
+        predicted: vec![vec![None; data.names.len()]; data.rows.len()],
+    };
+    for ((r, k), value) in whiten::places(data).into_iter().zip(predicted) {
+        grid.predicted[r][k] = Some(*value);
+    }
+    let mut found = Vec::new();
+    let singles = if data.is_transient() { log::wrong_readings } else { table::wrong_readings };
+    for look in [duplicates, dead, stuck, singles] {
+        let new = look(&grid);
+        new.iter().for_each(|fault| grid.take_out(fault));
+        found.extend(new);
+    }
+    found.sort_by_key(|fault| *fault.rows.start());
+    found
+}
+
+/// The data without the readings of some faults, each of which is then marked. Single readings, stretches and rows are left out
+/// only as long as they are no more than a tenth of all readings, or one row of six: else none of them is, for then it is the
+/// machine that is wrong about the data. Sensors that are dead or stuck throughout, and copies, are left out in any case.
+pub fn without(data: &Data, faults: &mut [Fault]) -> Data {
+    let is_whole = |fault: &Fault| match (fault.kind, &fault.sensor) {
+        (FaultKind::DuplicateRow | FaultKind::DeadSensor, _) => true,
+        (_, Some(name)) => {
+            let k = data.names.iter().position(|n| n == name).unwrap_or(0);
+            fault.readings.len() > 1 && fault.readings.len() == data.rows.iter().filter(|row| row.readings[k].is_some()).count()
+        }
+        _ => false,
+    };
+    let counted: usize = faults.iter().filter(|fault| !is_whole(fault)).map(Fault::count).sum();
+    let one_row = if data.rows.len() >= 6 { data.names.len() } else { 1 };
+    let is_few = counted as f64 <= (MOST * data.count() as f64).max(one_row as f64);
+    faults.iter_mut().for_each(|fault| fault.is_left_out = is_few || is_whole(fault));
+    let mut rest = blanked(data, faults.iter().filter(|fault| fault.is_left_out));
+    // Rows of a log also say what the conditions were.
+    if !rest.is_transient() {
+        rest.rows.retain(|row| row.readings.iter().any(Option::is_some));
+    }
+    if rest.count() == 0 {
+        faults.iter_mut().for_each(|fault| fault.is_left_out = false);
+        return data.clone();
+    }
+    rest
+}
+
+/// Faults as a list for readers; nothing where there is none.
+pub fn listed(faults: &[Fault]) -> String {
+    if faults.is_empty() {
+        return String::new();
+    }
+    let mut text = String::from("faulty readings:\n");
+    faults.iter().for_each(|fault| text += &format!("  {}\n", fault.text()));
+    if faults.iter().any(|fault| !fault.is_left_out) {
+        text += "  more than a tenth of the readings would go: those are kept, since the machine may be wrong about them\n";
+    }
+    text + "\n"
+}
+
+/// The data with empty cells where some faults are; every row stays.
+pub fn blanked<'f>(data: &Data, faults: impl IntoIterator<Item = &'f Fault>) -> Data {
+    let mut rest = data.clone();
+    for (r, k) in faults.into_iter().flat_map(|fault| &fault.readings) {
+        rest.rows[*r].readings[*k] = None;
+    }
+    rest
+}
+
+/// Rows that are the same reading again: one of them counts.
+fn duplicates(grid: &Grid<'_>) -> Vec<Fault> {
+    let rows = &grid.data.rows;
+    let mut first: std::collections::HashMap<Vec<u64>, Vec<usize>> = std::collections::HashMap::new();
+    let mut found = Vec::new();
+    for (r, row) in rows.iter().enumerate() {
+        if row.readings.iter().all(Option::is_none) {
+            // In a log the reader has taken what was read at one time together.
+            let is_again = |before: &Row| before.time == row.time && before.test == row.test && before.condition == row.condition;
+            if row.time.is_some() && r > 0 && is_again(&rows[r - 1]) {
+                let words = format!("the same time, conditions and readings as row {r}");
+                found.push(Fault {
+                    rows: r..=r,
+                    line: row.line,
+                    test: row.test.clone(),
+                    ..Fault::new(grid.data, FaultKind::DuplicateRow, Vec::new(), None, words)
+                });
+            }
+            continue;
+        }
+        let numbers = row.time.iter().chain(row.condition.si()).copied();
+        let readings = row.readings.iter().map(|reading| reading.unwrap_or(f64::NAN));
+        let same = first.entry(numbers.chain(readings).map(f64::to_bits).collect()).or_default();
+        if let Some(other) = same.iter().find(|other| is_copy(grid, &rows[**other], row)) {
+            let readings = (0..row.readings.len()).filter(|k| row.readings[*k].is_some()).map(|k| (r, k)).collect();
+            let words = format!("the same time, conditions and readings as row {}", other + 1);
+            found.push(Fault::new(grid.data, FaultKind::DuplicateRow, readings, None, words));
+        } else {
+            same.push(r);
+        }
+    }
+    found
+}
+
+/// Whether two equal rows are one reading. Rows without the name of a test could be two tests that came out alike.
+fn is_copy(grid: &Grid<'_>, one: &Row, other: &Row) -> bool {
+    if one.test == other.test {
+        return true;
+    }
+    let is_unnamed = |row: &Row| row.test.starts_with("row ");
+    let alike = |k: usize| (grid.digit(k) / (2.0 * std::f64::consts::PI.sqrt() * grid.noise[k].max(1e-12))).min(1.0);
+    let chance: f64 = (0..one.readings.len()).filter(|k| one.readings[*k].is_some()).map(alike).product();
+    is_unnamed(one) && is_unnamed(other) && chance < COPIED
+}
+
+/// Whether a temperature (K) is the sign of no reading, where `predicted` (K) should be.
+fn is_sign(kelvin: f64, predicted: f64) -> bool {
+    SIGNS.iter().any(|sign| (celsius(kelvin) - sign).abs() < SAME) && (kelvin - predicted).abs() > ABSURD
+}
+
+/// Sensors that show nothing but the sign of no reading.
+fn dead(grid: &Grid<'_>) -> Vec<Fault> {
+    let of = |k: usize| -> Option<Fault> {
+        let rows = grid.rows_of(k);
+        let is_dead = |r: &usize| grid.read[*r][k].zip(grid.predicted[*r][k]).is_some_and(|(read, told)| is_sign(read, told));
+        if rows.len() < 2 || !rows.iter().all(is_dead) {
+            return None;
+        }
+        let words = format!("dead, {:.1} degC in all {} readings", celsius(grid.read[rows[0]][k]?), rows.len());
+        Some(Fault::new(grid.data, FaultKind::DeadSensor, rows.iter().map(|r| (*r, k)).collect(), Some(k), words))
+    };
+    (0..grid.data.names.len()).filter_map(of).collect()
+}
+
+/// Stretches over which a sensor shows the same to the last digit, while its prediction and the other sensors move.
+fn stuck(grid: &Grid<'_>) -> Vec<Fault> {
+    let least = STUCK[usize::from(!grid.data.is_transient())];
+    let mut found = Vec::new();
+    for k in 0..grid.data.names.len() {
+        let rows = grid.rows_of(k);
+        let digit = grid.digit(k);
+        let is_next = |a: &usize, b: &usize| {
+            let is_one_test = !grid.data.is_transient() || grid.data.rows[*a].test == grid.data.rows[*b].test;
+            is_one_test && grid.read[*a][k] == grid.read[*b][k]
+        };
+        for run in rows.chunk_by(is_next).filter(|run| run.len() >= least) {
+            let moved = range(run.iter().filter_map(|r| grid.predicted[*r][k]));
+            let (first, last) = (run[0], run[run.len() - 1]);
+            let others = (0..grid.data.names.len()).filter(|j| *j != k);
+            let ranges = others.map(|j| range((first..=last).filter_map(|r| grid.read[r][j])) / grid.noise[j]);
+            let around = median(ranges.collect()).unwrap_or(f64::INFINITY);
+            if moved > MOVES * grid.noise[k] + DIGITS * digit && around > 0.5 * MOVES {
+                let words = format!(
+                    "stuck at {:.2} degC in {} readings, while the machine moves it by {}",
+                    grid.read[first][k].map_or(f64::NAN, celsius),
+                    run.len(),
+                    kelvin(moved)
+                );
+                found.push(Fault::new(grid.data, FaultKind::StuckSensor, run.iter().map(|r| (*r, k)).collect(), Some(k), words));
+            }
+        }
+    }
+    found
+}
+
+fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+    (high - low).max(0.0)
+}
+
+fn median(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    (n > 0).then(|| 0.5 * (values[(n - 1) / 2] + values[n / 2]))
+}
+
+/// Standard deviation of some deviations, from their median: a few wrong ones do not count.
+fn robust(deviations: impl Iterator<Item = f64>) -> f64 {
+    1.4826 * median(deviations.map(f64::abs).collect()).unwrap_or(0.0)
+}
+
+/// A difference of temperatures as a person says it.
+fn kelvin(k: f64) -> String {
+    if k.abs() >= 10.0 { format!("{:.0} K", k.abs()) } else { format!("{:.1} K", k.abs()) }
+}

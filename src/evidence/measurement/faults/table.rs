@@ -1,0 +1,118 @@
+//! Single wrong readings and wrong rows of steady tables: against the sensor's other rows and the row's other sensors.
+
+use super::{Fault, FaultKind, Grid, is_sign, kelvin, median, robust};
+use crate::evidence::measurement::{Data, whiten};
+use crate::units::celsius;
+
+/// A wrong reading inside the range of the conditions is off by this many noises, and this many times as much as any other of
+/// its row and column.
+const INSIDE: [f64; 2] = [30.0, 10.0];
+/// At the edge of that range, where a cause may act at one condition alone.
+const EDGE: [f64; 2] = [200.0, 30.0];
+/// At the edge, at most this is asked of its size, K.
+const PLAIN: f64 = 15.0;
+/// Times as much for the sign of a sensor that does not answer.
+const SIGN: f64 = 3.0;
+/// Rows and sensors that a judgement needs.
+const LEAST: [usize; 2] = [3, 2];
+/// The same for a row of wrong conditions.
+const LEAST_OF_ROWS: [usize; 2] = [6, 3];
+/// Such a row is off by this many deviations of its sensors, and this many times as much as any other.
+const ODD: [f64; 2] = [10.0, 3.0];
+
+/// Deviations of the residuals from the median of each sensor, K, by row and sensor.
+fn deviations(sensors: usize, rows: usize, residual: impl Fn(usize, usize) -> Option<f64>) -> Vec<Vec<Option<f64>>> {
+    let middle = |k: usize| median((0..rows).filter_map(|r| residual(r, k)).collect()).unwrap_or(0.0);
+    let medians: Vec<f64> = (0..sensors).map(middle).collect();
+    (0..rows).map(|r| medians.iter().enumerate().map(|(k, median)| Some(residual(r, k)? - median)).collect()).collect()
+}
+
+/// Readings off all others of their row and of their column.
+pub fn wrong_readings(grid: &Grid<'_>) -> Vec<Fault> {
+    let (sensors, rows) = (grid.data.names.len(), grid.data.rows.len());
+    let all = deviations(sensors, rows, |r, k| grid.residual(r, k));
+    let at = |r: usize, k: usize| all[r][k].map(f64::abs);
+    let mut found = Vec::new();
+    for k in 0..sensors {
+        let own = grid.rows_of(k);
+        for r in own.iter().copied() {
+            let (Some(off), Some(read), Some(predicted)) = (at(r, k), grid.read[r][k], grid.predicted[r][k]) else { continue };
+            let beside: Vec<f64> = (0..sensors).filter(|j| *j != k).filter_map(|j| at(r, j)).collect();
+            if own.len() < LEAST[0] || beside.len() + 1 < LEAST[1] {
+                continue;
+            }
+            let others = own.iter().filter(|other| **other != r).filter_map(|other| at(*other, k)).chain(beside).fold(0.0, f64::max);
+            let is_wrong = if is_sign(read, predicted) {
+                off > SIGN * others && off > SIGN * grid.noise[k]
+            } else if is_at_edge(grid.data, r, &own) {
+                off > (EDGE[0] * grid.noise[k]).min(PLAIN.max(INSIDE[0] * grid.noise[k])) && off > EDGE[1] * others
+            } else {
+                off > INSIDE[0] * grid.noise[k] && off > INSIDE[1] * others
+            };
+            if is_wrong {
+                let words = format!("{:.1} degC is {} off what its sensor and its row show elsewhere", celsius(read), kelvin(off));
+                found.push(Fault::new(grid.data, FaultKind::WrongReading, vec![(r, k)], Some(k), words));
+            }
+        }
+    }
+    found
+}
+
+/// Whether a row alone has the least or the largest value of some variable that varies.
+fn is_at_edge(data: &Data, row: usize, rows: &[usize]) -> bool {
+    (0..data.rows[row].condition.si().len()).any(|v| {
+        let at = |r: usize| data.rows[r].condition.si()[v];
+        let others = || rows.iter().filter(|r| **r != row).map(|r| at(*r));
+        let (low, high) = (others().fold(f64::INFINITY, f64::min), others().fold(f64::NEG_INFINITY, f64::max));
+        at(row) < low || at(row) > high
+    })
+}
+
+/// A row whose sensors are all off, as no other row's are.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OddRow {
+    /// Which, counted from 0.
+    pub row: usize,
+    /// Sensors read in it, as columns of the data.
+    pub sensors: Vec<usize>,
+    /// Residual of each of them less that of its other rows, K.
+    pub off: Vec<f64>,
+    /// What the residuals of each scatter in the other rows, K.
+    pub scatter: Vec<f64>,
+}
+
+impl OddRow {
+    /// Root mean square of some deviations of its sensors (K), over what they scatter.
+    pub fn size(&self, off: &[f64]) -> f64 {
+        let squares = off.iter().zip(&self.scatter).map(|(o, s)| (o / s).powi(2));
+        (squares.sum::<f64>() / off.len().max(1) as f64).sqrt()
+    }
+}
+
+/// The row of a steady table that is off as no other is; `predicted` and `noise` as in [`super::find`].
+pub fn odd_row(data: &Data, predicted: &[f64], noise: &[f64]) -> Option<OddRow> {
+    let (sensors, rows) = (data.names.len(), data.rows.len());
+    if data.is_transient() || rows < LEAST_OF_ROWS[0] {
+        return None;
+    }
+    let mut residual = vec![vec![None; sensors]; rows];
+    for (((r, k), read), told) in whiten::places(data).into_iter().zip(whiten::readings(data)).zip(predicted) {
+        residual[r][k] = Some(read - told);
+    }
+    let all = deviations(sensors, rows, |r, k| residual[r][k]);
+    let scatter: Vec<f64> = (0..sensors).map(|k| robust((0..rows).filter_map(|r| all[r][k])).max(noise[k])).collect();
+    let of = |r: usize| -> OddRow {
+        let read: Vec<usize> = (0..sensors).filter(|k| all[r][*k].is_some()).collect();
+        OddRow {
+            row: r,
+            off: read.iter().filter_map(|k| all[r][*k]).collect(),
+            scatter: read.iter().map(|k| scatter[*k]).collect(),
+            sensors: read,
+        }
+    };
+    let mut odd: Vec<(f64, OddRow)> = (0..rows).map(of).map(|row| (row.size(&row.off), row)).collect();
+    odd.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let next = odd[1].0;
+    let (size, row) = odd.swap_remove(0);
+    (row.sensors.len() >= LEAST_OF_ROWS[1] && size > ODD[0] && size > ODD[1] * next).then_some(row)
+}

@@ -1,0 +1,315 @@
+//! Faulty readings are found, named by row and column, and left out; clean data and real effects stay as they are.
+
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::diagnose::{Problem, Verdict, diagnose};
+use coldplate::evidence::faulty::cleared;
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::faults::{Fault, FaultKind, find};
+use coldplate::evidence::measurement::{Data, Row, Uncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::foundation::progress::Silent;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
+
+use super::command::{coldplate, json, message, scratch, write};
+use super::hidden::Hidden;
+use super::twin::SMALL;
+
+/// Two masses in a room, one with a heater: `power_W` is the machine's own variable.
+const LUMPED: &str = r#"
+name = "Two masses"
+[variables.coolant_flow]
+unit = "L/min"
+default = "4 L/min"
+[variables.coolant_temperature]
+unit = "degC"
+default = "20 degC"
+[variables.motor_speed]
+unit = "rpm"
+default = "0 rpm"
+range = ["0 rpm", "3000 rpm"]
+[variables.ambient_temperature]
+unit = "degC"
+default = "22 degC"
+[node.room]
+temperature = "ambient_temperature"
+[node.motor]
+capacity = "300 J/K"
+[node.nut]
+capacity = "150 J/K"
+[node.foot]
+capacity = "400 J/K"
+[contact.motor_nut]
+between = ["motor", "nut"]
+total_conductance = "0.8 W/K"
+[contact.motor_foot]
+between = ["motor", "foot"]
+total_conductance = "1.2 W/K"
+[contact.foot_room]
+between = ["foot", "room"]
+total_conductance = "1 W/K"
+[contact.nut_room]
+between = ["nut", "room"]
+total_conductance = "0.2 W/K"
+[source.motor]
+in = "motor"
+power = "0.02 * motor_speed_rpm"
+[sensor.motor]
+node = "motor"
+[sensor.nut]
+node = "nut"
+[sensor.foot]
+node = "foot"
+"#;
+const NOISE: f64 = 0.05;
+
+/// A log of one hour in steps of 20 s, the speed in blocks, on a truth with lines changed.
+fn log(lines: &[(&str, &str)], seed: u64) -> (Study, Data, Uncertainty) {
+    let machine = Document::parse(LUMPED, "lumped.toml").unwrap();
+    let mut truth = machine.clone();
+    lines.iter().for_each(|(key, value)| truth.apply_set(key, value).unwrap());
+    let (study, truth) = (Study::new(machine, None).unwrap(), Study::new(truth, None).unwrap());
+    let rpm = std::f64::consts::TAU / 60.0;
+    let speed = |i: usize| [500.0, 2500.0, 1200.0, 3000.0][(i / 45) % 4] * rpm;
+    let row = |i: usize| Row {
+        test: "log".into(),
+        time: Some(20.0 * i as f64),
+        condition: Condition::from_si(vec![4.0 / 60_000.0, 293.15, speed(i), 295.15]),
+        readings: vec![Some(300.0); 3],
+        line: Some(i + 2),
+    };
+    let mut data = Data {
+        source: "a log".into(),
+        sensors: vec![0, 1, 2],
+        names: vec!["motor".into(), "nut".into(), "foot".into()],
+        rows: (0..181).map(row).collect(),
+        notes: Vec::new(),
+    };
+    let values = identify::values(&truth, &data, Start::Steady).unwrap();
+    noisy(&mut data, &values, seed);
+    let uncertainty = Uncertainty { noise: vec![NOISE; 3], ..Uncertainty::usual(&data, &study.model.machine) };
+    (study, data, uncertainty)
+}
+
+fn noisy(data: &mut Data, values: &[f64], seed: u64) {
+    let mut random = Random::new(seed);
+    let sensors = data.names.len();
+    for (row, values) in data.rows.iter_mut().zip(values.chunks(sensors)) {
+        for (reading, value) in row.readings.iter_mut().zip(values) {
+            *reading = Some(value + NOISE * random.normal());
+        }
+    }
+}
+
+fn steady(lines: &[(&str, &str)], rows: usize, seed: u64) -> Problem {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let conditions = Hidden::conditions(&machine, rows, seed, &[]);
+    Hidden { machine: &machine, cells: (300, 500), lines, conditions, seed }.problem()
+}
+
+fn names(faults: &[Fault]) -> Vec<(FaultKind, usize, Option<String>)> {
+    faults.iter().map(|f| (f.kind, *f.rows.start(), f.sensor.clone())).collect()
+}
+
+/// 20 K too much in one reading of a log: found there and nowhere else, and all else as without it.
+#[test]
+fn a_spike_in_a_log() {
+    let (study, mut data, uncertainty) = log(&[], 1);
+    let clean = data.clone();
+    data.rows[77].readings[1] = data.rows[77].readings[1].map(|t| t + 20.0);
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert_eq!(names(&found.faults), [(FaultKind::WrongReading, 77, Some("nut".into()))], "{:#?}", found.faults);
+    let text = found.faults[0].text();
+    assert!(
+        text.starts_with("row 78 (line 79), 'nut': ") && text.contains(" 20 K off its neighbours") && text.ends_with("left out"),
+        "{text}"
+    );
+    assert_eq!(found.data.count(), data.count() - 1);
+    let mut wanted = clean;
+    wanted.rows[77].readings[1] = None;
+    assert_eq!(found.data.rows, wanted.rows);
+}
+
+/// A spike on the model that has another cause as well: the cause is named as without it.
+#[test]
+fn a_cause_is_found_in_spite_of_a_spike() {
+    let mut problem = steady(&[("source.hidden", "{ in = \"bracket\", power = \"6 W\" }")], 12, 3);
+    problem.data.rows[5].readings[0] = Some(273.15 + 85.0);
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongReading, 5, Some(problem.data.names[0].clone()))], "{:#?}", problem.faults);
+    let found = diagnose(&problem, &Silent).unwrap();
+    let best = &found.explanations[0].causes[0].hypothesis;
+    assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell), "{:?}", found.verdict);
+    assert_eq!((best.kind(), best.place.as_str()), ("heat source", "bracket"));
+}
+
+/// A sensor that stops, and shows its last value for twenty minutes.
+#[test]
+fn a_stuck_sensor() {
+    let (study, mut data, uncertainty) = log(&[], 2);
+    let last = data.rows[100].readings[0];
+    (100..118).for_each(|r| data.rows[r].readings[0] = last);
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert_eq!(names(&found.faults), [(FaultKind::StuckSensor, 100, Some("motor".into()))], "{:#?}", found.faults);
+    assert_eq!(*found.faults[0].rows.end(), 117);
+    assert_eq!(found.data.count(), data.count() - 18);
+}
+
+/// A sensor without a cable: 85 degC in every row, in a table and in a log.
+#[test]
+fn a_dead_sensor() {
+    let (study, mut data, uncertainty) = log(&[], 3);
+    data.rows.iter_mut().for_each(|row| row.readings[2] = Some(273.15 + 999.0));
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert_eq!(names(&found.faults), [(FaultKind::DeadSensor, 0, Some("foot".into()))], "{:#?}", found.faults);
+    assert!(found.faults[0].text().contains("dead, 999.0 degC in all 181 readings"));
+    let mut problem = steady(&[], 10, 4);
+    problem.data.rows.iter_mut().for_each(|row| row.readings[3] = Some(273.15));
+    let before = problem.data.count();
+    let problem = problem.cleared().unwrap();
+    assert_eq!(problem.faults.len(), 1, "{:#?}", problem.faults);
+    assert_eq!((problem.faults[0].kind, problem.data.count()), (FaultKind::DeadSensor, before - 10));
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+}
+
+/// The flow of one row, typed with two digits exchanged.
+#[test]
+fn a_wrong_row_of_conditions() {
+    let mut problem = steady(&[], 14, 5);
+    let flow = problem.study.model.machine.variables.iter().position(|v| v.name == "coolant_flow").unwrap();
+    let row = 6;
+    let mut si = problem.data.rows[row].condition.si().to_vec();
+    let right = si[flow] * 60_000.0;
+    si[flow] *= if right > 5.0 { 0.3 } else { 2.6 };
+    problem.data.rows[row].condition = Condition::from_si(si);
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongCondition, row, None)], "{:#?}", problem.faults);
+    let fault = &problem.faults[0];
+    println!("{} (right: {right:.3} L/min)", fault.text());
+    // Another water temperature may do as well.
+    let fits: f64 =
+        fault.words.split(" fit ").nth(1).unwrap().split("coolant_flow ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!((fits / right - 1.0).abs() < 0.1, "{fits} {right}");
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+}
+
+/// The same test copied twice counts once; a test that was really repeated stays.
+#[test]
+fn duplicate_rows() {
+    let mut problem = steady(&[], 8, 6);
+    let copy = problem.data.rows[2].clone();
+    problem.data.rows.extend([copy.clone(), copy.clone()]);
+    let mut repeated = copy;
+    repeated.readings.iter_mut().flatten().for_each(|t| *t += 0.01);
+    problem.data.rows.push(repeated);
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::DuplicateRow, 8, None), (FaultKind::DuplicateRow, 9, None)]);
+    assert_eq!(problem.data.rows.len(), 9);
+}
+
+/// Nothing is found in clean data, nor where the machine itself is wrong: fronts, a missing link, a slow sensor, wrong noise.
+#[test]
+fn clean_data_and_real_effects_stay() {
+    let effects: [&[(&str, &str)]; 6] = [
+        &[],
+        &[("contact.motor_nut.total_conductance", "\"0.2 W/K\"")],
+        &[("node.nut.capacity", "\"20 J/K\"")],
+        &[("sensor.motor.lag", "\"60 s\"")],
+        &[("source.motor.power", "\"0.04 * motor_speed_rpm\"")],
+        &[("node.motor.capacity", "\"15 J/K\""), ("sensor.nut.lag", "\"5 s\"")],
+    ];
+    for (i, lines) in effects.iter().enumerate() {
+        for scale in [0.5, 1.0, 2.0] {
+            let (study, data, mut uncertainty) = log(lines, 10 + i as u64);
+            uncertainty.noise.iter_mut().for_each(|noise| *noise *= scale);
+            let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+            assert!(found.faults.is_empty() && found.data == data, "{lines:?} {scale}: {:#?}", found.faults);
+        }
+    }
+    let tables: [&[(&str, &str)]; 5] = [
+        &[],
+        &[("source.motor.power", "\"0.2 * motor_speed_rpm\"")],
+        &[("contact.motor.conductance", "\"30 W/(m2 K)\"")],
+        &[("source.hidden", "{ in = \"bearing\", power = \"30 * (motor_speed_rpm / 2500)^4\" }")],
+        &[("channel.first.film_factor", "0.2")],
+    ];
+    for (i, lines) in tables.iter().enumerate() {
+        for rows in [4, 12] {
+            let problem = steady(lines, rows, 20 + i as u64);
+            let data = problem.data.clone();
+            let problem = problem.cleared().unwrap();
+            assert!(problem.faults.is_empty() && problem.data == data, "{lines:?} {rows}: {:#?}", problem.faults);
+        }
+    }
+}
+
+/// Fewer than one false alarm in a thousand tables of noise.
+#[test]
+fn noise_is_no_fault() {
+    let (study, log, uncertainty) = log(&[], 30);
+    let predicted = identify::values(&study, &log, Start::Steady).unwrap();
+    let table = steady(&[], 12, 31);
+    let told = identify::values(&table.study, &table.data, Start::Steady).unwrap();
+    let mut alarms = 0;
+    for seed in 0..1000 {
+        let (mut one, mut other) = (log.clone(), table.data.clone());
+        noisy(&mut one, &predicted, 1000 + seed);
+        noisy(&mut other, &told, 3000 + seed);
+        alarms += find(&one, &predicted, &uncertainty.noise).len() + find(&other, &told, &table.uncertainty.noise).len();
+    }
+    assert_eq!(alarms, 0);
+}
+
+/// The commands name the fault, go on without it, and keep it where that is asked for.
+#[test]
+fn commands_say_what_they_leave_out() {
+    let folder = scratch("faults");
+    let machine = write(&folder, "lumped.toml", LUMPED);
+    let (_, mut data, _) = log(&[], 40);
+    data.rows[50].readings[1] = Some(273.15 + 85.0);
+    let mut text = String::from("time [s],motor_speed [rpm],motor [degC],nut [degC],foot [degC]\n");
+    for row in &data.rows {
+        let readings: Vec<String> = row.readings.iter().flatten().map(|t| format!("{:.2}", t - 273.15)).collect();
+        text += &format!("{},{:.3},{}\n", row.time.unwrap(), row.condition.si()[2] * 60.0 / std::f64::consts::TAU, readings.join(","));
+    }
+    let table = write(&folder, "readings.csv", text);
+    write(&folder, "readings.toml", "kind = \"standard deviations\"\nnoise = \"0.05 K\"\n");
+    for command in [&["predict"][..], &["diagnose"], &["identify", "--free", "contact.motor_nut.total_conductance", "--brief"]] {
+        let asked = |more: &[&str]| coldplate(&[&[command[0], machine.as_str(), table.as_str(), "--quiet"], &command[1..], more].concat());
+        let found = json(&asked(&["--json"]));
+        let faults = found["faults"].as_array().unwrap();
+        assert_eq!(faults.len(), 1, "{command:?}: {faults:#?}");
+        let one = &faults[0];
+        assert_eq!(
+            (&one["kind"], &one["row"], &one["line"], &one["sensor"]),
+            (&"wrong_reading".into(), &51.into(), &52.into(), &"nut".into())
+        );
+        assert_eq!((&one["left_out"], found["readings"].as_array().unwrap().len()), (&true.into(), 542), "{command:?}");
+        let said = asked(&[]);
+        let said = String::from_utf8_lossy(&said.stdout);
+        assert!(said.contains("row 51 (line 52), 'nut': 85.0 degC is ") && said.contains("left out"), "{command:?}: {said}");
+        if command[0] != "diagnose" {
+            let kept = json(&asked(&["--json", "--keep-all"]));
+            assert_eq!((kept["faults"].as_array().unwrap().len(), kept["readings"].as_array().unwrap().len()), (0, 543), "{command:?}");
+        }
+    }
+}
+
+/// Two rows at one time whose conditions differ are a step; -127 degC is no answer.
+#[test]
+fn steps_and_signs_in_a_file() {
+    let folder = scratch("steps");
+    let machine = write(&folder, "lumped.toml", LUMPED);
+    let rows = "0,500,30,28,26\n60,500,30.1,28.1,26\n60,2500,30.1,28.1,26\n120,2500,35,-127,27\n120,2500,35,-127,27\n180,2500,38,32,28\n";
+    let table = write(&folder, "step.csv", format!("time [s],motor_speed [rpm],motor [degC],nut [degC],foot [degC]\n{rows}"));
+    let output = coldplate(&["predict", &machine, &table, "--json", "--from", "readings"]);
+    let (found, said) = (json(&output), message(&output));
+    assert_eq!(found["readings"].as_array().unwrap().len(), 11, "{found:#}");
+    assert!(said.contains("'nut': -127 degC is the sign of a sensor that does not answer"), "{said}");
+    assert_eq!(found["faults"][0]["kind"], "duplicate_row");
+    assert_eq!(found["faults"][0]["line"], 6);
+    let wrong = write(&folder, "twice.csv", "time [s],motor_speed [rpm],motor [degC]\n0,500,30\n60,500,31\n60,500,32\n");
+    let output = coldplate(&["predict", &machine, &wrong]);
+    assert!(output.status.code() == Some(2) && message(&output).contains("stand at 60 s"), "{}", message(&output));
+}
