@@ -25,15 +25,24 @@ fn key(study: &Study, name: &str) -> Option<String> {
         .find(|key| matches!(study.document().leaf(key), Ok(Some(Leaf::Text(_)))))
 }
 
+impl Contact {
+    /// Contacts with a conductance that a factor can be put on.
+    pub(super) fn scalable(study: &Study) -> Vec<Self> {
+        let network = &study.model.network;
+        let can = |name: &str| network.contacts.iter().any(|g| g.name == name) && key(study, name).is_some();
+        let contacts = study.model.machine.contacts.iter().enumerate();
+        contacts.filter(|(_, contact)| can(&contact.name)).map(|(c, _)| Self(c)).collect()
+    }
+}
+
 impl Family for Contact {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
         let mut found = Vec::new();
-        for (c, contact) in site.machine.contacts.iter().enumerate() {
-            if site.network.contacts.iter().any(|g| g.name == contact.name) && key(site.study, &contact.name).is_some() {
-                let constant = Hypothesis::signed(Self(c), &contact.name, site.part_names(&contact.between), 0.7, "ln");
-                let drift = Hypothesis { scale: 0.3, unit: "ln per 10 K", law: Law::Temperature, ..constant.clone() };
-                found.extend([constant, drift]);
-            }
+        for own in Self::scalable(site.study) {
+            let contact = &site.machine.contacts[own.0];
+            let constant = Hypothesis::signed(own, &contact.name, site.part_names(&contact.between), 0.7, "ln");
+            let drift = Hypothesis { scale: 0.3, unit: "ln per 10 K", law: Law::Temperature, ..constant.clone() };
+            found.extend([constant, drift]);
         }
         found
     }

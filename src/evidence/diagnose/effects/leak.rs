@@ -9,10 +9,18 @@ use crate::describe::machine::{Block, Machine, Shape};
 use crate::discretise::network::{FREE, Surface};
 use crate::error::Result;
 use crate::foundation::document::quoted;
+use crate::physics::convection::{self, FreeConvection, Gas};
+use crate::physics::radiation::SIGMA;
 use crate::solve::sensitivity::{Disturbance, Study};
 
 /// Film of free convection and radiation in a room, W/(m² K).
 const ROOM_FILM: f64 = 5.0;
+/// Area of what a lumped node stands for, m².
+const ROOM_AREA: f64 = 0.02;
+/// Height of the plate that stands for a lumped node in a room, m.
+const HEIGHT: f64 = 0.1;
+/// The plate itself.
+const PLATE: FreeConvection = FreeConvection { shape: convection::Shape::VerticalPlate, length: HEIGHT, gas: Gas::Air, pressure: 101_325.0 };
 
 /// Paths for heat.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -22,8 +30,12 @@ pub enum Leak {
     Surroundings(u32),
     /// Film from the outer faces of a part, which the model has adiabatic, to the surroundings, W/(m² K).
     Film(usize),
-    /// Conductance between two groups, W/K.
+    /// Conductance between two groups, the second perhaps a node of given temperature, W/K.
     Link(u32, u32),
+    /// Free convection of a lumped node to the surroundings: area of an upright plate, m².
+    Convection(usize),
+    /// Radiation of a lumped node to the surroundings: black area, m².
+    Radiation(usize),
 }
 
 impl Family for Leak {
@@ -43,6 +55,19 @@ impl Family for Leak {
             }
         }
         found.extend(site.apart(&site.groups).into_iter().map(link));
+        let given = site.given();
+        let ends = site.groups.iter().flat_map(|free| given.iter().map(move |held| (free, held)));
+        found.extend(ends.filter(|(free, held)| !site.touch(free.index, held.index)).map(link));
+        // Nodes have no faces: what they lose by laws of their own is an area.
+        for (n, node) in machine.nodes.iter().enumerate().filter(|(_, node)| node.fixed.is_none()) {
+            let area = |effect: Self| Hypothesis::positive(effect, &node.name, vec![node.name.clone()], ROOM_AREA, "m2");
+            if !site.is_in_vacuum {
+                found.push(area(Self::Convection(n)));
+            }
+            if node.radiation.is_none() {
+                found.push(area(Self::Radiation(n)));
+            }
+        }
         found
     }
 
@@ -51,6 +76,8 @@ impl Family for Leak {
             Self::Surroundings(_) => "leak to the surroundings",
             Self::Film(_) => "loss to the surroundings",
             Self::Link(..) => "conductive link",
+            Self::Convection(_) => "free convection",
+            Self::Radiation(_) => "radiation to the surroundings",
         }
     }
 
@@ -64,6 +91,15 @@ impl Family for Leak {
             }
             Self::Film(p) => vec![(edit.added("boundary"), film(edit.machine(), p, edit.positive(), &edit.surroundings()?))],
             Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive()))],
+            Self::Convection(n) | Self::Radiation(n) => {
+                let law = if matches!(self, Self::Convection(_)) {
+                    format!("free_convection = \"vertical_plate\", length = \"{HEIGHT} m\", fluid_temperature")
+                } else {
+                    "emissivity = 1.0, surroundings_temperature".to_string()
+                };
+                let (node, area) = (text(&edit.machine().nodes[n].name), text(format!("{:?} m2", edit.positive())));
+                vec![(edit.added("boundary"), format!("{{ node = {node}, area = {area}, {law} = {} }}", edit.surroundings()?))]
+            }
         }))
     }
 
@@ -89,6 +125,16 @@ impl Family for Leak {
                 at.screen.opened(surfaces, |s, t| s.area * (t - surroundings))
             }
             Self::Link(a, b) => at.screen.disturbance(at.ground.conductor([a, b], at.temperatures(), |_| 1.0)),
+            Self::Convection(n) | Self::Radiation(n) => {
+                let group = (at.machine().parts.len() + n) as u32;
+                let node = at.ground.heated(group).first()?.0;
+                let own = at.temperatures()[node as usize];
+                let flux = match self {
+                    Self::Convection(_) => PLATE.flux(own, surroundings).value,
+                    _ => SIGMA * (own.powi(4) - surroundings.powi(4)),
+                };
+                at.screen.disturbance([(node, flux)])
+            }
         })
     }
 
@@ -96,6 +142,7 @@ impl Family for Leak {
         match self {
             Self::Surroundings(_) | Self::Link(..) => Quantity::plain("conductance", "W/K"),
             Self::Film(_) => Quantity::plain("film", "W/(m2 K)"),
+            Self::Convection(_) | Self::Radiation(_) => Quantity::plain("area", "m2"),
         }
     }
 
@@ -109,6 +156,10 @@ impl Family for Leak {
                 let film = told.range(" W/(m2 K)");
                 format!("{place} loses heat to the surroundings, which the model lacks: {film} over its outer faces")
             }
+            Self::Convection(_) => {
+                format!("{place} loses heat to the surroundings by free convection: as an upright plate of {}", told.range(" m2"))
+            }
+            Self::Radiation(_) => format!("{place} radiates to the surroundings: as a black surface of {}", told.range(" m2")),
             Self::Link(..) => format!("something conducts heat between {}: {}", told.both_places(), told.range(" W/K")),
         }
     }

@@ -72,6 +72,8 @@ families! {
     radiation: Radiation,
     /// Paths that the model lacks: to the surroundings and between parts.
     leak: Leak,
+    /// What all members of a kind share: films, heats, emissivities, contacts, inlets.
+    common: Common,
     /// Sensors' own errors.
     sensor: Sensor,
     /// Kinds of the user's own.
@@ -342,6 +344,21 @@ impl<'a> Site<'a> {
             Place::Node(n) => self.machine.nodes[*n].name.clone(),
         };
         places.iter().map(name).collect()
+    }
+
+    /// Lumped nodes of given temperature, but those at the temperature of the chamber, to which every group may leak.
+    fn given(&self) -> Vec<Group> {
+        let loads: Vec<Load> = self.data.rows.iter().filter_map(|row| Load::at(self.machine, &row.condition).ok()).collect();
+        let differs = |n: usize| loads.iter().any(|load| (load.fixed[n] - load.chamber).abs() > 1e-6);
+        let parts = self.machine.parts.len();
+        let held = self.machine.nodes.iter().enumerate().filter(|(n, node)| node.fixed.is_some() && differs(*n));
+        held.map(|(n, node)| Group { index: (parts + n) as u32, name: node.name.clone() }).collect()
+    }
+
+    /// Whether something joins two groups.
+    fn touch(&self, a: u32, b: u32) -> bool {
+        let of = |n: u32| self.network.group[n as usize];
+        self.network.joints.iter().any(|j| (of(j.a), of(j.b)) == (a, b) || (of(j.a), of(j.b)) == (b, a))
     }
 
     /// Pairs of some groups that do not touch.

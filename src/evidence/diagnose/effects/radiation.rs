@@ -31,6 +31,20 @@ pub enum Radiation {
     Exchange(u32, u32),
 }
 
+impl Radiation {
+    /// Emissivities of all that radiates and has a number for it, and is free to move.
+    pub(super) fn emissivities(study: &Study) -> Vec<Self> {
+        let network = &study.model.network;
+        let is_held = |node: u32| network.fixed.iter().any(|(held, _)| *held == node);
+        let radiates = |g: u32| {
+            let own = network.surfaces.iter().filter(|s| s.emissive > 0.0 && network.group[s.node as usize] == g);
+            own.filter(|s| !is_held(s.node)).count() > 0
+        };
+        let groups = network.groups.iter().enumerate().map(|(g, name)| (g as u32, name));
+        groups.filter(|(g, name)| radiates(*g) && emissivity_key(study, name).is_some()).map(|(g, _)| Self::Emissivity(g)).collect()
+    }
+}
+
 impl Family for Radiation {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
         if !site.is_in_vacuum {
@@ -42,13 +56,16 @@ impl Family for Radiation {
         let radiates =
             |g: &&Group| site.network.surfaces.iter().any(|s| s.emissive > 0.0 && site.network.group[s.node as usize] == g.index);
         let radiating: Vec<Group> = site.groups.iter().filter(radiates).cloned().collect();
-        let has_number = |g: &&Group| emissivity_key(site.study, &g.name).is_some();
-        let emissivity = |g: &Group| Hypothesis::signed(Self::Emissivity(g.index), &g.name, vec![g.name.clone()], 0.4, "ln");
+        let emissivity = |own: Self| {
+            let Self::Emissivity(g) = own else { return None };
+            let name = &site.network.groups[g as usize];
+            Some(Hypothesis::signed(own, name, vec![name.clone()], 0.4, "ln"))
+        };
         let exchange = |(a, b): (&Group, &Group)| {
             let parts = vec![a.name.clone(), b.name.clone()];
             Hypothesis::positive(Self::Exchange(a.index, b.index), parts.join(" - "), parts, 0.02, "m2")
         };
-        let of_parts = radiating.iter().filter(has_number).map(emissivity);
+        let of_parts = Self::emissivities(site.study).into_iter().filter_map(emissivity);
         let of_pairs = site.apart(&radiating).into_iter().map(exchange);
         [chamber, gas].into_iter().chain(of_parts).chain(of_pairs).collect()
     }

@@ -22,6 +22,8 @@ pub enum Sensor {
     Gain(usize),
     /// Time constant, s; logs only.
     Lag(usize),
+    /// Offset of all of them, K: the scanner.
+    All,
     /// Two sensors swapped. A swap has no amplitude: it counts as 1.
     Swap(usize, usize),
 }
@@ -30,6 +32,9 @@ impl Family for Sensor {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
         let (names, none) = (&site.data.names, Vec::new);
         let mut found = Vec::new();
+        if names.len() > 1 {
+            found.push(Hypothesis::signed(Self::All, "all sensors", none(), 0.5, "K"));
+        }
         for (k, name) in names.iter().enumerate() {
             found.push(Hypothesis::signed(Self::Offset(k), name, none(), 0.5, "K"));
             if site.data.rows.len() > 1 {
@@ -50,6 +55,7 @@ impl Family for Sensor {
             Self::Offset(_) => "sensor offset",
             Self::Gain(_) => "sensor gain",
             Self::Lag(_) => "sensor lag",
+            Self::All => "all sensors",
             Self::Swap(..) => "swapped sensors",
         }
     }
@@ -66,7 +72,7 @@ impl Family for Sensor {
 
     fn quantity(&self, _law: Law) -> Quantity {
         match self {
-            Self::Offset(_) => Quantity::plain("offset", "K"),
+            Self::Offset(_) | Self::All => Quantity::plain("offset", "K"),
             Self::Gain(_) => Quantity::grown("factor"),
             Self::Lag(_) => Quantity::plain("time_constant", "s"),
             Self::Swap(..) => Quantity::plain("share", "1"),
@@ -79,6 +85,7 @@ impl Family for Sensor {
             Self::Offset(_) => format!("the sensor {place} reads too high by {}", told.range(" K")),
             Self::Gain(_) => format!("the sensor {place} has a gain of {}", told.range("")),
             Self::Lag(_) => format!("the sensor {place} lags by {}", told.range(" s")),
+            Self::All => format!("all sensors read too high by {}: the scanner", told.range(" K")),
             Self::Swap(..) => format!("the sensors {} are exchanged", told.both_places()),
         }
     }
@@ -91,6 +98,7 @@ impl Sensor {
             Self::Offset(k) => Self::Offset(to(k)),
             Self::Gain(k) => Self::Gain(to(k)),
             Self::Lag(k) => Self::Lag(to(k)),
+            Self::All => Self::All,
             Self::Swap(a, b) => Self::Swap(to(a), to(b)),
         }
     }
@@ -117,6 +125,7 @@ impl Sensor {
             Self::Offset(k) => (k, SensorResponse::with_offset),
             Self::Gain(k) => (k, SensorResponse::with_gain),
             Self::Lag(k) => (k, SensorResponse::with_lag),
+            Self::All => return (0..data.names.len()).flat_map(|k| Self::Offset(k).written(machine, data, amplitude)).collect(),
             Self::Swap(..) => return Vec::new(),
         };
         let before = machine.sensors[data.sensors[column]].shows;
@@ -141,6 +150,7 @@ impl Sensor {
         let own = |k: usize| places.iter().enumerate().filter(move |(_, (_, sensor))| *sensor == k);
         match self {
             Self::Offset(k) => own(k).for_each(|(i, _)| found[i] += amplitude),
+            Self::All => found.iter_mut().for_each(|value| *value += amplitude),
             Self::Gain(k) => {
                 let more = SensorResponse::default().with_gain(amplitude);
                 own(k).for_each(|(i, _)| found[i] = more.settled(found[i]));

@@ -1,0 +1,175 @@
+//! What all members of a kind share, and paths for heat to what has a given temperature.
+
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::diagnose::{Diagnosis, Law, Problem, Scales, Verdict, diagnose, hypotheses, sentence};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, Row, Uncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::foundation::progress::Silent;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
+
+use super::hidden::Hidden;
+use super::twin::SMALL;
+
+fn shown(found: &Diagnosis) {
+    println!("{:?} {:?}", found.verdict, found.level);
+    for e in found.explanations.iter().take(6) {
+        let words: Vec<String> = e.causes.iter().map(sentence).collect();
+        println!("{:.3} {:.1} {}", e.probability, e.misfit, words.join("; "));
+    }
+}
+
+fn is_in_set(found: &Diagnosis, kind: &str, place: &str) -> bool {
+    let is = |i: &usize| found.explanations[*i].causes.iter().any(|c| c.hypothesis.kind() == kind && c.hypothesis.place == place);
+    found.set.iter().any(is)
+}
+
+/// Every source gives 1.5 times what the file says: one cause, not three.
+#[test]
+fn all_heats() {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let lines = [
+        ("source.motor.power", "\"0.054 * motor_speed_rpm\""),
+        ("source.gear.power", "\"0.024 * motor_speed_rpm\""),
+        ("source.bearing.power", "\"0.0024 * motor_speed_rpm\""),
+    ];
+    let conditions = Hidden::conditions(&machine, 14, 21, &[]);
+    let found = diagnose(&Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions, seed: 22 }.problem(), &Silent).unwrap();
+    shown(&found);
+    let best = &found.explanations[0].causes[0];
+    assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell));
+    assert_eq!((best.hypothesis.kind(), found.explanations[0].causes.len()), ("all heats", 1));
+    let (low, high) = best.interval();
+    assert!(low < 0.5 && 0.5 < high && low > 0.35, "{low} {high}");
+    assert!(sentence(best).starts_with("all heats are 1."), "{}", sentence(best));
+    assert_eq!(found.sets.unwrap().len(), 3);
+}
+
+/// The scanner shows 0.6 K too much everywhere.
+#[test]
+fn all_sensors() {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let conditions = Hidden::conditions(&machine, 12, 23, &[]);
+    let mut problem = Hidden { machine: &machine, cells: (300, 500), lines: &[], conditions, seed: 24 }.problem();
+    problem.data.rows.iter_mut().flat_map(|row| row.readings.iter_mut().flatten()).for_each(|t| *t += 0.6);
+    let found = diagnose(&problem, &Silent).unwrap();
+    shown(&found);
+    assert!(is_in_set(&found, "all sensors", "all sensors"));
+}
+
+/// Two masses in air, and a cold head of its own temperature.
+const LUMPED: &str = r#"
+name = "Two masses and a cold head"
+[node.room]
+temperature = "ambient_temperature"
+[node.head]
+temperature = "coolant_temperature"
+[node.motor]
+capacity = "300 J/K"
+[node.nut]
+capacity = "150 J/K"
+[contact.motor_nut]
+between = ["motor", "nut"]
+total_conductance = "0.8 W/K"
+[contact.motor_room]
+between = ["motor", "room"]
+total_conductance = "1 W/K"
+[contact.motor_head]
+between = ["motor", "head"]
+total_conductance = "0.3 W/K"
+[source.motor]
+in = "motor"
+power = "0.02 * motor_speed_rpm"
+[sensor.motor]
+node = "motor"
+[sensor.nut]
+node = "nut"
+"#;
+
+fn lumped(lines: &[(&str, &str)], seed: u64) -> Problem {
+    let machine = Document::parse(LUMPED, "lumped.toml").unwrap();
+    let mut truth = machine.clone();
+    lines.iter().for_each(|(key, value)| truth.apply_set(key, value).unwrap());
+    let (study, truth) = (Study::new(machine, None).unwrap(), Study::new(truth, None).unwrap());
+    let mut random = Random::new(seed);
+    let rpm = std::f64::consts::TAU / 60.0;
+    let mut row = |i: usize| Row {
+        test: format!("test {i}"),
+        time: None,
+        condition: Condition::from_si(vec![
+            6e-5,
+            278.15 + 20.0 * random.unit(),
+            (200.0 + 2800.0 * random.unit()) * rpm,
+            288.15 + 14.0 * random.unit(),
+        ]),
+        readings: vec![Some(300.0); 2],
+        line: None,
+    };
+    let mut data = Data {
+        source: "a table".into(),
+        sensors: vec![0, 1],
+        names: vec!["motor".into(), "nut".into()],
+        rows: (1..=20).map(&mut row).collect(),
+        notes: Vec::new(),
+    };
+    let values = identify::values(&truth, &data, Start::Steady).unwrap();
+    for (row, values) in data.rows.iter_mut().zip(values.chunks(2)) {
+        row.readings = values.iter().map(|v| Some(v + 0.03 * random.normal())).collect();
+    }
+    let mut uncertainty = Uncertainty::usual(&data, &study.model.machine);
+    (uncertainty.noise, uncertainty.bias) = (vec![0.03; 2], vec![0.03; 2]);
+    let mut problem = Problem::new(study, data);
+    problem.uncertainty = uncertainty;
+    problem
+}
+
+/// A hose from the nut to the cold head, which has a temperature of its own: neither a leak to the room nor a contact.
+#[test]
+fn a_link_to_a_given_temperature() {
+    let found =
+        diagnose(&lumped(&[("contact.hose", "{ between = [\"nut\", \"head\"], total_conductance = \"0.4 W/K\" }")], 31), &Silent).unwrap();
+    shown(&found);
+    let best = &found.explanations[0].causes[0];
+    assert_eq!((best.hypothesis.kind(), best.hypothesis.place.as_str()), ("conductive link", "nut - head"));
+    let (low, high) = best.interval();
+    assert!(low < 0.4 && 0.4 < high && low > 0.3, "{low} {high}");
+}
+
+/// The nut loses heat by free convection, which grows with the power 1.25 of the difference.
+#[test]
+fn free_convection_of_a_node() {
+    let loss = "{ node = \"nut\", area = \"0.05 m2\", free_convection = \"vertical_plate\", length = \"100 mm\" }";
+    let found = diagnose(&lumped(&[("boundary.loss", loss)], 32), &Silent).unwrap();
+    shown(&found);
+    assert!(is_in_set(&found, "free convection", "nut"), "{:?}", found.verdict);
+}
+
+/// Derivatives of all causes of the machine of lumped nodes are those of their lines.
+#[test]
+fn derivatives_of_lumped_causes() {
+    let problem = lumped(&[], 33);
+    let (study, data) = (&problem.study, &problem.data);
+    let scales = Scales::of(data, &study.model.machine);
+    let all = hypotheses(study, data, &[]);
+    let found = coldplate::evidence::diagnose::signatures(study, data, Start::Steady, &[], &all, &scales, &[]).unwrap();
+    let mut seen = Vec::new();
+    for (h, column) in all.iter().zip(&found.columns).filter(|(h, _)| !h.is_sensor() && h.law == Law::Constant) {
+        let step = 1e-3 * h.scale;
+        let run = |amplitude: f64| -> Vec<f64> {
+            let sets = h.sets(study, &scales, &[], amplitude).unwrap().unwrap();
+            identify::values(&study.edited(&sets).unwrap_or_else(|e| panic!("{h:?}: {e}")), data, Start::Steady).unwrap()
+        };
+        let (near, far) = (run(step), run(2.0 * step));
+        let base = &found.prediction.values;
+        let slope = near.iter().zip(&far).zip(base).map(|((n, f), b)| (4.0 * (n - b) - (f - b)) / (2.0 * step));
+        let (off, size) =
+            slope.zip(column).fold((0.0f64, 0.0f64), |(off, size), (slope, c)| (off.max((slope - c).abs()), size.max(slope.abs())));
+        assert!(off < 1e-3 * size + 1e-6 / h.scale, "{} at {}: {off:e} of {size:e}", h.kind(), h.place);
+        seen.push(h.kind());
+    }
+    for kind in ["free convection", "radiation to the surroundings", "conductive link", "all contacts"] {
+        assert!(seen.contains(&kind), "{kind}: {seen:?}");
+    }
+}
