@@ -7,6 +7,7 @@
 
 mod bench;
 mod channel;
+mod circuits;
 mod convection;
 mod cylinder;
 mod enclosure;

@@ -237,6 +237,69 @@ point = ["150 mm", "40 mm", "8 mm"]
 face = "roof.+z"
 "#;
 
+/// A machine whose water goes from circuits into others: a pair of rough branches and a given one, mixed with cold water; a part
+/// of that goes on.
+pub const FED: &str = r#"
+name = "circuits that feed others"
+[part.plate]
+material = "aluminium"
+box = ["200 mm", "240 mm", "20 mm"]
+[channel.a]
+in = "plate"
+diameter = "8 mm"
+path = [["0 mm", "20 mm", "10 mm"], ["200 mm", "20 mm", "10 mm"]]
+roughness = "20 um"
+[channel.b]
+in = "plate"
+diameter = "6 mm"
+path = [["0 mm", "60 mm", "10 mm"], ["200 mm", "60 mm", "10 mm"]]
+[channel.c]
+in = "plate"
+diameter = "8 mm"
+path = [["0 mm", "100 mm", "10 mm"], ["200 mm", "100 mm", "10 mm"]]
+[channel.d]
+in = "plate"
+diameter = "8 mm"
+path = [["200 mm", "140 mm", "10 mm"], ["0 mm", "140 mm", "10 mm"]]
+[channel.e]
+in = "plate"
+diameter = "8 mm"
+path = [["200 mm", "180 mm", "10 mm"], ["0 mm", "180 mm", "10 mm"]]
+[channel.f]
+in = "plate"
+diameter = "8 mm"
+path = [["200 mm", "220 mm", "10 mm"], ["0 mm", "220 mm", "10 mm"]]
+[circuit.hot]
+layout = [["a", "b", "c"]]
+branches = { c = 0.4 }
+[circuit.cold]
+flow = "1 L/min"
+inlet_temperature = "ambient_temperature"
+layout = ["d"]
+[circuit.mixed]
+from = ["hot", "cold"]
+layout = ["e"]
+[circuit.last]
+from = "mixed"
+flow = { formula = "0.4 * coolant_flow_L_min", unit = "L/min" }
+layout = ["f"]
+[source.plate]
+in = "plate"
+power = "0.2 * motor_speed_rpm"
+[sensor.plate]
+part = "plate"
+[sensor.a]
+outlet = "a"
+[sensor.b]
+outlet = "b"
+[sensor.e]
+outlet = "e"
+[sensor.inlet]
+inlet = "f"
+[sensor.f]
+outlet = "f"
+"#;
+
 /// A study of a shipped machine.
 pub fn study(name: &str, cells: usize) -> Study {
     Study::read(path(name), &sets(name), Some(cells)).unwrap()

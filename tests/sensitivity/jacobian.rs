@@ -5,7 +5,7 @@ use coldplate::discretise::network::Load;
 use coldplate::solve::meshed::MeshedMachine;
 use coldplate::solve::{System, Tangent};
 
-use crate::common::{ENCLOSED, EVERYTHING, SHIPPED, condition, model};
+use crate::common::{ENCLOSED, EVERYTHING, FED, SHIPPED, condition, model};
 
 /// Numbers between -1 and 1 that look like noise (a Weyl sequence).
 fn noise(n: usize, seed: f64) -> Vec<f64> {
@@ -106,6 +106,14 @@ fn faces_that_see_each_other() {
     assert!(model.network.fixed.len() > 2 && !model.network.radiative.is_empty() && !model.network.reaches.is_empty());
     for at in [[1.0, 20.0, 1000.0, 40.0], [1.0, 20.0, 3000.0, 10.0]] {
         check(&model, at, &format!("enclosed {at:?}"));
+    }
+}
+
+#[test]
+fn circuits_that_feed_others() {
+    let model = MeshedMachine::new(Machine::from_text(FED, "fed.toml", &[]).unwrap(), Some(1500)).unwrap();
+    for at in [[1.0, 30.0, 1000.0, 10.0], [6.0, 30.0, 3000.0, 20.0], [2.9, 40.0, 3000.0, 20.0]] {
+        check(&model, at, &format!("fed {at:?}"));
     }
 }
 

@@ -6,7 +6,7 @@ use coldplate::discretise::network::{ContactGroup, Joint, NONE, Network};
 use coldplate::solve::sensitivity::{Derivatives, Disturbance, Study};
 use coldplate::solve::{Solver, Tangent};
 
-use crate::common::{ENCLOSED, EVERYTHING, condition, study, study_of};
+use crate::common::{ENCLOSED, EVERYTHING, FED, condition, study, study_of};
 
 /// A candidate against `scale` times the derivative with respect to a parameter, on every sensor.
 fn same(at: &Derivatives<'_>, effect: &Disturbance, name: &str, scale: f64) {
@@ -91,6 +91,32 @@ fn candidates_among_faces_that_see_each_other() {
     let mut both = screen.conductivity(group("floor"));
     both.rows.extend(screen.conductivity(group("block")).rows);
     same(&at, &both, "material.steep.conductivity", 1.0);
+}
+
+/// What flows into a circuit flows into those it feeds.
+#[test]
+fn candidates_upstream_of_other_circuits() {
+    let study = study_of(FED, 1000);
+    let at = study.at(&condition(&study.model.machine, [3.0, 30.0, 3000.0, 15.0])).unwrap();
+    let screen = at.screen();
+    let circuit = |name: &str| study.model.network.circuits.iter().position(|c| c.circuit.name == name).unwrap();
+    same(&at, &screen.flow(circuit("cold")).unwrap(), "circuit.cold.flow", at.state.load.flows[circuit("cold")]);
+    same(&at, &screen.inlet(circuit("cold")).unwrap(), "ambient_temperature", 1.0);
+    same(&at, &screen.inlet(circuit("hot")).unwrap(), "coolant_temperature", 1.0);
+    same(&at, &screen.flow(circuit("last")).unwrap(), "circuit.last.flow", 1.0);
+    // Forward as backward, and against differences of whole solutions.
+    let parameter = study.parameter("circuit.hot.branches.c").unwrap();
+    let table = at.jacobian(&study.sensors(), std::slice::from_ref(&parameter)).unwrap();
+    let solved = |share: f64| {
+        let text = FED.replace("branches = { c = 0.4 }", &format!("branches = {{ c = {share:?} }}"));
+        let other = study_of(&text, 1000);
+        crate::common::readings(&other, &condition(&other.model.machine, [3.0, 30.0, 3000.0, 15.0]))
+    };
+    let [f0, f1, f2, f3] = [-0.02, -0.01, 0.01, 0.02].map(|by| solved(0.4 + by));
+    for (s, row) in table.slopes.iter().enumerate() {
+        let difference = (8.0 * (f2[s] - f1[s]) - (f3[s] - f0[s])) / 0.12;
+        assert!((row[0] - difference).abs() < 1e-4 * difference.abs().max(1.0), "{s}: {} {difference}", row[0]);
+    }
 }
 
 /// Readings of a changed network, to rounding.

@@ -1,20 +1,16 @@
-//! Coolant channels and the circuits that feed them.
+//! Coolant channels.
 
 use super::condition::Symbols;
 use super::film::Film;
-use super::fluids::Fluids;
 use super::keys::flow as keys;
-use super::names::{Index, lookup};
+use super::names::Index;
 use super::shape::{distance, origin, part_contains};
-use super::variables::formula_or;
 use super::{Part, Shape};
 use crate::describe::schema::Key;
 use crate::error::Result;
 use crate::foundation::document::{Section, Value};
-use crate::foundation::formula::Formula;
 use crate::physics::channel::Wall;
-use crate::physics::liquid::Liquid;
-use crate::units::{Dimension, ZERO_CELSIUS};
+use crate::units::Dimension;
 
 /// A coolant channel: a round hole along a path through parts.
 #[derive(Debug, Clone)]
@@ -41,36 +37,6 @@ pub struct Channel {
     pub roughness: f64,
     /// Whether it is the bore of a hollow cylinder, whose inner face is its wall; otherwise a hole in solid.
     pub is_bore: bool,
-}
-
-/// A coolant circuit: what flows in, and through which channels.
-#[derive(Debug, Clone)]
-pub struct Circuit {
-    /// Name.
-    pub name: String,
-    /// Volume flow, m³/s at inlet conditions.
-    pub flow: Formula,
-    /// Inlet temperature, K.
-    pub inlet: Formula,
-    /// Properties of the liquid.
-    pub liquid: Liquid,
-    /// Absolute pressure where it is lowest, Pa: what the liquid boils under.
-    pub pressure: f64,
-    /// The order in which the channels are passed.
-    pub layout: Layout,
-    /// Whether viscous dissipation heats the liquid.
-    pub dissipation: bool,
-}
-
-/// Channels in series and parallel.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Layout {
-    /// Index into [`Machine::channels`](super::Machine::channels).
-    Channel(usize),
-    /// One after the other.
-    Series(Vec<Layout>),
-    /// Side by side; the flow splits so that the pressure drops agree.
-    Parallel(Vec<Layout>),
 }
 
 /// Most corners of a path.
@@ -289,95 +255,4 @@ fn serpentine(section: Section<'_>, part: &Part) -> Result<Vec<[f64; 3]>> {
         }
     }
     Ok(path)
-}
-
-/// Reads `[circuit.NAME]`; every channel must be fed exactly once.
-pub(super) fn circuits(root: &Section<'_>, names: &[String], symbols: &Symbols, fluids: &Fluids) -> Result<Vec<Circuit>> {
-    let mut found = Vec::new();
-    let mut fed: Vec<Option<String>> = vec![None; names.len()];
-    for (name, section) in root.sections("circuit")? {
-        let flow = formula_or(&section, &keys::FLOW, symbols)?;
-        if flow.as_constant().is_some_and(|q| q < 0.0) {
-            return Err(section.error_at("flow", "a flow cannot be negative").help("turn the layout round instead"));
-        }
-        let inlet = formula_or(&section, &keys::INLET_TEMPERATURE, symbols)?;
-        let liquid = match section.opt("liquid") {
-            None => Liquid::Water,
-            Some(value) if value.is_text() => fluids.find(&value)?,
-            Some(value) => {
-                let table = value.section()?;
-                let liquid = Liquid::Constant {
-                    density: table.positive("density", Dimension::DENSITY)?,
-                    specific_heat: table.positive("specific_heat", Dimension::SPECIFIC_HEAT)?,
-                    viscosity: table.positive("viscosity", Dimension::VISCOSITY)?,
-                    conductivity: table.positive("conductivity", Dimension::CONDUCTIVITY)?,
-                };
-                table.finish()?;
-                liquid
-            }
-        };
-        let layout = layout(&section.value("layout")?, true, names, &name, &mut fed)?;
-        let dissipation = keys::DISSIPATION.read_flag(&section)?;
-        let pressure = keys::PRESSURE.read(&section)?;
-        if !(1e3..=1e6).contains(&pressure) {
-            return Err(section.error_at("pressure", "properties of liquids hold from 0.01 to 10 bar").help("state the absolute pressure"));
-        }
-        let boils = liquid.boils_at(pressure);
-        if let Some((inlet, boils)) = inlet.as_constant().zip(boils).filter(|(inlet, boils)| inlet > boils) {
-            let help = format!(
-                "water boils at {:.1} degC under {:.4} bar: state the circuit's absolute pressure",
-                boils - ZERO_CELSIUS,
-                pressure / 1e5
-            );
-            let what = format!("the water enters as steam, at {:.1} degC", inlet - ZERO_CELSIUS);
-            return Err(section.error_at("inlet_temperature", what).help(help));
-        }
-        section.finish()?;
-        found.push(Circuit { name, flow, inlet, liquid, pressure, layout, dissipation });
-    }
-    match fed.iter().position(Option::is_none) {
-        None => Ok(found),
-        Some(at) => {
-            let what = format!("no circuit feeds the channel '{}'", names[at]);
-            let table = root.section("channel")?;
-            Err(table.error_at(&names[at], what).help("name it in the layout of a [circuit.NAME]"))
-        }
-    }
-}
-
-/// The outer list is in series, a list inside it in parallel, a list inside that in series, and so on.
-fn layout(value: &Value<'_>, series: bool, names: &[String], circuit: &str, fed: &mut [Option<String>]) -> Result<Layout> {
-    if value.is_text() {
-        let channel = lookup(value, names, "channel")?;
-        if let Some(other) = &fed[channel] {
-            return Err(value
-                .error(format!("the channel '{}' is fed already, by circuit '{other}'", names[channel]))
-                .help("name every channel once"));
-        }
-        fed[channel] = Some(circuit.to_string());
-        return Ok(Layout::Channel(channel));
-    }
-    let entries = value.list()?;
-    if entries.is_empty() {
-        return Err(value
-            .error("this part of the layout is empty")
-            .help("write layout = [\"first\", [\"one side\", \"other side\"], \"last\"]"));
-    }
-    let mut inside = entries.iter().map(|entry| layout(entry, !series, names, circuit, fed)).collect::<Result<Vec<_>>>()?;
-    match (inside.len(), inside.pop()) {
-        (1, Some(only)) => Ok(only),
-        (_, last) => {
-            inside.extend(last);
-            Ok(if series { Layout::Series(inside) } else { Layout::Parallel(inside) })
-        }
-    }
-}
-
-/// How many ways side by side the flow has taken where it passes `channel`; `None` if it does not.
-pub(super) fn branches(layout: &Layout, channel: usize) -> Option<usize> {
-    match layout {
-        Layout::Channel(index) => (*index == channel).then_some(1),
-        Layout::Series(inside) => inside.iter().find_map(|layout| branches(layout, channel)),
-        Layout::Parallel(inside) => inside.iter().find_map(|layout| branches(layout, channel)).map(|n| n * inside.len()),
-    }
 }

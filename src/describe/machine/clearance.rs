@@ -1,6 +1,6 @@
 //! Whether channels can be drilled: a bore stays inside its part, and clear of itself and of every other channel.
 
-use super::channels::branches;
+use super::circuits::branches;
 use super::shape::{contains, distance, distances, origin};
 use super::{Channel, Circuit, Part, Shape};
 use crate::error::{Error, Result};

@@ -7,6 +7,7 @@ use crate::foundation::formula::Formula;
 
 mod catalogue;
 mod channels;
+mod circuits;
 mod clearance;
 mod condition;
 mod contact_law;
@@ -35,7 +36,8 @@ mod variables;
 pub use coldplate_runtime::LimitKind;
 
 pub use catalogue::{Catalogue, LiquidRecord, MaterialRecord, PropertyRecord};
-pub use channels::{Channel, Circuit, Layout};
+pub use channels::Channel;
+pub use circuits::{Branch, BranchFlow, Circuit, Intake, Layout, Supply};
 pub use condition::Condition;
 pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Total};
 pub use contacts::{Boundary, BoundaryLaw, Contact, ExposedNode, Place, RadiationLink};

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::channels::{branches, channels, circuits};
+use super::channels::channels;
+use super::circuits::{branches, circuits};
 use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
 use super::enclosures::enclosures;
@@ -227,11 +228,11 @@ fn bend_factors(machine: &mut Machine, automatic: &[bool], root: &Section<'_>) -
         let refused = |what: &str| table.error_at("bend_factor", format!("\"auto\" cannot be worked out: {what}"));
         let help = "give defaults under [variables], or the factor itself (1.0 to 1.4)";
         let condition = machine.condition(&[]).map_err(|error| refused(error.what()).help(help))?;
-        let values = machine.values(&condition)?;
-        let fed = machine.circuits.iter().find_map(|circuit| Some((circuit, branches(&circuit.layout, channel)?)));
-        let Some((circuit, ways)) = fed else { continue };
-        let flow = circuit.flow.evaluate(&values)? / ways as f64;
-        let state = circuit.liquid.at(circuit.inlet.evaluate(&values)?).map_err(|error| refused(error.what()).help(help))?;
+        let supplies = machine.supplies(&machine.values(&condition)?)?;
+        let fed = machine.circuits.iter().zip(supplies).find_map(|(c, supply)| Some((c, supply, branches(&c.layout, channel)?)));
+        let Some((circuit, supply, ways)) = fed else { continue };
+        let flow = supply.flow / ways as f64;
+        let state = circuit.liquid.at(supply.temperature).map_err(|error| refused(error.what()).help(help))?;
         let run = &machine.channels[channel];
         let legs: Vec<f64> = run.path.windows(2).map(|leg| distance(leg[0], leg[1])).collect();
         let passes: Vec<f64> = legs.iter().copied().step_by(2).collect();

@@ -26,7 +26,7 @@ pub struct Load {
     pub powers: Vec<f64>,
     /// Volume flow into each circuit, m³/s.
     pub flows: Vec<f64>,
-    /// Inlet temperature of each circuit, K.
+    /// Inlet temperature of each circuit, K; of one that others feed what enters those, at which its properties are taken.
     pub inlets: Vec<f64>,
     /// Temperatures at which nodes are held, K: those of the lumped nodes, of the chamber wall, of the boundaries
     /// (entries without a temperature are 0).
@@ -101,12 +101,8 @@ impl Load {
             .collect::<Result<_>>()?;
         let contacts = ContactFactors(contacts);
         let powers = machine.sources.iter().map(|s| Ok(s.power.evaluate(&values)? * s.volume.unwrap_or(1.0))).collect::<Result<_>>()?;
-        let flows = machine
-            .circuits
-            .iter()
-            .map(|c| positive(c.flow.evaluate(&values)?, &format!("the flow of the circuit '{}'", c.name)))
-            .collect::<Result<_>>()?;
-        let inlets = machine.circuits.iter().map(|c| c.inlet.evaluate(&values)).collect::<Result<_>>()?;
+        let supplies = machine.supplies(&values)?;
+        let (flows, inlets) = supplies.into_iter().map(|supply| (supply.flow, supply.temperature)).unzip();
         let mut fixed: Vec<f64> =
             machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
         fixed.push(chamber);

@@ -13,6 +13,7 @@ mod enclosure;
 mod load;
 mod meter;
 pub mod slopes;
+mod split;
 pub mod stream;
 pub mod surface;
 

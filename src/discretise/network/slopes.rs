@@ -40,6 +40,8 @@ impl Network {
             if load.flows[c] == 0.0 {
                 continue; // water at rest exchanges nothing
             }
+            // What a circuit feeds follows its split.
+            let circuits = self.downstream(c);
             for s in members(&tree.layout) {
                 for is_water in [false, true] {
                     let shifted = |by: f64| {
@@ -50,14 +52,17 @@ impl Network {
                             means[s].0 += by
                         }
                         let mut states = states.to_vec();
-                        self.circuit_states(c, load, temperatures, &means, &mut states).map(|()| states)
+                        let all = circuits.iter().try_for_each(|c| self.circuit_states(*c, load, temperatures, &means, &mut states));
+                        all.map(|()| states)
                     };
                     let mut rows = BTreeMap::new();
                     for (place, weight) in STENCIL {
                         let states = shifted(place * STEP)?;
-                        self.circuit_rows(c, load, &states, temperatures, |row, heat| {
-                            *rows.entry(row).or_insert(0.0) += weight / STEP * heat;
-                        });
+                        for c in &circuits {
+                            self.circuit_rows(*c, load, &states, temperatures, |row, heat| {
+                                *rows.entry(row).or_insert(0.0) += weight / STEP * heat;
+                            });
+                        }
                     }
                     // Rounding of heats that did not change is no derivative.
                     let largest = rows.values().fold(0.0, |m: f64, r: &f64| m.max(r.abs()));

@@ -6,8 +6,9 @@
 //! over the station; the heat is shared among the cells in proportion to their conductances. What the
 //! water gains is exactly what the cells lose.
 
+use super::split::{Split, given_flows};
 use super::{Load, NONE, Network};
-use crate::describe::machine::{Circuit, Film, FlowState, Layout};
+use crate::describe::machine::{Circuit, Film, FlowState, Intake, Layout};
 use crate::discretise::mesh::path::Station;
 use crate::error::{Kind, Result};
 use crate::foundation::formula::Formula;
@@ -25,7 +26,7 @@ pub struct Stream {
     pub stations: Vec<Station>,
     /// Node of the water leaving the first station; the others follow.
     pub first_node: u32,
-    /// Streams whose mixed outflow enters; empty means the circuit's inlet.
+    /// Streams whose mixed outflow enters, of this circuit or of those that feed it; empty means the circuit's inlet.
     pub upstream: Vec<usize>,
     /// Conductivities of the wall: index of the first of three in the network's properties.
     pub property: u32,
@@ -140,7 +141,7 @@ impl Network {
                 if e.kind() == Kind::Input { e.at_key(key) } else { e }
             })
         };
-        let inlet = at(load.inlets[c])?;
+        let inlet = self.entering_liquid(c, load, &at)?;
         let (low, high) = tree.circuit.liquid.range();
         let total = load.flows[c];
         // Mass is conserved along the circuit; volume flow is stated at the inlet.
@@ -154,47 +155,48 @@ impl Network {
             let mean = if total > 0.0 { water.clamp(low, high) } else { load.inlets[c] };
             liquids[s] = Some(at(mean)?);
         }
-        self.distribute(&tree.layout, mass_flow, &liquids, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
+        let given = given_flows(&tree.circuit.branches, load, inlet.density)?;
+        let split = Split { network: self, given: &given, liquids: &liquids };
+        split.distribute(&tree.layout, mass_flow, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
         for s in members(&tree.layout) {
             let Some(liquid) = liquids[s] else { continue };
-            states[s] = self.stream_state(s, load, inlet, liquid, means[s].0, temperatures, &flows)?;
+            states[s] = self.stream_state(s, load, inlet, liquid, means[s].0, temperatures, &flows, states)?;
         }
         Ok(())
     }
 
-    /// Fills in the mass flow of every stream below `layout`.
-    fn distribute(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<LiquidProperties>], flows: &mut [f64]) -> Result<()> {
-        match layout {
-            Layout::Channel(s) => flows[*s] = mass_flow,
-            Layout::Series(items) => {
-                for item in items {
-                    self.distribute(item, mass_flow, liquids, flows)?;
-                }
-            }
-            Layout::Parallel(items) => {
-                let drops: Vec<_> = items.iter().map(|item| move |m: f64| self.pressure_drop(item, m, liquids)).collect();
-                for (item, m) in items.iter().zip(channel::split_flow(mass_flow, &drops)?) {
-                    self.distribute(item, m, liquids, flows)?;
-                }
-            }
+    /// The liquid that enters a circuit: its density and specific heat are such that what other circuits bring keeps its volume,
+    /// mass and enthalpy.
+    fn entering_liquid(&self, c: usize, load: &Load, at: &impl Fn(f64) -> Result<LiquidProperties>) -> Result<LiquidProperties> {
+        let own = at(load.inlets[c])?;
+        let (mut volume, mut mass, mut capacity) = (0.0, 0.0, 0.0);
+        for feeder in self.circuits[c].circuit.intake.feeders() {
+            let liquid = self.entering_liquid(*feeder, load, at)?;
+            volume += load.flows[*feeder];
+            mass += load.flows[*feeder] * liquid.density;
+            capacity += load.flows[*feeder] * liquid.density * liquid.specific_heat;
         }
-        Ok(())
+        if volume == 0.0 { Ok(own) } else { Ok(LiquidProperties { density: mass / volume, specific_heat: capacity / mass, ..own }) }
     }
 
-    /// Pressure drop (Pa) over `layout` at a mass flow (kg/s).
-    fn pressure_drop(&self, layout: &Layout, mass_flow: f64, liquids: &[Option<LiquidProperties>]) -> f64 {
-        match layout {
-            Layout::Channel(s) => {
-                let stream = &self.streams[*s];
-                liquids[*s].map_or(0.0, |liquid| stream.pressure_drop(mass_flow, liquid))
+    /// A circuit and all that it feeds, directly or by way of others, in their order.
+    pub fn downstream(&self, c: usize) -> Vec<usize> {
+        let mut found = vec![c];
+        for (other, tree) in self.circuits.iter().enumerate().skip(c + 1) {
+            if tree.circuit.intake.feeders().iter().any(|feeder| found.contains(feeder)) {
+                found.push(other);
             }
-            Layout::Series(items) => items.iter().map(|item| self.pressure_drop(item, mass_flow, liquids)).sum(),
-            Layout::Parallel(items) => {
-                let drops: Vec<_> = items.iter().map(|item| move |m: f64| self.pressure_drop(item, m, liquids)).collect();
-                match channel::split_flow(mass_flow, &drops) {
-                    Ok(flows) => flows.iter().zip(&drops).map(|(m, dp)| dp(*m)).fold(0.0, f64::max),
-                    Err(_) => f64::NAN,
-                }
+        }
+        found
+    }
+
+    /// Lets what flows out of circuits flow into those they feed, after flows or inlet temperatures of `load` have been changed.
+    pub fn pass_on(&self, load: &mut Load) {
+        for (c, tree) in self.circuits.iter().enumerate() {
+            let Some(offered) = tree.circuit.intake.offered(&load.flows, &load.inlets) else { continue };
+            load.inlets[c] = offered.temperature;
+            if matches!(tree.circuit.intake, Intake::Fed { flow: None, .. }) {
+                load.flows[c] = offered.flow;
             }
         }
     }
@@ -209,6 +211,7 @@ impl Network {
         wall: f64,
         temperatures: &[f64],
         flows: &[f64],
+        states: &[StreamState],
     ) -> Result<StreamState> {
         let stream = &self.streams[index];
         let circuit = &self.circuits[stream.circuit].circuit;
@@ -244,11 +247,13 @@ impl Network {
             .collect();
         let exchange = conductance.iter().map(|ua| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 }).collect();
         let volumetric_capacity = inlet.density * inlet.specific_heat;
-        let upstream_flow: f64 = stream.upstream.iter().map(|u| flows[*u]).sum();
+        // Within a circuit one capacity rate belongs to each kilogram; what comes from others brings its own.
+        let brings = |u: &usize| if self.streams[*u].circuit == stream.circuit { flows[*u] } else { states[*u].capacity_rate };
+        let upstream_flow: f64 = stream.upstream.iter().map(brings).sum();
         let mixture = stream
             .upstream
             .iter()
-            .map(|u| if upstream_flow > 0.0 { flows[*u] / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
+            .map(|u| if upstream_flow > 0.0 { brings(u) / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
             .collect();
         let dissipation = if circuit.dissipation { drop * flow / stream.length } else { 0.0 };
         Ok(StreamState {
@@ -269,7 +274,7 @@ impl Network {
 
 impl Stream {
     /// Pressure drop (Pa) at a mass flow (kg/s).
-    fn pressure_drop(&self, mass_flow: f64, liquid: LiquidProperties) -> f64 {
+    pub(super) fn pressure_drop(&self, mass_flow: f64, liquid: LiquidProperties) -> f64 {
         channel::pressure_drop(mass_flow / liquid.density, self.diameter, self.length, self.minor_loss, self.roughness, &liquid)
     }
 

@@ -76,16 +76,18 @@ impl MeshedMachine {
         routes.into_iter().map(|r| NamedRoute { from: named(r.from), to: named(r.to), watts: r.watts }).collect()
     }
 
-    /// Sensors in the water that leaves a circuit, where all of it leaves through one channel.
+    /// Sensors in the water that leaves a circuit, where all of it leaves through one channel and its inlet temperature is
+    /// stated.
     pub fn outlet_sensors(&self) -> Vec<OutletSensor> {
         let streams = &self.network.streams;
-        let leaves = |s: usize| streams.iter().all(|other| !other.upstream.contains(&s));
+        let leaves = |s: usize| streams.iter().all(|other| other.circuit != streams[s].circuit || !other.upstream.contains(&s));
         let of = |(sensor, stated): (usize, &crate::describe::machine::Sensor)| {
             let Reading::Outlet(channel) = stated.reads else { return None };
             let stream = streams.iter().position(|s| s.name == self.machine.channels[channel].name)?;
             let circuit = streams[stream].circuit;
             let ends = (0..streams.len()).filter(|s| streams[*s].circuit == circuit && leaves(*s)).count();
-            (leaves(stream) && ends == 1).then_some(OutletSensor { sensor, circuit, stream })
+            let is_fed = !self.network.circuits[circuit].circuit.intake.feeders().is_empty();
+            (leaves(stream) && ends == 1 && !is_fed).then_some(OutletSensor { sensor, circuit, stream })
         };
         self.machine.sensors.iter().enumerate().filter_map(of).collect()
     }

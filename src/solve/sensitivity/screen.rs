@@ -334,11 +334,12 @@ impl<'a> Screen<'a> {
         Ok(Disturbance { inlets: vec![(circuit, 1.0)], ..disturbance })
     }
 
-    /// Four-point difference of a circuit's part of the residual.
+    /// Four-point difference of the part of the residual that a circuit has, and what it feeds.
     fn circuit(&self, c: usize, step: f64, change: impl Fn(&mut Load, f64)) -> Result<Disturbance> {
         let temperatures = &self.solution.temperatures;
         let mut means = vec![(0.0, 0.0); self.network.streams.len()];
-        for s in members(&self.network.circuits[c].layout) {
+        let circuits = self.network.downstream(c);
+        for s in circuits.iter().flat_map(|c| members(&self.network.circuits[*c].layout)) {
             means[s] = self.network.streams[s].mean_temperatures(temperatures);
         }
         let mut rows = BTreeMap::new();
@@ -346,9 +347,12 @@ impl<'a> Screen<'a> {
         for (place, weight) in STENCIL {
             let mut load = self.load.clone();
             change(&mut load, place * step);
-            self.network.circuit_states(c, &load, temperatures, &means, &mut states)?;
-            self.network
-                .circuit_rows(c, &load, &states, temperatures, |node, heat| *rows.entry(node).or_insert(0.0) += weight / step * heat);
+            self.network.pass_on(&mut load);
+            for c in &circuits {
+                self.network.circuit_states(*c, &load, temperatures, &means, &mut states)?;
+                self.network
+                    .circuit_rows(*c, &load, &states, temperatures, |node, heat| *rows.entry(node).or_insert(0.0) += weight / step * heat);
+            }
         }
         Ok(self.disturbance(rows))
     }

@@ -107,17 +107,27 @@ impl Streams<'_> {
             for s in crate::discretise::network::stream::members(&tree.layout) {
                 let stream = &self.network.streams[s];
                 let walls: Vec<f64> = stream.stations.iter().map(|k| k.cells.iter().map(|(n, w)| w * wall(*n)).sum()).collect();
-                let entering = if stream.upstream.is_empty() {
-                    inflow.clone()
-                } else {
-                    let flows: Vec<(&Flow, f64)> =
-                        stream.upstream.iter().zip(&self.mixtures[s]).map(|(u, w)| (&found[*u].outflow, *w)).collect();
-                    mixed(&flows)
-                };
+                let entering = self.entering(s, inflow, &found);
                 found[s] = self.passages[s].carry(&walls, &parcels[s], &entering);
             }
         }
         found
+    }
+
+    /// What enters a stream: what its circuit takes in, or what those upstream of it gave off.
+    fn entering(&self, s: usize, inflow: &Flow, carried: &[Carried]) -> Flow {
+        let upstream = &self.network.streams[s].upstream;
+        if upstream.is_empty() {
+            return inflow.clone();
+        }
+        let flows: Vec<(&Flow, f64)> = upstream.iter().zip(&self.mixtures[s]).map(|(u, w)| (&carried[*u].outflow, *w)).collect();
+        mixed(&flows)
+    }
+
+    /// Whether one of two streams flows into the other within their circuit.
+    fn is_above(&self, above: usize, below: usize) -> bool {
+        let (above_of, below_of) = (&self.network.streams[above], &self.network.streams[below]);
+        above_of.circuit == below_of.circuit && below_of.upstream.contains(&above)
     }
 
     /// Visits the heat (J) every cell gets: what its station's wall gets, by the cell's own temperature.
@@ -320,16 +330,17 @@ fn gathered(streams: &Streams<'_>, before: &[Parcels], inflows: &[Flow], carried
     for (c, tree) in streams.network.circuits.iter().enumerate() {
         for s in crate::discretise::network::stream::members(&tree.layout) {
             let passage = &streams.passages[s];
-            if streams.network.streams[s].upstream.is_empty() {
-                found.brought += passage.moved() * heat(&inflows[c]);
+            // The water of each circuit on its own: what one gives to another leaves here and enters there.
+            if !(0..carried.len()).any(|above| streams.is_above(above, s)) {
+                found.brought += passage.moved() * heat(&streams.entering(s, &inflows[c], &carried));
             }
             let content = |parcels: &Parcels| passage.volumetric() * parcels.iter().map(|p| p.volume * (p.mean() - zero)).sum::<f64>();
             found.stored += content(&carried[s].parcels) - content(&before[s]);
             found.dissipated += carried[s].dissipated;
         }
-        // The ends of the circuit: streams that feed no other.
+        // The ends of the circuit: streams that feed no other of it.
         for s in crate::discretise::network::stream::members(&tree.layout) {
-            if !streams.network.streams.iter().any(|t| t.upstream.contains(&s)) {
+            if !(0..carried.len()).any(|below| streams.is_above(s, below)) {
                 found.brought -= streams.passages[s].moved() * heat(&carried[s].outflow);
             }
         }

@@ -196,6 +196,21 @@ pub(super) const CIRCUIT: Table = Table {
         FLOW,
         INLET_TEMPERATURE,
         Key::new(
+            "from",
+            Form::Either(&[Form::Name("circuit"), Form::List(&Form::Name("circuit"), None)]),
+            "instead of `inlet_temperature`: the circuits whose outflow, mixed, flows in; `flow` is then a part of it, by default all",
+        )
+        .also(&["fed_by", "feed"]),
+        Key::new(
+            "branches",
+            Form::Free(&Form::Either(&[
+                Form::Formula(Unit::of(Dimension::NUMBER, "1")),
+                Form::Formula(Unit::of(Dimension::VOLUME_FLOW, "m3/s")),
+            ])),
+            "`{ a = 0.3, b = \"2 L/min\" }`: flow of parallel branches, each by one of its channels; the others share the rest",
+        )
+        .reaching(Reach::Load),
+        Key::new(
             "liquid",
             Form::Either(&[Form::Word(&["water", "paper_water"]), Form::Name("fluid"), Form::Table(&LIQUID)]),
             "`\"paper_water\"` (1000 kg/m3, 4200 J/(kg K)), a `[fluid.NAME]`, a mixture such as `\"ethylene glycol 30 %\"`, or \

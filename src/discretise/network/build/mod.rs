@@ -183,8 +183,10 @@ impl Builder<'_> {
                 film: channel.film.clone(),
             });
         }
+        let mut outlets: Vec<Vec<usize>> = Vec::new();
         for circuit in &self.machine.circuits {
-            self.connect(&circuit.layout, Vec::new());
+            let above = circuit.intake.feeders().iter().flat_map(|feeder| outlets[*feeder].clone()).collect();
+            outlets.push(self.connect(&circuit.layout, above));
             self.network.circuits.push(CircuitTree { circuit: circuit.clone(), layout: circuit.layout.clone() });
         }
         Ok(())

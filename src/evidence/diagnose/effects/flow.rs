@@ -47,7 +47,8 @@ impl Family for Flow {
                 found.push(Hypothesis::positive(Self::Split(c), &channel.name, parts, 3.0 * loss, "1"));
             }
         }
-        for (c, circuit) in site.machine.circuits.iter().enumerate() {
+        // Flow and temperature of what other circuits feed are not stated.
+        for (c, circuit) in site.machine.circuits.iter().enumerate().filter(|(_, c)| c.intake.feeders().is_empty()) {
             let through = circuit_parts(site.network, site.machine, c);
             found.push(Hypothesis::signed(Self::Rate(c), &circuit.name, through.clone(), 0.3, "ln"));
             found.push(Hypothesis::signed(Self::Inlet(c), &circuit.name, through.clone(), 0.3, "K"));
