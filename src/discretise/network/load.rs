@@ -1,6 +1,7 @@
 //! A condition, evaluated: every number of the network that changes from one condition to the next.
 
-use super::ContactGroup;
+use super::split::given_branches;
+use super::{ContactGroup, GivenBranch};
 use crate::describe::machine::{BoundaryLaw, Condition, Machine};
 use crate::error::Result;
 use crate::foundation::formula::Values;
@@ -28,6 +29,8 @@ pub struct Load {
     pub flows: Vec<f64>,
     /// Inlet temperature of each circuit, K; of one that others feed what enters those, at which its properties are taken.
     pub inlets: Vec<f64>,
+    /// Branches of each circuit whose flow is given.
+    pub branches: Vec<Vec<GivenBranch>>,
     /// Temperatures at which nodes are held, K: those of the lumped nodes, of the chamber wall, of the boundaries
     /// (entries without a temperature are 0).
     pub fixed: Vec<f64>,
@@ -103,12 +106,25 @@ impl Load {
         let powers = machine.sources.iter().map(|s| Ok(s.power.evaluate(&values)? * s.volume.unwrap_or(1.0))).collect::<Result<_>>()?;
         let supplies = machine.supplies(&values)?;
         let (flows, inlets) = supplies.into_iter().map(|supply| (supply.flow, supply.temperature)).unzip();
+        let branches = machine.circuits.iter().map(|c| given_branches(c, &values)).collect::<Result<_>>()?;
         let mut fixed: Vec<f64> =
             machine.nodes.iter().map(|n| n.fixed.as_ref().map_or(Ok(0.0), |t| t.evaluate(&values))).collect::<Result<_>>()?;
         fixed.push(chamber);
         fixed.extend(boundaries.iter().map(|b| if let BoundaryState::Temperature(t) = b { *t } else { 0.0 }));
         let gas = gas::film(machine.chamber.pressure, chamber, machine.chamber.accommodation, machine.chamber.gap);
-        Ok(Self { variables: condition.si().to_vec(), names: values, chamber, gas, boundaries, contacts, powers, flows, inlets, fixed })
+        Ok(Self {
+            variables: condition.si().to_vec(),
+            names: values,
+            chamber,
+            gas,
+            boundaries,
+            contacts,
+            powers,
+            flows,
+            inlets,
+            branches,
+            fixed,
+        })
     }
 
     /// The boundary whose temperature an entry of [`Load::fixed`] is, if it is one's.

@@ -21,6 +21,7 @@ pub use block::Block;
 pub use enclosure::EnclosureViews;
 pub use load::{BoundaryState, ContactFactors, Load};
 pub use meter::{HeatMeter, Through};
+pub use split::{GivenBranch, GivenFlow};
 pub use stream::{Stream, StreamState};
 pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 

@@ -1,49 +1,56 @@
 //! How the flow of a circuit splits among parallel branches: as given, and the rest so that pressure drops agree.
 
-use super::{Load, Network};
-use crate::describe::machine::{Branch, BranchFlow, Layout};
+use super::Network;
+use crate::describe::machine::{Branch, BranchFlow, Circuit, Layout};
 use crate::error::{Error, Result};
+use crate::foundation::formula::Values;
 use crate::physics::channel;
 use crate::physics::water::LiquidProperties;
 
-/// The flow of a branch that is given.
+/// A branch whose flow is given, at one condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Given {
-    channel: usize,
-    amount: Amount,
+pub struct GivenBranch {
+    /// A channel of it that no further branching is around.
+    pub channel: usize,
+    /// Its flow.
+    pub flow: GivenFlow,
 }
 
+/// The flow that a branch is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Amount {
-    /// Of what flows into the group of branches.
+pub enum GivenFlow {
+    /// Share of what flows into its group of branches.
     Share(f64),
-    /// kg/s
-    Mass(f64),
+    /// m³/s at the circuit's inlet conditions.
+    Volume(f64),
 }
 
-/// The flows of branches that are given, with the density (kg/m³) at the circuit's inlet.
+/// The given branches of a circuit where formulas have these values.
 ///
 /// # Errors
-/// A formula has no finite value at this condition, or a negative one.
-pub(super) fn given_flows(branches: &[Branch], load: &Load, density: f64) -> Result<Vec<Given>> {
+/// A formula has no finite value, or a negative one.
+pub(super) fn given_branches(circuit: &Circuit, values: &Values) -> Result<Vec<GivenBranch>> {
     let of = |branch: &Branch| {
-        let amount = match &branch.flow {
-            BranchFlow::Share(share) => Amount::Share(share.evaluate(&load.names)?),
-            BranchFlow::Flow(flow) => Amount::Mass(density * flow.evaluate(&load.names)?),
+        let flow = match &branch.flow {
+            BranchFlow::Share(share) => GivenFlow::Share(share.evaluate(values)?),
+            BranchFlow::Flow(flow) => GivenFlow::Volume(flow.evaluate(values)?),
         };
-        let (Amount::Share(number) | Amount::Mass(number)) = amount;
+        let (GivenFlow::Share(number) | GivenFlow::Volume(number)) = flow;
         if number < 0.0 {
-            return Err(Error::input("the flow given to a branch is negative at this condition").read(number));
+            let what = format!("the flow given to a branch of the circuit '{}' is negative at this condition", circuit.name);
+            return Err(Error::input(what).read(number));
         }
-        Ok(Given { channel: branch.channel, amount })
+        Ok(GivenBranch { channel: branch.channel, flow })
     };
-    branches.iter().map(of).collect()
+    circuit.branches.iter().map(of).collect()
 }
 
 /// A circuit's branches at one condition.
 pub(super) struct Split<'a> {
     pub(super) network: &'a Network,
-    pub(super) given: &'a [Given],
+    pub(super) given: &'a [GivenBranch],
+    /// Density at the circuit's inlet, kg/m³.
+    pub(super) density: f64,
     /// Liquid in each stream of the circuit.
     pub(super) liquids: &'a [Option<LiquidProperties>],
 }
@@ -74,9 +81,9 @@ impl Split<'_> {
     fn among(&self, items: &[Layout], mass_flow: f64) -> Result<Vec<f64>> {
         let given = |item: &Layout| {
             let own = self.given.iter().find(|given| item.has_directly(given.channel))?;
-            Some(match own.amount {
-                Amount::Share(share) => share * mass_flow,
-                Amount::Mass(mass) => mass,
+            Some(match own.flow {
+                GivenFlow::Share(share) => share * mass_flow,
+                GivenFlow::Volume(flow) => flow * self.density,
             })
         };
         let mut flows: Vec<Option<f64>> = items.iter().map(given).collect();

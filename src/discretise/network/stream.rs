@@ -6,7 +6,7 @@
 //! over the station; the heat is shared among the cells in proportion to their conductances. What the
 //! water gains is exactly what the cells lose.
 
-use super::split::{Split, given_flows};
+use super::split::Split;
 use super::{Load, NONE, Network};
 use crate::describe::machine::{Circuit, Film, FlowState, Intake, Layout};
 use crate::discretise::mesh::path::Station;
@@ -155,8 +155,7 @@ impl Network {
             let mean = if total > 0.0 { water.clamp(low, high) } else { load.inlets[c] };
             liquids[s] = Some(at(mean)?);
         }
-        let given = given_flows(&tree.circuit.branches, load, inlet.density)?;
-        let split = Split { network: self, given: &given, liquids: &liquids };
+        let split = Split { network: self, given: &load.branches[c], density: inlet.density, liquids: &liquids };
         split.distribute(&tree.layout, mass_flow, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
         for s in members(&tree.layout) {
             let Some(liquid) = liquids[s] else { continue };

@@ -195,6 +195,12 @@ fn default_of(names: &[String], document: &Document) -> Option<Leaf> {
             None => document.leaf(&format!("surfaces.{key}")).ok()?,
         };
     }
+    // What others feed has their flow, temperature and pressure, not the defaults.
+    if let ["circuit", circuit, "flow" | "inlet_temperature" | "pressure"] = names.as_slice()
+        && document.leaf(&dotted(&["circuit", circuit, "from"])).ok()?.is_some()
+    {
+        return None;
+    }
     if parents.len() > 2 {
         document.leaf(&dotted(parents)).ok()??;
     }
