@@ -105,7 +105,7 @@ fn formulas_see_variables_drives_and_definitions() {
     let rated = at(&[]);
     // 3.91 N m at 2500 r/min, motor efficiency 0.9, a quarter of it: 3.91 * 261.799 / 9 / 4.
     assert!((m.sources[0].power.evaluate(&rated).unwrap() - 3.91 * 2500.0 * PI / 30.0 / 9.0 * 0.25).abs() < 1e-9);
-    assert!(close(m.circuits[0].flow.evaluate(&rated).unwrap(), 0.9 * 1.57e-4));
+    assert!(close(m.supplies(&rated).unwrap()[0].flow, 0.9 * 1.57e-4));
     assert!(close(m.chamber.temperature.evaluate(&rated).unwrap(), 296.65));
     let warm = at(&[("ambient_temperature", "30 degC"), ("duty", "1"), ("lamp", "10 W")]);
     let BoundaryLaw::Film(_, fluid) = &m.boundaries[0].law else { panic!("no film") };
