@@ -118,6 +118,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(time) = history.resumed_at {
         out.note(&format!("went on from the checkpoint at {}", duration(time)));
     }
+    history.notes.iter().for_each(|note| out.note(&format!("warning: {note}")));
     let series = history.table(&model)?;
     if let Some(path) = &args.out {
         write_table(path, &series, &args.schedule)?;

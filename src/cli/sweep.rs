@@ -8,6 +8,7 @@ use super::output::Output;
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{SweepOptions, Swept};
+use crate::pipeline::designs;
 
 /// Design of experiments: run every condition of a sweep file, resuming what is there
 #[derive(Debug, clap::Args)]
@@ -41,6 +42,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
+    if let Err(error) = designs::rehearse(&sweep) {
+        out.note(&format!("warning: no surrogate can be fitted to this sweep: {}", error.what()));
+    }
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
@@ -72,6 +76,7 @@ pub fn notes(swept: &Swept, out: Output) {
     for line in &swept.damaged_lines {
         out.note(&format!("note: line {line} of the journal was damaged; its condition was run again"));
     }
+    swept.notes.iter().for_each(|note| out.note(&format!("warning: {note}")));
     for failure in swept.failures.iter().take(3) {
         out.note(&format!("warning: condition {} of '{}' failed: {}", failure.row + 1, failure.group, failure.reason));
     }

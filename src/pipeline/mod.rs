@@ -1,7 +1,7 @@
 //! The main job: from a sweep file to one folder with tables, surrogate, figures and a report.
 
 pub mod charts;
-mod designs;
+pub mod designs;
 pub mod diagnosis;
 pub mod figures;
 pub mod fitting;
@@ -164,7 +164,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
         failures: swept.failures.clone(),
         points,
         formulas,
-        notes: fitted.map(|f| f.fit.notes.clone()).unwrap_or_default(),
+        notes: swept.notes.iter().chain(fitted.iter().flat_map(|f| &f.fit.notes)).cloned().collect(),
         files: Vec::new(),
         seconds: [sweep_seconds, fit_seconds, 0.0],
     };

@@ -78,10 +78,10 @@ impl Pieces {
         groups.into_iter().map(|g| network.groups[g as usize].clone()).collect()
     }
 
-    /// Refuses a load whose heat cannot leave: without a way out there is no steady state.
+    /// Refuses a load whose heat cannot leave: without a way out there is no steady state, or any will do.
     ///
     /// # Errors
-    /// A piece takes heat in and can give none off; the error names its parts and the heat.
+    /// A piece can give no heat off; the error names its parts and the heat.
     pub fn check(&self, network: &Network, load: &Load) -> Result<()> {
         if load.contacts.has_open() {
             return Self::with(network, &load.contacts).stuck(network, load);
@@ -116,8 +116,15 @@ impl Pieces {
             let p = *piece as usize;
             !open[p] && f64::abs(net[p]) > NO_HEAT * gross[p]
         };
-        let Some(piece) = self.of.iter().copied().find(is_stuck) else { return Ok(()) };
+        let cut_off = || self.of.iter().copied().find(|piece| !open[*piece as usize]);
+        let Some(piece) = self.of.iter().copied().find(is_stuck).or_else(cut_off) else { return Ok(()) };
         let names = self.names(network, |own| own == piece).join("', '");
+        if !is_stuck(&piece) {
+            return Err(Error::numerics(format!(
+                "'{names}' is joined to nothing and takes no heat in: its steady temperature could be any"
+            ))
+            .help("join it by a contact, let it radiate or give it a boundary; `simulate` keeps the temperature it begins with"));
+        }
         let watts = net[piece as usize];
         Err(Error::numerics(format!("{:.4} W have no way out of '{names}': there is no steady state", watts)).help(
             "give it a coolant that flows, a boundary with a film or a temperature, an emissivity, or a contact with what has one; \

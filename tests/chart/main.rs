@@ -428,6 +428,12 @@ fn texts_are_shortened_and_broken_within_their_room() {
         }
     }
     assert_eq!(fonts::wrap("one two three", 13.0, Weight::Regular, 60.0, 5), ["one two", "three"]);
+    // A number and its unit stay together, wherever the line ends.
+    for limit in 60..200 {
+        let lines =
+            fonts::wrap("Fixed: preload 3000 N \u{b7} flow 9.42 L/min \u{b7} table 4 = 0", 13.0, Weight::Regular, f64::from(limit), 9);
+        assert!(lines.join(" ").contains("3000 N") && lines.iter().all(|l| !l.ends_with("3000") && !l.ends_with("9.42")), "{lines:?}");
+    }
     assert_eq!(fonts::fit("motor", 13.0, Weight::Regular, 100.0), "motor");
 }
 

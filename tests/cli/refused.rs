@@ -97,6 +97,10 @@ fn what_a_surrogate_cannot_hold_shows_before_the_sweep() {
     folder.put("s.toml", &sweep("").replace(&format!("{:?}", machine("slab.toml")), "\"m.toml\""));
     folder.expect(&["run", "s.toml", "--out", "out"], 2, &["s.toml", "at most 256 points"]);
     assert!(!folder.0.join("out").exists());
+    // A sweep alone gives tables, which hold any number; what they cannot become is said first.
+    let output = folder.run(&["sweep", "s.toml", "--out", "out", "--cells", "100"]);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("no surrogate") && said.contains("at most 256 points"), "{said}");
 }
 
 #[test]

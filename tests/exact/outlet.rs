@@ -49,3 +49,15 @@ fn heat_without_a_way_out() {
     solve(&format!("{TWO}{COLD}{LINK}"), 10e-3);
     solve(&format!("{TWO}{COLD}{}", water.replace("flow = \"0 L/min\"", "")), 10e-3);
 }
+
+/// A part that nothing joins and nothing heats could have any temperature.
+#[test]
+fn a_piece_without_heat_that_nothing_joins() {
+    let alone = COLD.replace("base.-z", "motor.-z");
+    refused(&alone, &["'base'", "could be any"]);
+    refused(
+        &alone.replace("temperature = \"20 degC\"", "film = \"50 W/(m2 K)\"\nfluid_temperature = \"20 degC\""),
+        &["'base'", "could be any"],
+    );
+    solve(&format!("{TWO}{alone}{LINK}"), 10e-3);
+}

@@ -379,3 +379,21 @@ fn noise_and_hostile_sets_never_panic() {
         }
     }
 }
+
+/// Two films on one face are refused; on a lumped node each has its own area, and `check` says so.
+#[test]
+fn two_boundaries_of_one_kind_on_one_node_are_said() {
+    let boundary = |name: &str, law: &str| format!("[boundary.{name}]\nnode = \"body\"\narea = \"10 cm2\"\n{law}\n");
+    let film = "film = \"5 W/(m2 K)\"\nfluid_temperature = \"20 degC\"";
+    let warnings = |other: &str| {
+        let text =
+            format!("name = \"node\"\n[node.body]\n{}{}[sensor.body]\nnode = \"body\"\n", boundary("front", film), boundary("back", other));
+        let model = coldplate::MeshedMachine::new(text.parse().unwrap(), None).unwrap();
+        coldplate::solve::meshed::inventory(&model, None).unwrap().warnings
+    };
+    assert!(warnings("heat_flux = \"10 W/m2\"").iter().all(|w| !w.contains("boundaries")));
+    for other in [film, "free_convection = \"sphere\"\nlength = \"5 cm\"\nfluid_temperature = \"20 degC\""] {
+        let found = warnings(other);
+        assert!(found.iter().any(|w| w.contains("'front' and 'back'") && w.contains("two films")), "{found:?}");
+    }
+}

@@ -1,5 +1,7 @@
 //! `coldplate simulate` as its users meet it: schedules, series, checkpoints, and a pipe that was measured.
 
+mod boiling;
+mod clock;
 mod heat_flow;
 mod passes;
 mod pipe;

@@ -6,6 +6,7 @@ mod format;
 mod held;
 mod inverse;
 mod query;
+mod ranges;
 mod stream;
 mod values;
 mod verdict;

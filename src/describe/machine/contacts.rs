@@ -279,6 +279,7 @@ fn contradiction(a: &Boundary, b: &Boundary, parts: &[Part]) -> Option<&'static 
         (BoundaryLaw::Radiation(..), BoundaryLaw::Radiation(..)) => "it cannot radiate to two surroundings",
         _ => return None,
     };
+    // On a node each has an area of its own: they add up, which `check` says.
     let is_apart = a.within.as_ref().zip(b.within.as_ref()).is_some_and(|(a, b)| a.is_apart(b));
     let meets = |f: &Face| b.faces.iter().any(|g| share_area(*f, *g, parts));
     (!is_apart && a.faces.iter().any(meets)).then_some(what)

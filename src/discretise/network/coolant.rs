@@ -42,25 +42,33 @@ impl Network {
     /// What is doubtful about each stream in a state (temperatures in K), if anything.
     pub fn coolant_notes(&self, states: &[StreamState], temperatures: &[f64]) -> Vec<Option<String>> {
         let note = |(s, state): (usize, &StreamState)| {
-            let stream = &self.streams[s];
-            let circuit = &self.circuits[stream.circuit].circuit;
             let mut notes: Vec<String> = state.note.map(str::to_string).into_iter().collect();
             if state.capacity_rate <= 0.0 {
                 notes.push("no flow: the liquid stands still at the temperature of its wall and carries nothing".into());
             }
-            let boils = circuit.liquid.boils_at(circuit.pressure).unwrap_or(f64::INFINITY);
-            let hottest = self.hottest_wall(s, state, temperatures);
-            if state.capacity_rate > 0.0 && hottest > boils {
-                notes.push(format!(
-                    "the wall reaches {:.2} degC and water boils at {:.2} degC under {:.4} bar: the film is one without bubbles",
-                    hottest - ZERO_CELSIUS,
-                    boils - ZERO_CELSIUS,
-                    circuit.pressure / 1e5
-                ));
-            }
+            notes.extend(self.boiling_wall(s, state, temperatures).map(|wall| self.boiling_note(s, wall)));
             (!notes.is_empty()).then(|| notes.join("; "))
         };
         states.iter().enumerate().map(note).collect()
+    }
+
+    /// Highest temperature (K) of the wall of a stream that flows, where it lies above that at which the liquid boils.
+    pub fn boiling_wall(&self, s: usize, state: &StreamState, temperatures: &[f64]) -> Option<f64> {
+        let circuit = &self.circuits[self.streams[s].circuit].circuit;
+        let boils = circuit.liquid.boils_at(circuit.pressure).filter(|_| state.capacity_rate > 0.0)?;
+        Some(self.hottest_wall(s, state, temperatures)).filter(|hottest| *hottest > boils)
+    }
+
+    /// What it means that the wall of a stream reaches a temperature (K).
+    pub fn boiling_note(&self, s: usize, wall: f64) -> String {
+        let circuit = &self.circuits[self.streams[s].circuit].circuit;
+        let boils = circuit.liquid.boils_at(circuit.pressure).unwrap_or(f64::INFINITY);
+        format!(
+            "the wall reaches {:.2} degC and water boils at {:.2} degC under {:.4} bar: the film is one without bubbles",
+            wall - ZERO_CELSIUS,
+            boils - ZERO_CELSIUS,
+            circuit.pressure / 1e5
+        )
     }
 
     /// Highest temperature (K) of a stream's wall: between cell and liquid as their resistances share the drop.

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::Load;
+use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment, TIME};
 use crate::foundation::table::{Column, Table};
@@ -144,6 +144,8 @@ pub struct History {
     pub energy: Energy,
     /// Time at which a checkpoint was taken up, s.
     pub resumed_at: Option<f64>,
+    /// What is doubtful about it, from there or from the start, one sentence each.
+    pub notes: Vec<String>,
 }
 
 impl History {
@@ -242,6 +244,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
             (state, Progress { readings: vec![readings], heat_flows, steady, settling, passing })
         }
     };
+    let mut boiling = vec![None; model.network.streams.len()];
     let mut clock = Instant::now();
     for at in progress.readings.len()..stops.len() {
         let (stop, segment) = (&stops[at], stops[at].segment);
@@ -257,7 +260,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
                 progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
                 progress.passing.see(state.time, &readings);
                 seen(&Seen { state, condition: &schedule.condition(segment, state.time), load });
-                Ok(())
+                see_boiling(&model.network, load, state, &mut boiling)
             })?;
         }
         let load = load_of(&condition_at(schedule, stop), stop.time)?;
@@ -302,7 +305,30 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         rejected: state.rejected,
         energy: state.energy,
         resumed_at,
+        notes: boiling.iter().enumerate().filter_map(|(s, wall)| Some(boiling_note(&model.network, s, (*wall)?))).collect(),
     })
+}
+
+/// The wall of a stream that boils: from when on, s, and the hottest it becomes, K.
+#[derive(Debug, Clone, Copy)]
+struct Boiling {
+    since: f64,
+    wall: f64,
+}
+
+fn see_boiling(network: &Network, load: &Load, state: &TransientState, found: &mut [Option<Boiling>]) -> Result<()> {
+    let streams = network.stream_states(load, &state.temperatures)?;
+    for (s, found) in found.iter_mut().enumerate() {
+        if let Some(wall) = network.boiling_wall(s, &streams[s], &state.temperatures) {
+            let boiling = found.get_or_insert(Boiling { since: state.time, wall });
+            boiling.wall = boiling.wall.max(wall);
+        }
+    }
+    Ok(())
+}
+
+fn boiling_note(network: &Network, s: usize, Boiling { since, wall }: Boiling) -> String {
+    format!("channel '{}' from {since:.0} s on: {}", network.streams[s].name, network.boiling_note(s, wall))
 }
 
 /// Temperatures at the start that the machine file states of parts and nodes.

@@ -30,6 +30,8 @@ pub struct HistoryRecord {
     pub energy: EnergyRecord,
     pub unknowns: usize,
     pub resumed_at_s: Option<f64>,
+    /// What is doubtful about it.
+    pub notes: Vec<String>,
     pub seconds: f64,
 }
 
@@ -107,6 +109,7 @@ impl History {
             },
             unknowns: model.network.nodes,
             resumed_at_s: self.resumed_at,
+            notes: self.notes.clone(),
             seconds,
         }
     }

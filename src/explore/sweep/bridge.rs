@@ -2,13 +2,14 @@
 //! starts from the same reference state, so that a result does not depend on which conditions went before.
 
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use super::{Definition, Plan, Subject, SweepOptions, Swept, execute};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::solve::Solver;
-use crate::solve::meshed::MeshedMachine;
+use crate::solve::meshed::{MeshedMachine, SteadyState};
 
 /// Conditions of a design for each one that others start from.
 const WORTH_ONE_START: usize = 8;
@@ -87,9 +88,29 @@ impl Sweep {
         let known = (rows.len() / WORTH_ONE_START).min(MOST_STARTS);
         let start = |i: usize| Load::at(&self.model.machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
         solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
-        execute(&self.plan, &self.subject(), folder.as_ref(), options, |si| {
+        // By stream: conditions solved now at which its wall boils, and the hottest wall, K.
+        let boiling = Mutex::new(vec![(0, 0.0); self.model.network.streams.len()]);
+        let mut swept = execute(&self.plan, &self.subject(), folder.as_ref(), options, |si| {
             let state = self.model.solve(&solver, &Condition::from_si(si.to_vec()))?;
+            self.count_boiling(&state, &mut boiling.lock().unwrap_or_else(PoisonError::into_inner));
             Ok(self.model.readings(&state).into_iter().map(|t| t.0).collect())
-        })
+        })?;
+        let boiling = boiling.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let note = |(s, (count, wall)): (usize, &(usize, f64))| {
+            let network = &self.model.network;
+            let what = network.boiling_note(s, *wall);
+            format!("channel '{}' at {count} of the conditions solved now: {what}", network.streams[s].name)
+        };
+        swept.notes = boiling.iter().enumerate().filter(|(_, (count, _))| *count > 0).map(note).collect();
+        Ok(swept)
+    }
+
+    fn count_boiling(&self, state: &SteadyState, found: &mut [(usize, f64)]) {
+        let solution = &state.solution;
+        for (s, (count, hottest)) in found.iter_mut().enumerate() {
+            if let Some(wall) = self.model.network.boiling_wall(s, &solution.streams[s], &solution.temperatures) {
+                (*count, *hottest) = (*count + 1, hottest.max(wall));
+            }
+        }
     }
 }

@@ -70,6 +70,8 @@ pub struct Swept {
     pub resumed: usize,
     /// Lines of the journal that were damaged; their conditions were run again.
     pub damaged_lines: Vec<usize>,
+    /// What is doubtful about the conditions solved now, one sentence each.
+    pub notes: Vec<String>,
     /// The files written.
     pub files: Vec<PathBuf>,
 }
@@ -131,7 +133,7 @@ pub fn execute(
             }
         }
     }
-    Ok(Swept { table, validation, failures, resumed, damaged_lines: journal.damaged_lines().to_vec(), files })
+    Ok(Swept { table, validation, failures, resumed, damaged_lines: journal.damaged_lines().to_vec(), notes: Vec::new(), files })
 }
 
 /// What results depend on.

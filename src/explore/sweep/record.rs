@@ -16,6 +16,8 @@ pub struct SweepRecord {
     pub failed: usize,
     pub groups: Vec<GroupRecord>,
     pub failures: Vec<FailureRecord>,
+    /// What is doubtful about the conditions solved now.
+    pub notes: Vec<String>,
     pub files: Vec<String>,
     pub cells: usize,
     pub seconds: f64,
@@ -51,6 +53,7 @@ impl Swept {
             failed: self.failures.len(),
             groups: groups.map(|g| GroupRecord { name: g.name.clone(), design: g.description.clone(), conditions: g.rows.len() }).collect(),
             failures: self.failures.iter().map(failure).collect(),
+            notes: self.notes.clone(),
             files: self.files.iter().map(|f| f.display().to_string()).collect(),
             cells: sweep.model.mesh.cells,
             seconds,

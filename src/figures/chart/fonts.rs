@@ -4,6 +4,7 @@
 //! viewer of the SVG that has none of them still keeps every text in its place, because each text
 //! carries its length.
 
+use std::collections::VecDeque;
 use std::sync::OnceLock;
 
 use ab_glyph::{Font, FontRef};
@@ -99,8 +100,8 @@ pub fn fit(text: &str, size: f64, weight: Weight, limit: f64) -> String {
     if width("…", size, weight) <= limit { "…".into() } else { String::new() }
 }
 
-/// The text broken at spaces into at most `most` lines no wider than `limit`; a word too wide for a
-/// line is broken, and what is left over on the last line is shortened.
+/// The text broken at spaces into at most `most` lines no wider than `limit`; a number stays with what follows it, its
+/// unit as a rule; a word too wide for a line is broken, and what is left over on the last line is shortened.
 pub fn wrap(text: &str, size: f64, weight: Weight, limit: f64, most: usize) -> Vec<String> {
     let text = one_line(text);
     if text.is_empty() || most == 0 {
@@ -108,7 +109,7 @@ pub fn wrap(text: &str, size: f64, weight: Weight, limit: f64, most: usize) -> V
     }
     let mut lines: Vec<String> = Vec::new();
     let mut line = String::new();
-    let mut words = text.split_whitespace().map(str::to_string).collect::<std::collections::VecDeque<_>>();
+    let mut words = unbroken(&text);
     while let Some(word) = words.pop_front() {
         let longer = if line.is_empty() { word.clone() } else { format!("{line} {word}") };
         if width(&longer, size, weight) <= limit {
@@ -139,4 +140,18 @@ pub fn wrap(text: &str, size: f64, weight: Weight, limit: f64, most: usize) -> V
         lines.push(line);
     }
     lines
+}
+
+/// The pieces of a text between which a line may end.
+fn unbroken(text: &str) -> VecDeque<String> {
+    let mut words: VecDeque<String> = VecDeque::new();
+    let mut after_number = false;
+    for word in text.split_whitespace() {
+        match words.back_mut().filter(|_| after_number) {
+            Some(number) => *number += &format!(" {word}"),
+            None => words.push_back(word.to_string()),
+        }
+        after_number = word.trim_start_matches(['(', '±']).parse::<f64>().is_ok();
+    }
+    words
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::MeshedMachine;
-use crate::describe::machine::{Boundary, BoundaryLaw};
+use crate::describe::machine::{Boundary, BoundaryLaw, Machine};
 use crate::discretise::network::{BoundaryArea, BoundaryState, Load};
 use crate::units::celsius;
 
@@ -45,6 +45,26 @@ pub(super) fn boundaries(model: &MeshedMachine, load: Option<&Load>) -> Vec<Boun
         }
     };
     machine.boundaries.iter().zip(&model.network.acting).enumerate().map(entry).collect()
+}
+
+/// Boundaries of one kind on one lumped node, where on faces two would contradict each other: each has an area of its own.
+pub(super) fn doubled(machine: &Machine) -> Vec<String> {
+    let kind = |law: &BoundaryLaw| match law {
+        BoundaryLaw::Temperature(_) => "temperatures",
+        BoundaryLaw::Film(..) | BoundaryLaw::FreeConvection(..) => "films",
+        BoundaryLaw::Flux(_) => "fluxes",
+        BoundaryLaw::Radiation(..) => "surroundings to radiate to",
+    };
+    let on_node = |b: &Boundary| b.node.as_ref().map(|exposed| (exposed.node, kind(&b.law)));
+    let mut found = Vec::new();
+    for (i, b) in machine.boundaries.iter().enumerate() {
+        let Some((node, kind)) = on_node(b) else { continue };
+        if let Some(first) = machine.boundaries[..i].iter().find(|a| on_node(a) == Some((node, kind))) {
+            let (a, b, node) = (&first.name, &b.name, &machine.nodes[node].name);
+            found.push(format!("boundaries '{a}' and '{b}' give the node '{node}' two {kind}: both act, each on its own area"));
+        }
+    }
+    found
 }
 
 fn at_condition(state: &BoundaryState) -> String {

@@ -212,6 +212,7 @@ pub fn inventory(model: &MeshedMachine, condition: Option<&Condition>) -> Result
         .enumerate()
         .map(|(i, s)| SourceEntry { name: s.name.clone(), power: load.as_ref().map(|l| l.powers[i]) })
         .collect();
+    found.warnings.extend(super::boundaries::doubled(machine));
     warn_about_areas(model, &mut found);
     warn_about_contacts(model, &mut found);
     warn_about_sources(&model.machine, &mut found);
