@@ -8,6 +8,7 @@ mod gas;
 mod hidden;
 mod history;
 mod kinds;
+mod laws;
 mod logs;
 mod next;
 mod pipe;

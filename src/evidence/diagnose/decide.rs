@@ -122,7 +122,7 @@ fn names(e: &Explanation, depth: Certainty) -> Vec<String> {
     let name = |p: &Cause| {
         let h = &p.hypothesis;
         match depth {
-            Certainty::Law => format!("{} at {}, {}", h.kind(), h.place, h.law.words()),
+            Certainty::Law => format!("{} at {}, {}", h.kind(), h.place, h.law_words()),
             Certainty::Kind => format!("{} at {}", h.kind(), h.place),
             _ => h.place.clone(),
         }

@@ -11,6 +11,8 @@ pub struct MissingHeat {
     pub part: String,
     /// How it depends on the condition.
     pub law: Law,
+    /// In words.
+    pub law_words: String,
     /// Best heat, W, where the law is one (at the highest speed); negative where the model has too much.
     pub watts: f64,
     /// Its standard deviation, W.
@@ -30,6 +32,7 @@ pub(super) fn missing(screened: &Screened, catalogue: &[Hypothesis]) -> Vec<Miss
         Some(MissingHeat {
             part: hypothesis.place.clone(),
             law: hypothesis.law,
+            law_words: hypothesis.law_words(),
             watts: amplitude * hypothesis.scale,
             deviation: hypothesis.scale / screened.gram[(j, j)].sqrt(),
             explained,

@@ -38,7 +38,7 @@ use crate::solve::sensitivity::{Parameter, Study};
 
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Radiation, Sensor, Storage, User};
-pub use effects::{CommonFactor, Effect, Hypothesis, Law, Scales, Shown, UserKind, hypotheses, sentence};
+pub use effects::{CommonFactor, Effect, Hypothesis, Law, LawForm, Scales, Shown, UserKind, hypotheses, sentence};
 pub use gain::{Gain, HeldOutReading};
 pub use missing::MissingHeat;
 pub use refine::{Extended, Fitted, Predictor, fit};

@@ -200,12 +200,13 @@ pub(super) fn missing(found: &Findings<'_>) -> Option<IntervalFigure> {
         value: m.watts,
         ends: (m.watts - TWO_SIDED_90 * m.deviation, m.watts + TWO_SIDED_90 * m.deviation),
         remark: {
-            let law = match m.law {
+            let law: &str = match m.law {
                 Law::Constant => "constant",
                 Law::Speed => "with speed",
                 Law::SpeedSquared => "with speed²",
                 Law::InverseFlow => "with 1/flow",
                 Law::Temperature => "with temperature",
+                Law::Of(..) => &m.law_words,
             };
             format!("−{:.1} of {:.1}, {law}", m.explained, diagnosis.misfit.chi2)
         },

@@ -265,7 +265,7 @@ impl Findings<'_> {
             missing_heat: (diagnosis.missing.iter())
                 .map(|m| MissingHeatRecord {
                     part: m.part.clone(),
-                    law: m.law.words().into(),
+                    law: m.law_words.clone(),
                     W: m.watts,
                     standard_deviation_W: m.deviation,
                     misfit_explained: m.explained,
@@ -289,7 +289,7 @@ fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
         records.push(CauseRecord {
             kind: p.hypothesis.kind().into(),
             place: p.hypothesis.place.clone(),
-            law: p.hypothesis.law.words().into(),
+            law: p.hypothesis.law_words(),
             parameters: BTreeMap::from([(shown.name.into(), own)]),
             amplitude: EstimateRecord { value: p.amplitude, low, high, unit: p.hypothesis.unit.into() },
             probability: explanation.probability,

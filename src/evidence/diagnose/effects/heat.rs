@@ -31,12 +31,12 @@ impl Family for Heat {
         let mut found = Vec::new();
         for g in &site.groups {
             let into = Hypothesis::signed(Self::Into(g.index), &g.name, vec![g.name.clone()], heat, "W");
-            found.extend(site.laws.iter().map(|law| into.clone().under(*law)));
+            found.extend(site.laws.iter().map(|law| into.clone().under_of(*law, &site.scales)));
         }
         for (s, source) in site.machine.sources.iter().enumerate() {
             // Friction is a half to three times what is expected: 0.8 in the mean square.
             let factor = Hypothesis::signed(Self::Source(s), &source.name, site.part_names(&source.places.iter().map(|heated| heated.place).collect::<Vec<_>>()), 0.8, "relative");
-            found.extend(site.laws.iter().map(|law| factor.clone().under(*law)));
+            found.extend(site.laws.iter().map(|law| factor.clone().under_of(*law, &site.scales)));
             // Copper loses 4 % more per 10 K, grease up to a third less.
             let drift = Hypothesis { scale: 0.15, unit: "relative per 10 K", law: Law::Temperature, ..factor };
             found.extend(source.law.linear().map(|_| drift));
@@ -117,7 +117,8 @@ impl Family for Heat {
                 format!("the heat of {place} grows with its temperature otherwise than the model's: {range} times as much per 10 K")
             }
             Self::Source(_) => {
-                format!("the heat of {place} follows another law: at full speed {} times the model's{law}", told.range(""))
+                let full = if matches!(told.hypothesis.law, Law::Of(..)) { "where that is most" } else { "at full speed" };
+                format!("the heat of {place} follows another law: {full} {} times the model's{law}", told.range(""))
             }
         }
     }

@@ -22,7 +22,7 @@ use super::Discrepancy;
 pub use derivative::EffectDerivatives;
 use file::{Lines, MachineEdit};
 use ground::Ground;
-pub use law::{Law, Scales};
+pub use law::{Form as LawForm, Law, Scales};
 use words::{Quantity, Told};
 pub use words::{Shown, sentence};
 
@@ -176,6 +176,8 @@ pub struct Hypothesis {
     pub parts: Vec<String>,
     /// How it depends on the condition.
     pub law: Law,
+    /// That law in words, where it is by a variable of the machine.
+    law_of: Option<String>,
     /// Prior standard deviation of its amplitude.
     pub scale: f64,
     /// Whether a negative amplitude means anything.
@@ -189,7 +191,17 @@ pub struct Hypothesis {
 impl Hypothesis {
     /// A constant effect that may be more or less, with the standard deviation of its amplitude.
     fn signed(effect: impl Into<Effect>, place: impl Into<String>, parts: Vec<String>, scale: f64, unit: &'static str) -> Self {
-        Self { effect: effect.into(), place: place.into(), parts, law: Law::Constant, scale, is_signed: true, unit, most: f64::INFINITY }
+        Self {
+            effect: effect.into(),
+            place: place.into(),
+            parts,
+            law: Law::Constant,
+            law_of: None,
+            scale,
+            is_signed: true,
+            unit,
+            most: f64::INFINITY,
+        }
     }
 
     /// One that can only be more.
@@ -200,6 +212,16 @@ impl Hypothesis {
     /// The same under a law.
     fn under(self, law: Law) -> Self {
         Self { law, ..self }
+    }
+
+    /// The same under a law of some data.
+    fn under_of(self, law: Law, scales: &Scales) -> Self {
+        Self { law_of: matches!(law, Law::Of(..)).then(|| scales.words(law)), ..self.under(law) }
+    }
+
+    /// How it depends on the condition, in words.
+    pub fn law_words(&self) -> String {
+        self.law_of.clone().unwrap_or_else(|| self.law.words().into())
     }
 
     /// Name of its kind.
@@ -289,6 +311,8 @@ struct Site<'a> {
     groups: Vec<Group>,
     /// Laws that heat can follow in these data.
     laws: Vec<Law>,
+    /// Where they are one.
+    scales: Scales,
     /// Whether the coolant flow varies.
     flow_varies: bool,
     /// Whether anything radiates to the chamber: a machine in vacuum, not in a room.
@@ -314,6 +338,8 @@ impl<'a> Site<'a> {
         if varies("motor_speed") {
             laws.extend([Law::Speed, Law::SpeedSquared]);
         }
+        let scales = Scales::of(data, machine);
+        laws.extend(scales.laws(machine));
         let is_free =
             |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));
         let groups = network.groups.iter().enumerate().filter(|(g, _)| is_free(*g));
@@ -327,6 +353,7 @@ impl<'a> Site<'a> {
             data,
             user,
             laws,
+            scales,
         }
     }
 

@@ -81,7 +81,7 @@ impl Told<'_> {
 
     /// How it depends on the condition, to end a sentence with; nothing for a constant.
     pub fn law(&self) -> String {
-        if self.is_constant() { String::new() } else { format!(", {}", self.hypothesis.law.words()) }
+        if self.is_constant() { String::new() } else { format!(", {}", self.hypothesis.law_words()) }
     }
 
     /// The number with its unit and 90 % interval.

@@ -1,0 +1,125 @@
+//! Laws by the machine's own variables: any that varies, in proportion, squared, inverse, and above a threshold.
+
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::diagnose::{Law, LawForm, Problem, Scales, Verdict, diagnose, hypotheses, sentence};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, Row, Uncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::document::Document;
+use coldplate::foundation::progress::Silent;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
+
+/// A winding and a housing in a room; what drives them is a load, and a valve that opens.
+const MACHINE: &str = r#"
+name = "Winding and housing"
+[variables.load]
+unit = "W"
+default = "5 W"
+range = ["0 W", "10 W"]
+[variables.valve]
+unit = "1"
+default = "0"
+range = ["0", "4"]
+[node.room]
+temperature = "ambient_temperature"
+[node.winding]
+capacity = "300 J/K"
+[node.housing]
+capacity = "900 J/K"
+[contact.slot]
+between = ["winding", "housing"]
+total_conductance = "2 W/K"
+[contact.feet]
+between = ["housing", "room"]
+total_conductance = "1.5 W/K"
+[source.winding]
+in = "winding"
+power = "4 * load_W"
+[sensor.winding]
+node = "winding"
+[sensor.housing]
+node = "housing"
+"#;
+
+fn problem(lines: &[(&str, &str)], seed: u64) -> Problem {
+    let machine = Document::parse(MACHINE, "winding.toml").unwrap();
+    let mut truth = machine.clone();
+    lines.iter().for_each(|(key, value)| truth.apply_set(key, value).unwrap());
+    let (study, truth) = (Study::new(machine, None).unwrap(), Study::new(truth, None).unwrap());
+    let mut random = Random::new(seed);
+    let mut row = |i: usize| {
+        let own = |name: &str, random: &mut Random| match name {
+            "load" => 1.0 + 9.0 * random.unit(),
+            "valve" => [0.0, 1.0, 2.0, 4.0][i % 4],
+            "ambient_temperature" => 290.15 + 10.0 * random.unit(),
+            "coolant_temperature" => 293.15,
+            _ => 1e-4,
+        };
+        let si = study.model.machine.variables.iter().map(|v| own(&v.name, &mut random)).collect();
+        Row { test: format!("test {i}"), time: None, condition: Condition::from_si(si), readings: vec![Some(300.0); 2], line: None }
+    };
+    let rows = (0..24).map(&mut row).collect();
+    let mut data =
+        Data { source: "a table".into(), sensors: vec![0, 1], names: vec!["winding".into(), "housing".into()], rows, notes: Vec::new() };
+    let values = identify::values(&truth, &data, Start::Steady).unwrap();
+    for (row, values) in data.rows.iter_mut().zip(values.chunks(2)) {
+        row.readings = values.iter().map(|v| Some(v + 0.03 * random.normal())).collect();
+    }
+    let mut uncertainty = Uncertainty::usual(&data, &study.model.machine);
+    (uncertainty.noise, uncertainty.bias) = (vec![0.03; 2], vec![0.03; 2]);
+    let mut problem = Problem::new(study, data);
+    problem.uncertainty = uncertainty;
+    problem
+}
+
+fn named(lines: &[(&str, &str)], seed: u64) -> (Verdict, String, String, Vec<(String, String)>) {
+    let found = diagnose(&problem(lines, seed), &Silent).unwrap();
+    for e in found.explanations.iter().take(5) {
+        println!("{:.3} {:.1} {}", e.probability, e.misfit, e.causes.iter().map(sentence).collect::<Vec<_>>().join("; "));
+    }
+    let best = &found.explanations[0].causes[0];
+    (found.verdict, best.hypothesis.place.clone(), best.hypothesis.law_words(), found.sets.unwrap())
+}
+
+/// Iron in the housing that warms with the square of the load.
+#[test]
+fn heat_with_the_square_of_a_load() {
+    let (verdict, place, law, sets) = named(&[("source.hidden", "{ in = \"housing\", power = \"0.3 * load_W^2\" }")], 1);
+    assert!(matches!(verdict, Verdict::Explained | Verdict::CannotTell));
+    assert_eq!((place.as_str(), law.as_str()), ("housing", "with the square of load"));
+    assert!(sets[0].1.contains("(load_W / "), "{sets:?}");
+}
+
+/// A fan that runs while the valve is open beyond a level.
+#[test]
+fn heat_above_a_threshold() {
+    let fan = "{ in = \"housing\", power = \"12 * min(1, max(0, (valve - 1.2) * 1000))\" }";
+    let (verdict, place, law, sets) = named(&[("source.hidden", fan)], 2);
+    assert!(matches!(verdict, Verdict::Explained | Verdict::CannotTell));
+    assert_eq!((place.as_str(), law.as_str()), ("housing", "only where valve is above 1.500"));
+    assert!(sets[0].1.contains("min(1, max(0, 0.5 + (valve - 1.5)"), "{sets:?}");
+}
+
+/// The catalogue has laws of what varies, thresholds only at few levels, and its factors are those of its expressions.
+#[test]
+fn laws_of_variables_that_vary() {
+    let problem = problem(&[], 3);
+    let (study, data) = (&problem.study, &problem.data);
+    let scales = Scales::of(data, &study.model.machine);
+    let laws = scales.laws(&study.model.machine);
+    let at = |name: &str| study.model.machine.variables.iter().position(|v| v.name == name).unwrap();
+    let of = |v: usize| laws.iter().filter(|law| matches!(law, Law::Of(own, _) if *own == v)).count();
+    assert_eq!((of(at("load")), of(at("valve")), laws.len()), (3, 5, 8), "{laws:?}");
+    assert!(laws.contains(&Law::Of(at("load"), LawForm::Inverse)) && laws.contains(&Law::Of(at("valve"), LawForm::Above(2))));
+    for h in hypotheses(study, data, &[]).iter().filter(|h| h.kind() == "heat source" && h.place == "housing") {
+        let sets = h.sets(study, &scales, &[], 1.0).unwrap().unwrap();
+        let edited = study.edited(&sets).unwrap_or_else(|e| panic!("{h:?}: {e}"));
+        for row in &data.rows {
+            let load = coldplate::discretise::network::Load::at(&edited.model.machine, &row.condition).unwrap();
+            let wanted = scales.factor(h.law, &row.condition);
+            let own = load.powers.last().unwrap();
+            assert!((own - wanted).abs() < 1e-6, "{}: {own} {wanted}", h.law_words());
+        }
+    }
+}
