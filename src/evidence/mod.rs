@@ -2,6 +2,7 @@
 //! causes named where no parameter explains them.
 
 pub mod diagnose;
+pub mod discrepancy;
 pub mod faulty;
 pub mod identify;
 pub mod measurement;

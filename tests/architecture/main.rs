@@ -64,6 +64,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "evidence::measurement",
         ],
     ),
+    ("evidence::discrepancy", &["units", "describe::machine", "evidence::measurement", "evidence::identify"]),
     (
         "evidence::faulty",
         &["error", "describe::machine", "explore::simulate", "solve::sensitivity", "evidence::measurement", "evidence::identify"],
@@ -95,6 +96,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "evidence::measurement",
             "evidence::identify",
             "evidence::faulty",
+            "evidence::discrepancy",
         ],
     ),
     (

@@ -46,6 +46,9 @@ pub struct Args {
     /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
     #[arg(long)]
     keep_all: bool,
+    /// Look at every row of long logs, not at so many as tell everything
+    #[arg(long)]
+    every_row: bool,
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -90,6 +93,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     (problem.start, problem.without) = (start, without);
     if !args.keep_all {
         problem = problem.cleared()?;
+    }
+    if !args.every_row {
+        let rows = problem.data.rows.len();
+        problem = problem.thinned();
+        if problem.data.rows.len() < rows {
+            out.note(&format!("note: {} of {rows} rows are looked at; --every-row takes all", problem.data.rows.len()));
+        }
     }
     let found = diagnosis::examine(&problem, &path, args.surrogate.as_deref(), &out.progress())?;
     // Everything is made before anything is written.

@@ -4,7 +4,7 @@ use super::super::text::table;
 use crate::evidence::diagnose::{ExtraSensor, Verdict};
 use crate::evidence::measurement::faults;
 use crate::foundation::numbers::short;
-use crate::pipeline::diagnosis::{Findings, next_test_in_words, words};
+use crate::pipeline::diagnosis::{Findings, ladder, next_test_in_words, words};
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Findings<'_>) -> String {
@@ -34,6 +34,16 @@ pub(super) fn text(found: &Findings<'_>) -> String {
             .collect();
         text += &table(&["probability", "misfit left", "cause", ""], &rows);
         text += "\n";
+    }
+    for (i, rung) in diagnosis.rungs.iter().enumerate() {
+        text += &format!("{}. {}\n", i + 1, ladder::words(rung));
+        for line in ladder::refitted(rung) {
+            text += &format!("   refitted beside it: {line}\n");
+        }
+        text += &format!("   {}\n", ladder::left(rung));
+        if let Some(gain) = rung.gain.as_ref().filter(|_| diagnosis.rungs.len() > 1) {
+            text += &format!("   on data kept out: error {:.3} K before, {:.3} K after\n", gain.before, gain.after);
+        }
     }
     match &diagnosis.gain {
         Some(gain) => {

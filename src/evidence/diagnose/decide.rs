@@ -1,14 +1,13 @@
 //! From probabilities to an answer: consistent, explained, something else, or cannot tell.
 
 use super::probability::Posterior;
+use super::screen::Screened;
 use super::{Cause, Explanation, Misfit, SET_95};
 use crate::evidence::identify::chi_square_tail;
 
 /// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
 const ALARM_MISFIT: f64 = 0.002;
-const ALARM_CAUSE: f64 = 0.006;
-/// A misfit left that is less probable than this is not explained.
-const LEFT_OVER: f64 = 0.002;
+pub const ALARM_CAUSE: f64 = 0.006;
 /// Probability at which something is said without reserve.
 const CERTAIN: f64 = 0.9;
 
@@ -86,28 +85,51 @@ pub struct Level {
     pub probability: f64,
 }
 
+impl Level {
+    /// Nothing is certain.
+    pub fn nothing(probability: f64) -> Self {
+        Self { certainty: Certainty::Nothing, what: String::new(), probability }
+    }
+}
+
 /// Whether the misfit is significant.
 pub fn is_wrong(misfit: &Misfit) -> bool {
     misfit.probability < ALARM_MISFIT || misfit.look_elsewhere < ALARM_CAUSE
 }
 
-/// Verdict, level of certainty, and which explanations the data cannot refute, the first one always among them.
-pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation]) -> (Verdict, Level, Vec<usize>) {
-    let none = |probability: f64| Level { certainty: Certainty::Nothing, what: String::new(), probability };
-    if !is_wrong(misfit) {
+/// The misfit of a screen, with the look-elsewhere effect paid for.
+pub fn misfit_of(screened: &Screened, seed: u64) -> Misfit {
+    Misfit { look_elsewhere: screened.look_elsewhere(seed), ..of_the_whole(screened) }
+}
+
+fn of_the_whole(screened: &Screened) -> Misfit {
+    let (chi2, freedom) = (screened.misfit(), screened.residual.len());
+    Misfit { chi2, freedom, probability: chi_square_tail(chi2, freedom), look_elsewhere: 1.0 }
+}
+
+/// Whether a screen raises the alarm. The Monte Carlo test runs only if the chi-square test does not already reject.
+pub fn raises_alarm(screened: &Screened, seed: u64) -> bool {
+    is_wrong(&of_the_whole(screened)) || is_wrong(&misfit_of(screened, seed))
+}
+
+/// Verdict, level of certainty, and which explanations the data cannot refute, the first one always among them;
+/// `is_learnt` says whether a discrepancy of a usual size explains any of the misfit.
+pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation], is_learnt: bool) -> (Verdict, Level, Vec<usize>) {
+    let none = Level::nothing;
+    // What models and days usually leave open is no contradiction.
+    if !is_wrong(misfit) || (is_learnt && posterior.nothing > 0.5) {
         return (Verdict::Consistent, none(posterior.nothing), Vec::new());
     }
     let Some(best) = explanations.first() else {
         return (Verdict::SomethingElse, none(posterior.something_else), Vec::new());
     };
     // One cause competes with the best single one, two with the best two: two always fit better than one.
-    let least = explanations.iter().filter(|e| e.causes.len() == best.causes.len()).map(|e| e.misfit).fold(f64::INFINITY, f64::min);
+    let least = explanations.iter().filter(|e| e.causes.len() == best.causes.len()).map(|e| e.deviance).fold(f64::INFINITY, f64::min);
     let is_alive = |e: &Explanation| {
-        e.causes.len() == best.causes.len() && e.misfit - least < SET_95 && e.probability > (1e-3 * best.probability).max(1e-4)
+        e.causes.len() == best.causes.len() && e.deviance - least < SET_95 && e.probability > (1e-3 * best.probability).max(1e-4)
     };
     let set = (0..explanations.len()).filter(|i| *i == 0 || is_alive(&explanations[*i])).collect();
-    let left = chi_square_tail(best.misfit, misfit.freedom.saturating_sub(best.causes.len()).max(1));
-    if left < LEFT_OVER || posterior.something_else > 0.5 {
+    if posterior.something_else > 0.5 {
         return (Verdict::SomethingElse, region(explanations, 0.0), set);
     }
     // As many numbers as readings fit anything: the prior alone would choose.
@@ -162,7 +184,7 @@ fn ladder(explanations: &[Explanation]) -> Level {
 }
 
 /// The part that most of the probability touches.
-fn region(explanations: &[Explanation], least: f64) -> Level {
+pub fn region(explanations: &[Explanation], least: f64) -> Level {
     let mut parts: Vec<&String> = explanations.iter().flat_map(|e| e.causes.iter().flat_map(|p| &p.hypothesis.parts)).collect();
     parts.sort();
     parts.dedup();

@@ -5,12 +5,13 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::effects::{Hypothesis, hypotheses};
-use super::probability::{self, Candidate, Posterior};
+use super::probability::{self, Candidate, Ground, Posterior};
 use super::refine::{Extended, FitData, Fitted, Predictor, fit};
 use super::screen::Screened;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, signatures};
 use crate::error::Result;
+use crate::evidence::discrepancy::Level;
 use crate::evidence::identify::chi_square_tail;
 use crate::foundation::progress::Progress;
 
@@ -20,6 +21,8 @@ const FINALISTS: usize = 6;
 const LEAST: f64 = 3e-3;
 /// A misfit left that is less probable than this is looked into for a second cause.
 const LEFT: f64 = 0.05;
+/// A misfit left that is more probable than this is too small.
+const TOO_GOOD: f64 = 1.0 - 1e-6;
 /// Causes beside which a second one is looked for, and how many of each are fitted.
 const FIRSTS: usize = 2;
 const SECONDS: usize = 3;
@@ -42,6 +45,10 @@ pub struct Finalists<'a> {
     pub screened: &'a Screened,
     /// Prior of every cause in it.
     pub prior: &'a [f64],
+    /// The machine as it is, at the levels of discrepancy that suit it.
+    pub ground: Ground,
+    /// The level that suits it best.
+    pub unexplained: Level,
     /// Row and sensor of every reading.
     pub places: Vec<(usize, usize)>,
 }
@@ -57,16 +64,23 @@ pub struct Outcome {
     pub fitted: Vec<Entry>,
     /// The screen under the covariance about the best explanation.
     pub screened: Screened,
-    /// What a finer mesh changes there, K.
-    pub mesh: Vec<f64>,
+    /// The data beside the machine with the best explanation in force.
+    pub view: Comparison,
+    /// The machine as it is under the covariance of that screen.
+    pub ground: Ground,
 }
 
 impl Outcome {
+    /// The fit of the most probable explanation, where it was fitted.
+    pub fn leading(&self) -> Option<&Entry> {
+        let leading = self.posterior.candidates.first()?;
+        self.fitted.iter().find(|(members, _)| *members == leading.members)
+    }
+
     /// Predictions with the most probable explanation on the finer mesh, K; none where it was not fitted.
     pub fn leading_predictions(&self) -> Option<Vec<f64>> {
-        let leading = self.posterior.candidates.first()?;
-        let (_, fitted) = self.fitted.iter().find(|(members, _)| *members == leading.members)?;
-        Some(fitted.values.iter().zip(&self.mesh).map(|(v, m)| v + m).collect())
+        let (_, fitted) = self.leading()?;
+        Some(fitted.values.iter().zip(&self.view.mesh).map(|(v, m)| v + m).collect())
     }
 }
 
@@ -79,14 +93,16 @@ impl Finalists<'_> {
             let cause = |(i, j): (usize, &usize)| {
                 let hypothesis = self.of(*j).clone();
                 let scale = hypothesis.scale;
-                let (amplitude, deviation) =
-                    known.map_or((c.amplitudes[i] * scale, linear[i] * scale), |f| (f.amplitudes[i], f.deviations[i]));
+                let (amplitude, deviation) = known
+                    .map_or((bounded(&hypothesis, c.amplitudes[i] * scale), linear[i] * scale), |f| (f.amplitudes[i], f.deviations[i]));
                 Cause { hypothesis, amplitude, deviation }
             };
             Explanation {
                 causes: c.members.iter().enumerate().map(cause).collect(),
                 probability: c.probability,
                 misfit: known.map_or(outcome.screened.misfit() - c.gain, |f| f.misfit),
+                deviance: known.map_or(outcome.ground.screen - c.gain, |f| f.deviance),
+                level: known.map_or(outcome.view.level, |f| f.level),
                 is_fitted: known.is_some(),
             }
         };
@@ -101,29 +117,38 @@ impl Finalists<'_> {
     /// As [`signatures`].
     pub fn fit(&self, posterior: Posterior, progress: &dyn Progress) -> Result<Outcome> {
         progress.say("fitting the most probable causes through the full solver");
-        let mut now = Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), mesh: self.base.mesh.clone() };
+        let mut now =
+            Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), view: self.base.clone(), ground: self.ground };
         let mut about: Vec<usize> = Vec::new();
-        let mut view = self.base.clone();
-        now.fitted = self.solve(&leading(&now.posterior, &now.screened, FINALISTS), &now.fitted, &view);
+        let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
+        if self.unexplained != self.base.level {
+            // What stands out where the machine may be off by as much as it is.
+            let open = self.screened_by(&self.base.at(self.unexplained));
+            let ground = Ground { screen: self.ground.any, ..self.ground };
+            let posterior = probability::posterior(&open, self.prior, &ground, !self.problem.data.is_transient());
+            let more = leading(&posterior, &open, FINALISTS).into_iter().filter(|c| !chosen.iter().any(|other| other.members == c.members));
+            chosen.extend(more.collect::<Vec<_>>());
+        }
+        let base = now.view.clone();
+        now.fitted = self.solve(&chosen, &now.fitted, &base);
+        self.keep(&mut now);
         self.weigh(&mut now);
         for round in 0..ROUNDS {
             let Some(best) = self.best(&now).filter(|best| best.0 != about) else { break };
             about.clone_from(&best.0);
-            if let Some(about_best) = self.about(&best, round)? {
-                view = about_best;
-                let base = &self.base.found;
-                let (residual, columns, places) = (&base.residual, &base.columns, &self.places);
-                let held = ScreenInput { residual, columns, whitener: &view.whitener, catalogue: self.catalogue, places };
-                now.screened = held.screen_of(&self.screened.visible);
-                now.mesh.clone_from(&view.mesh);
+            if let Some(view) = self.about(&best, round)? {
+                now.screened = self.screened_by(&view);
+                now.ground = Ground { screen: view.deviance(&self.base.found.residual), ..self.ground };
+                now.view = view.clone();
                 // In logs, whose fits are runs, a second cause is looked for beside the first only where one leaves too much.
-                now.posterior = probability::posterior(&now.screened, self.prior, !self.problem.data.is_transient());
+                now.posterior = probability::posterior(&now.screened, self.prior, &now.ground, !self.problem.data.is_transient());
                 self.keep(&mut now);
                 let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
                 chosen.extend(self.again(&now, &chosen));
                 now.fitted = self.solve(&chosen, &now.fitted, &view);
                 self.weigh(&mut now);
             }
+            let view = now.view.clone();
             self.settle(&mut now, &view);
             if round == 0 && self.leaves_much(&now) {
                 progress.say("looking for a second cause beside the best ones");
@@ -144,10 +169,17 @@ impl Finalists<'_> {
     fn about(&self, (members, fitted): &Entry, round: usize) -> Result<Option<Comparison>> {
         let members: Vec<(&Hypothesis, f64)> = members.iter().map(|j| self.of(*j)).zip(fitted.amplitudes.iter().copied()).collect();
         if members.iter().all(|(h, _)| h.is_sensor()) {
-            return Ok((round > 0).then(|| self.base.clone()));
+            return Ok((round > 0 || fitted.level != self.base.level).then(|| self.base.at(fitted.level)));
         }
         let Some(Extended { study, .. }) = self.predictor.extended(&members)? else { return Ok(None) };
-        Comparison::about(self.problem, &study, self.catalogue, self.predictor.scales).map(Some)
+        Ok(Some(Comparison::about(self.problem, &study, self.catalogue, self.predictor.scales)?.at(fitted.level)))
+    }
+
+    /// The screen of the machine as it is under another covariance.
+    pub fn screened_by(&self, view: &Comparison) -> Screened {
+        let (base, whitener, places) = (&self.base.found, &view.whitener, &self.places);
+        let held = ScreenInput { residual: &base.residual, columns: &base.columns, whitener, catalogue: self.catalogue, places };
+        held.screen_of(&self.screened.visible)
     }
 
     /// Fits what slopes put ahead of all that is fitted, until what leads is fitted.
@@ -164,7 +196,8 @@ impl Finalists<'_> {
         }
     }
 
-    fn of(&self, j: usize) -> &Hypothesis {
+    /// A cause of the screen.
+    pub fn of(&self, j: usize) -> &Hypothesis {
         &self.catalogue[self.screened.visible[j]]
     }
 
@@ -175,8 +208,10 @@ impl Finalists<'_> {
     }
 
     fn leaves_much(&self, now: &Outcome) -> bool {
-        let least = now.fitted.iter().map(|(_, f)| f.misfit).fold(f64::INFINITY, f64::min);
-        chi_square_tail(least, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
+        let least = now.fitted.iter().min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
+        least.is_some_and(|(_, f)| {
+            !f.level.is_usual() || chi_square_tail(f.misfit, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
+        })
     }
 
     /// What was fitted and is not among the linear candidates (a second cause found beside the first) stays one.
@@ -186,7 +221,7 @@ impl Finalists<'_> {
                 continue;
             }
             let amplitudes = members.iter().zip(&f.amplitudes).map(|(j, a)| a / self.of(*j).scale).collect();
-            let gain = now.screened.misfit() - f.misfit;
+            let gain = now.ground.screen - f.deviance;
             now.posterior.candidates.push(Candidate {
                 members: members.clone(),
                 amplitudes,
@@ -200,7 +235,7 @@ impl Finalists<'_> {
     /// Those fitted before that are not chosen yet, the better ones.
     fn again(&self, now: &Outcome, chosen: &[Candidate]) -> Vec<Candidate> {
         let mut before: Vec<&Entry> = now.fitted.iter().filter(|(m, _)| !chosen.iter().any(|c| c.members == *m)).collect();
-        before.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        before.sort_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
         let of = |(members, _): &&Entry| now.posterior.candidates.iter().find(|c| c.members == *members).cloned();
         before.iter().filter_map(of).take(FINALISTS / 2).collect()
     }
@@ -214,26 +249,39 @@ impl Finalists<'_> {
                 Some((_, f)) => f.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            fit(
-                self.predictor,
-                &members,
-                &guess,
-                FitData { which: &all, readings: &view.readings, mesh: &view.mesh, places: &self.places, whitener: &view.whitener },
-            )
-            .ok()
-            .map(|f| (c.members.clone(), f))
+            let (readings, mesh, places) = (&view.readings, &view.mesh, &self.places);
+            let used = FitData { which: &all, readings, mesh, places, whitener: &view.whitener, level: view.level, without: view.without };
+            let fitted = fit(self.predictor, &members, &guess, used).ok()?;
+            Some((c.members.clone(), self.at_its_level(&members, fitted, used, view)))
         };
         candidates.par_iter().filter_map(attempt).collect()
     }
 
+    /// A fit under the discrepancy that suits it.
+    fn at_its_level(&self, members: &[&Hypothesis], fitted: Fitted, used: FitData<'_>, view: &Comparison) -> Fitted {
+        let freedom = used.which.len().saturating_sub(members.len()).max(1);
+        // Noise that is stated as far too large leaves a misfit far too small, and hides what is smoother than it.
+        if used.level == Level::NONE && (LEFT..TOO_GOOD).contains(&chi_square_tail(fitted.misfit, freedom)) {
+            return fitted;
+        }
+        // The prior of amplitudes is about nothing.
+        let (without, free) = fitted.without_amplitudes(members);
+        let level = view.errors.learn(&without, &free, used.level, None);
+        if level == used.level {
+            return fitted;
+        }
+        let whitener = view.errors.whitener(&level, used.which);
+        let again = fit(self.predictor, members, &fitted.amplitudes, FitData { whitener: &whitener, level, ..used });
+        again.ok().filter(|again| again.evidence > fitted.evidence).unwrap_or(fitted)
+    }
+
     /// The evidence of fits in place of the linear one.
     fn weigh(&self, now: &mut Outcome) {
-        let whole = now.screened.misfit();
         for (members, f) in &now.fitted {
             let Some(candidate) = now.posterior.candidates.iter_mut().find(|c| c.members == *members) else { continue };
             let sides = members.iter().filter(|j| !self.screened.signed[**j]).count() as f64 * 2f64.ln();
-            candidate.weight = f.evidence + 0.5 * whole + sides + probability::prior_of(members, self.prior);
-            candidate.gain = whole - f.misfit;
+            candidate.weight = f.evidence + 0.5 * self.ground.usual + sides + probability::prior_of(members, self.prior);
+            candidate.gain = now.ground.screen - f.deviance;
         }
         now.posterior.normalise();
     }
@@ -241,7 +289,7 @@ impl Finalists<'_> {
     /// Pairs of the best single causes with whatever could act beside them.
     fn seconds(&self, now: &Outcome, view: &Comparison) -> Result<Vec<Candidate>> {
         let mut singles: Vec<&Entry> = now.fitted.iter().filter(|(members, _)| members.len() == 1).collect();
-        singles.sort_by(|a, b| a.1.misfit.total_cmp(&b.1.misfit));
+        singles.sort_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
         let mut pairs: Vec<Candidate> = Vec::new();
         for (members, f) in singles.into_iter().take(FIRSTS) {
             for pair in self.beside(members[0], f, now, view)? {
@@ -309,7 +357,7 @@ impl Finalists<'_> {
             (gain > 0.0 && is_possible).then(|| Candidate {
                 members: both.iter().map(|b| b.0).collect(),
                 amplitudes: both.iter().map(|b| b.1).collect(),
-                gain: now.screened.misfit() - fitted.misfit + gain,
+                gain: now.ground.screen - view.deviance(&fitted.left) + gain,
                 weight,
                 probability: 0.0,
             })
@@ -319,6 +367,11 @@ impl Finalists<'_> {
         pairs.truncate(SECONDS);
         Ok(pairs)
     }
+}
+
+/// An amplitude of the screen, no larger than a fit could make it.
+fn bounded(hypothesis: &Hypothesis, amplitude: f64) -> f64 {
+    amplitude.clamp(-hypothesis.largest(), hypothesis.largest())
 }
 
 /// Candidates worth a fit, at most `most`. Slopes serve only near the machine as it is: where even the best leaves more than

@@ -4,19 +4,40 @@ use rayon::prelude::*;
 
 use super::effects::Hypothesis;
 use super::finalists::leading;
-use super::probability::{self, Candidate};
+use super::joint::Joint;
+use super::probability::{self, Candidate, Ground};
 use super::refine::{FitData, Predictor, fit};
 use super::view::{Comparison, ScreenInput};
-use super::{Problem, is_wrong};
-use crate::evidence::measurement::whiten;
+use super::{Explanation, Problem, decide};
+use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::random::Random;
 
 /// Most parts the conditions are cut into.
 const FOLDS: usize = 5;
-/// Causes that are fitted in each.
-const FITTED: usize = 1;
+/// Causes that are fitted in each, beside the one that all data point to.
+const FITTED: usize = 2;
 /// Resampled sets of conditions for the interval.
 const RESAMPLED: usize = 2000;
+
+/// What is kept out of logs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum KeptOut {
+    /// A test, or a block of time where there are one or two.
+    Tests,
+    /// A block of time of every test.
+    Blocks,
+}
+
+/// What all data point to, and how it was fitted.
+#[derive(Clone, Copy)]
+pub struct Named<'a> {
+    /// The explanation.
+    pub explanation: &'a Explanation,
+    /// What was fitted with it.
+    pub joint: Option<&'a Joint>,
+    /// The data beside the machine with it in force: its covariance.
+    pub view: &'a Comparison,
+}
 
 /// Errors on conditions kept out, K.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,6 +58,20 @@ pub struct Gain {
     pub readings: Vec<HeldOutReading>,
 }
 
+impl Gain {
+    /// This gain and a later one on top of it.
+    pub fn and_then(&self, later: &Self) -> Self {
+        let of = |(a, b): (&HeldOutReading, &HeldOutReading)| HeldOutReading { change: a.change + b.change, ..*a };
+        Self {
+            after: later.after,
+            low: self.low + later.low,
+            high: self.high + later.high,
+            readings: self.readings.iter().zip(&later.readings).map(of).collect(),
+            ..self.clone()
+        }
+    }
+}
+
 /// A reading while its condition is held out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldOutReading {
@@ -46,12 +81,19 @@ pub struct HeldOutReading {
     pub change: f64,
 }
 
-/// Cuts the conditions into folds; in each, everything from the screen to the amplitude is done again without it. With
-/// fewer than three conditions there is no such figure.
-pub fn gain(problem: &Problem, predictor: &Predictor<'_>, catalogue: &[Hypothesis], base: &Comparison, is_extended: bool) -> Option<Gain> {
-    let (data, found, errors) = (&problem.data, &base.found, &base.errors);
+/// Cuts the conditions into folds; in each, everything from the screen to the amplitude is done again without it. Of logs a
+/// condition is a test, and of one or two tests a block of time. With fewer than three conditions there is no such figure.
+pub fn gain(
+    problem: &Problem,
+    predictor: &Predictor<'_>,
+    catalogue: &[Hypothesis],
+    base: &Comparison,
+    named: Option<Named<'_>>,
+    kept_out: KeptOut,
+) -> Option<Gain> {
+    let (data, found) = (&problem.data, &base.found);
     let places = whiten::places(data);
-    let key = |r: usize| if data.is_transient() { data.rows[r].test.clone() } else { format!("{}#{r}", data.rows[r].test) };
+    let key = keys(data, kept_out);
     let mut conditions: Vec<String> = Vec::new();
     for (r, _) in &places {
         if !conditions.contains(&key(*r)) {
@@ -70,7 +112,7 @@ pub fn gain(problem: &Problem, predictor: &Predictor<'_>, catalogue: &[Hypothesi
         let (kept, out): (Vec<usize>, Vec<usize>) = (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
         // Where all data together name no cause nothing is extended, so nothing is gained or lost.
         let seed = problem.seed.wrapping_add(1 + fold as u64);
-        (out, if is_extended { found_without(predictor, catalogue, base, &kept, seed) } else { None })
+        (out, named.and_then(|named| found_without(predictor, catalogue, base, named, &kept, seed)))
     };
     for (out, change) in (0..folds).into_par_iter().map(without).collect::<Vec<_>>() {
         let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c[*i])).collect();
@@ -98,41 +140,95 @@ pub fn gain(problem: &Problem, predictor: &Predictor<'_>, catalogue: &[Hypothesi
         .collect();
     gains.sort_by(f64::total_cmp);
     let at = |share: f64| gains[((gains.len() - 1) as f64 * share).round() as usize];
-    let marginal = errors.marginal();
-    let noise_floor = (marginal.iter().map(|m| m * m).sum::<f64>() / marginal.len() as f64).sqrt();
+    let noise_floor = stated(problem, base);
     let names = conditions.iter().map(|c| c.split('#').next().unwrap_or(c).to_string()).collect();
     Some(Gain { before, after, low: at(0.05), high: at(0.95), noise_floor, conditions: names, readings })
 }
 
+/// The condition each row belongs to: itself in a steady table, its test in a log, and its part of one where there are few tests.
+fn keys(data: &Data, kept_out: KeptOut) -> impl Fn(usize) -> String {
+    let tests = data.tests();
+    let blocks = match kept_out {
+        KeptOut::Tests if tests.len() >= 3 => 1,
+        KeptOut::Tests => FOLDS.div_ceil(tests.len().max(1)),
+        KeptOut::Blocks => FOLDS,
+    };
+    let time = |r: usize| data.rows[r].time.unwrap_or(0.0);
+    let span = |test: &String| {
+        let own = (0..data.rows.len()).filter(|r| data.rows[*r].test == *test).map(time);
+        own.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), t| (a.min(t), b.max(t)))
+    };
+    let spans: Vec<(f64, f64)> = tests.iter().map(span).collect();
+    let key = move |r: usize| {
+        let row = &data.rows[r];
+        let (Some(time), Some(t)) = (row.time, tests.iter().position(|t| *t == row.test)) else { return format!("{}#{r}", row.test) };
+        let (first, last) = spans[t];
+        let block = (((time - first) / (last - first).max(1e-9) * blocks as f64) as usize).min(blocks - 1);
+        if blocks > 1 { format!("{}, part {}", row.test, block + 1) } else { row.test.clone() }
+    };
+    let all: Vec<String> = (0..data.rows.len()).map(key).collect();
+    move |r| all[r].clone()
+}
+
+/// What readings and conditions are uncertain by, as stated: root mean square, K.
+fn stated(problem: &Problem, base: &Comparison) -> f64 {
+    let (data, uncertainty) = (&problem.data, &problem.uncertainty);
+    let noise: f64 = whiten::deviations(data, uncertainty).iter().map(|d| d * d).sum();
+    let common = whiten::common_errors(data, uncertainty, &base.found.prediction.conditions);
+    ((noise + common.iter().flatten().map(|c| c * c).sum::<f64>()) / base.readings.len().max(1) as f64).sqrt()
+}
+
 /// What the cause that the kept readings point to changes in all predictions, K: screened and fitted with these alone.
 /// `None` where they raise no alarm, or point to no cause.
-fn found_without(predictor: &Predictor<'_>, catalogue: &[Hypothesis], base: &Comparison, kept: &[usize], seed: u64) -> Option<Vec<f64>> {
+fn found_without(
+    predictor: &Predictor<'_>,
+    catalogue: &[Hypothesis],
+    base: &Comparison,
+    Named { explanation, joint, view }: Named<'_>,
+    kept: &[usize],
+    seed: u64,
+) -> Option<Vec<f64>> {
     let pick = |v: &Vec<f64>| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
-    let whitener = base.errors.whitener(kept);
+    let level = explanation.level;
+    let whitener = view.errors.whitener(&level, kept);
     let columns: Vec<Vec<f64>> = base.found.columns.iter().map(pick).collect();
     let all = whiten::places(predictor.data);
     let places: Vec<(usize, usize)> = kept.iter().map(|i| all[*i]).collect();
     let residual = pick(&base.found.residual);
     let part = ScreenInput { residual: &residual, columns: &columns, whitener: &whitener, catalogue, places: &places }.screen();
-    if !is_wrong(&part, seed) {
+    if !decide::raises_alarm(&part, seed) {
         return None;
     }
     let prior = probability::prior(&part, catalogue);
-    let posterior = probability::posterior(&part, &prior, !predictor.data.is_transient());
-    let readings = pick(&base.readings);
+    let posterior = probability::posterior(&part, &prior, &Ground::default(), !predictor.data.is_transient());
+    let readings = pick(&view.readings);
+    let fitting = joint.map(|joint| joint.errors.whitener(&level, kept));
+    // What all data point to is tried in every fold: as one of several.
+    let position = |h: &Hypothesis| (0..part.visible.len()).find(|j| catalogue[part.visible[*j]].is_same(h));
+    let mut all_point_to: Vec<(usize, f64)> =
+        explanation.causes.iter().filter_map(|c| Some((position(&c.hypothesis)?, c.amplitude / c.hypothesis.scale))).collect();
+    all_point_to.sort_by_key(|(j, _)| *j);
+    let mut chosen = leading(&posterior, &part, FITTED);
+    if all_point_to.len() == explanation.causes.len() {
+        let (members, amplitudes): (Vec<usize>, Vec<f64>) = all_point_to.into_iter().unzip();
+        chosen.retain(|c| c.members != members);
+        chosen.push(Candidate { members, amplitudes, gain: 0.0, weight: 0.0, probability: 0.0 });
+    }
     let of = |c: &Candidate| -> Option<(f64, Vec<f64>)> {
-        let members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[part.visible[*j]]).collect();
-        let guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
-        let fitted = fit(
-            predictor,
-            &members,
-            &guess,
-            FitData { which: kept, readings: &readings, mesh: &base.mesh, places: &places, whitener: &whitener },
-        )
-        .ok()?;
+        let mut members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[part.visible[*j]]).collect();
+        let mut guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
+        for other in joint.iter().flat_map(|joint| &joint.others) {
+            if !members.iter().any(|h| h.is_same(&other.hypothesis)) {
+                members.push(&other.hypothesis);
+                guess.push(other.amplitude);
+            }
+        }
+        let (readings, mesh, places) = (&readings, &view.mesh, &places);
+        let used = FitData { which: kept, readings, mesh, places, whitener: fitting.as_ref().unwrap_or(&whitener), level, without: 0.0 };
+        let fitted = fit(predictor, &members, &guess, used).ok()?;
         Some((fitted.evidence + probability::prior_of(&c.members, &prior), fitted.values))
     };
-    let tried: Vec<(f64, Vec<f64>)> = leading(&posterior, &part, FITTED).par_iter().filter_map(of).collect();
+    let tried: Vec<(f64, Vec<f64>)> = chosen.par_iter().filter_map(of).collect();
     let (_, values) = tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(values.iter().zip(&base.found.prediction.values).map(|(a, b)| a - b).collect())
 }

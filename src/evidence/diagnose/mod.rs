@@ -15,42 +15,44 @@ mod effects;
 mod finalists;
 mod gain;
 mod history;
+mod joint;
+mod ladder;
 mod missing;
 mod outlook;
 mod probability;
 mod refine;
+mod rung;
 mod screen;
 mod signature;
 mod trial;
 mod view;
 
 use std::path::Path;
-use std::time::Instant;
 
 use crate::error::Result;
+use crate::evidence::discrepancy;
 use crate::evidence::faulty::{Cleared, cleared};
 use crate::evidence::measurement::faults::Fault;
-use crate::evidence::measurement::{Data, Uncertainty, Whitener, whiten};
+use crate::evidence::measurement::{Data, Uncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
 use crate::foundation::numbers::TWO_SIDED_90;
-use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::{Parameter, Study};
 
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Radiation, Sensor, Storage, User};
 pub use effects::{CommonFactor, Effect, Hypothesis, Law, LawForm, Scales, Shown, UserKind, hypotheses, sentence};
 pub use gain::{Gain, HeldOutReading};
+pub use ladder::diagnose;
 pub use missing::MissingHeat;
 pub use refine::{Extended, Fitted, Predictor, fit};
+pub use rung::{Rung, WhereLeft};
 pub use signature::Signatures;
 pub use trial::{ExtraSensor, Next, Trial};
 
-use finalists::{Finalists, Outcome};
-use screen::Screened;
-use view::Comparison;
-
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
+/// Readings of logs that are looked at: with more, rows between others say the same again.
+pub const MOST_READINGS: usize = 1200;
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 200;
 
@@ -137,6 +139,11 @@ impl Problem {
         Ok(Self { data, faults, ..self })
     }
 
+    /// The same with logs thinned to about [`MOST_READINGS`].
+    pub fn thinned(self) -> Self {
+        Self { data: thinned(&self.data, MOST_READINGS), ..self }
+    }
+
     /// A machine file on about `cells` cells (the file's own number where `None`) against a table of readings, with the
     /// uncertainty that `DATA.toml` beside the table states.
     ///
@@ -190,8 +197,12 @@ pub struct Explanation {
     pub causes: Vec<Cause>,
     /// Its probability.
     pub probability: f64,
-    /// Misfit left.
+    /// Misfit left, under its own discrepancy.
     pub misfit: f64,
+    /// Minus twice the logarithm of its likelihood and of the prior of its discrepancy: what explanations are compared by.
+    pub deviance: f64,
+    /// The discrepancy that is left beside it.
+    pub level: discrepancy::Level,
     /// Whether it was fitted through the full solver.
     pub is_fitted: bool,
 }
@@ -242,8 +253,12 @@ pub struct Diagnosis {
     pub next: Vec<Next>,
     /// What each part alone would have to give or take.
     pub missing: Vec<MissingHeat>,
-    /// Lines of the machine file that make the best explanation true.
+    /// Lines of the machine file that make every rung true.
     pub sets: Option<Vec<(String, String)>>,
+    /// The causes that the data carry, one after another, each with what it explains and what is left.
+    pub rungs: Vec<Rung>,
+    /// The discrepancy of the machine as it is.
+    pub unexplained: discrepancy::Level,
     /// The covariance that was used.
     pub whitener: Whitener,
     /// Seconds it took.
@@ -280,103 +295,4 @@ pub fn signatures(
         return history::logs(study, data, start, uncertain, hypotheses, scales, user);
     }
     signature::steady(study, data, uncertain, hypotheses, scales, user)
-}
-
-/// Diagnoses: screens all causes, fits the most probable ones, decides, and says what is gained and what to measure next.
-///
-/// # Errors
-/// The machine as it is cannot be solved at the data's conditions.
-pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
-    let clock = Instant::now();
-    let (study, data) = (&problem.study, &problem.data);
-    let scales = Scales::of(data, &study.model.machine);
-    let mut catalogue = hypotheses(study, data, &problem.user);
-    catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind()));
-    progress.say(&format!("{} readings, {} causes that could act", data.count(), catalogue.len()));
-    let base = Comparison::of(problem, study, &catalogue, &scales)?;
-    let screened = base.screen(&catalogue, data);
-    let misfit = misfit(&screened, problem.seed);
-    let prior = probability::prior(&screened, &catalogue);
-    let fronts = history::has_fronts(study, data)?;
-    let posterior = probability::posterior(&screened, &prior, !data.is_transient());
-    let is_wrong = decide::is_wrong(&misfit);
-    let predicted = &base.found.prediction.values;
-    let predictor = Predictor {
-        study,
-        data,
-        predicted,
-        fields: &base.found.fields,
-        start: problem.start,
-        scales: &scales,
-        user: &problem.user,
-        fronts,
-    };
-    let residuals = Residuals {
-        predicted: predicted.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
-        whitened: screened.residual.clone(),
-        deviation: base.errors.marginal(),
-        residual: base.found.residual.clone(),
-    };
-    let finals = Finalists {
-        problem,
-        predictor: &predictor,
-        catalogue: &catalogue,
-        base: &base,
-        screened: &screened,
-        prior: &prior,
-        places: whiten::places(data),
-    };
-    let outcome = match is_wrong {
-        true => finals.fit(posterior, progress)?,
-        false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), mesh: base.mesh.clone() },
-    };
-    let explanations = finals.explanations(&outcome, MOST_EXPLANATIONS);
-    let posterior = &outcome.posterior;
-    let (verdict, level, set) = decide::decide(&misfit, posterior, &explanations);
-    let best = explanations.first().filter(|_| matches!(verdict, Verdict::Explained | Verdict::CannotTell));
-    let members = best.map(|e| e.causes.iter().map(|p| (&p.hypothesis, p.amplitude)).collect::<Vec<_>>());
-    let explained = best.and_then(|_| outcome.leading_predictions());
-    let sets = match &members {
-        Some(members) => predictor.written(members)?,
-        None => None,
-    };
-    progress.say("gain on conditions kept out");
-    let gain = gain::gain(problem, &predictor, &catalogue, &base, best.is_some());
-    let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
-        progress.say("what to measure next");
-        advice::next(&predictor, problem, verdict, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>())?
-    } else {
-        Vec::new()
-    };
-    Ok(Diagnosis {
-        misfit,
-        verdict,
-        level,
-        others: Others { nothing: posterior.nothing, something_else: posterior.something_else },
-        set,
-        tried: Tried { all: catalogue.len(), visible: screened.visible.len() },
-        residuals,
-        explained,
-        gain,
-        next,
-        missing: missing::missing(&screened, &catalogue),
-        sets,
-        explanations,
-        whitener: base.whitener,
-        seconds: clock.elapsed().as_secs_f64(),
-    })
-}
-
-fn misfit(screened: &Screened, seed: u64) -> Misfit {
-    Misfit { look_elsewhere: screened.look_elsewhere(seed), ..of_the_whole(screened) }
-}
-
-fn of_the_whole(screened: &Screened) -> Misfit {
-    let (chi2, freedom) = (screened.misfit(), screened.residual.len());
-    Misfit { chi2, freedom, probability: crate::evidence::identify::chi_square_tail(chi2, freedom), look_elsewhere: 1.0 }
-}
-
-/// Whether a screen raises the alarm. The Monte Carlo test runs only if the chi-square test does not already reject.
-fn is_wrong(screened: &Screened, seed: u64) -> bool {
-    decide::is_wrong(&of_the_whole(screened)) || decide::is_wrong(&misfit(screened, seed))
 }

@@ -1,8 +1,8 @@
 //! Probabilities of "nothing", of every cause, of every pair, and of something else.
 //!
 //! Linear model, Gaussian amplitudes: evidence is closed form. The prior is even over kinds, then over the places of a
-//! kind, then over its laws, so that a kind with many places is not favoured. Something else is a residual larger all
-//! round than its covariance says, by a factor that is not known.
+//! kind, then over its laws, so that a kind with many places is not favoured. Every explanation has its own discrepancy
+//! ([`crate::evidence::discrepancy`]). Something else is the machine as it is with a larger one than such models have.
 
 use std::collections::HashMap;
 
@@ -11,13 +11,11 @@ use rayon::prelude::*;
 use super::effects::Hypothesis;
 use super::screen::{Relabelled, Screened};
 
-/// Prior of nothing, one cause, two causes, something else.
+/// Prior of nothing, one cause, two causes.
 ///
 /// Two are rare, and most pairs of the true cause with any other fit as well as the true cause alone: with a larger prior
 /// they would take its probability.
-const PRIORS: [f64; 4] = [0.50, 0.42, 0.01, 0.07];
-/// Factors by which the whitened residual of something else is larger.
-const EXCESS: [f64; 8] = [1.3, 1.7, 2.2, 3.0, 4.5, 7.0, 11.0, 18.0];
+const PRIORS: [f64; 3] = [0.50, 0.42, 0.01];
 /// Pairs whose probability, relative to the best, is below this are not kept.
 const NEGLIGIBLE: f64 = 1e-6;
 
@@ -34,6 +32,17 @@ pub struct Candidate {
     pub weight: f64,
     /// Posterior probability.
     pub probability: f64,
+}
+
+/// Minus twice the logarithm of likelihood and prior of the machine as it is.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ground {
+    /// With a discrepancy that such models usually have.
+    pub usual: f64,
+    /// With any; the same as [`Ground::usual`] where that is best.
+    pub any: f64,
+    /// With that of the screen.
+    pub screen: f64,
 }
 
 /// Everything with its probability.
@@ -117,12 +126,13 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
 }
 
 /// Probabilities from the linear model; pairs only where slopes serve for more than the first step.
-pub fn posterior(screened: &Screened, prior: &[f64], with_pairs: bool) -> Posterior {
+pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs: bool) -> Posterior {
     let n = screened.visible.len();
+    let beside_nothing = 0.5 * (ground.usual - ground.screen);
     let mut candidates: Vec<Candidate> = (0..n)
         .map(|j| {
             let (amplitude, gain) = screened.single(j);
-            let weight = evidence(screened, &[j]) + prior_of(&[j], prior);
+            let weight = beside_nothing + evidence(screened, &[j]) + prior_of(&[j], prior);
             Candidate { members: vec![j], amplitudes: vec![amplitude], gain, weight, probability: 0.0 }
         })
         .collect();
@@ -135,7 +145,7 @@ pub fn posterior(screened: &Screened, prior: &[f64], with_pairs: bool) -> Poster
                 if gain <= 0.0 {
                     return None;
                 }
-                let weight = evidence(screened, &[i, j]) + prior_of(&[i, j], prior);
+                let weight = beside_nothing + evidence(screened, &[i, j]) + prior_of(&[i, j], prior);
                 (weight > best_single + NEGLIGIBLE.ln()).then(|| Candidate {
                     members: vec![i, j],
                     amplitudes: amplitudes.to_vec(),
@@ -147,10 +157,8 @@ pub fn posterior(screened: &Screened, prior: &[f64], with_pairs: bool) -> Poster
         })
         .collect();
     candidates.extend(pairs);
-    let (count, misfit) = (screened.residual.len() as f64, screened.misfit());
-    let terms: Vec<f64> =
-        EXCESS.iter().map(|s| 0.5 * misfit * (1.0 - 1.0 / (s * s)) - count * s.ln() - (EXCESS.len() as f64).ln()).collect();
-    let something_else_weight = log_sum(&terms) + PRIORS[3].ln();
+    let something_else_weight =
+        if ground.any < ground.usual { 0.5 * (ground.usual - ground.any) + PRIORS[0].ln() } else { f64::NEG_INFINITY };
     let mut found = Posterior { nothing: 0.0, something_else: 0.0, candidates, something_else_weight };
     found.normalise();
     found

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::effects::{Hypothesis, Scales, UserKind};
 use super::history::TIME_TOLERANCE;
 use crate::error::{Error, Result};
+use crate::evidence::discrepancy::Level;
 use crate::evidence::identify;
 use crate::evidence::measurement::{Data, Whitener};
 use crate::explore::simulate::Start;
@@ -144,8 +145,30 @@ pub struct Fitted {
     pub misfit: f64,
     /// Predictions, K.
     pub values: Vec<f64>,
-    /// Evidence over that of a misfit of zero, without the prior of the hypothesis: Laplace's approximation.
+    /// What is left of the readings that were used, K, at the places they belong to.
+    pub left: Vec<f64>,
+    /// Change of the predictions of these with each amplitude, K per unit.
+    pub slopes: Vec<Vec<f64>>,
+    /// Logarithm of the evidence, without the prior of the hypothesis: Laplace's approximation.
     pub evidence: f64,
+    /// Minus twice the logarithm of the likelihood at these amplitudes and of the prior of the level, beside that of a misfit of
+    /// zero without any discrepancy: covariances about different machines are not compared.
+    pub deviance: f64,
+    /// The discrepancy it was fitted with.
+    pub level: Level,
+}
+
+impl Fitted {
+    /// What the members would have to explain, K, to first order: the residual without their amplitudes, and what each changes for an
+    /// amplitude of its prior's scale. What has no amplitude is in both.
+    pub fn without_amplitudes(&self, members: &[&Hypothesis]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let (mut without, mut columns) = (self.left.clone(), Vec::new());
+        for ((h, amplitude), slope) in members.iter().zip(&self.amplitudes).zip(&self.slopes).filter(|((h, _), _)| !h.is_fixed()) {
+            without.iter_mut().zip(slope).for_each(|(r, s)| *r += amplitude * s);
+            columns.push(slope.iter().map(|s| h.scale * s).collect());
+        }
+        (without, columns)
+    }
 }
 
 /// Readings that a fit may use.
@@ -161,6 +184,10 @@ pub struct FitData<'a> {
     pub places: &'a [(usize, usize)],
     /// Their whitening.
     pub whitener: &'a Whitener,
+    /// The discrepancy it is made with.
+    pub level: Level,
+    /// Logarithm of the determinant of the covariance without any discrepancy, K².
+    pub without: f64,
 }
 
 /// A point of a fit.
@@ -169,13 +196,17 @@ struct Point {
     /// Predictions before the sensors' own errors, and temperatures of all nodes, K.
     solved: (Vec<f64>, Vec<Vec<f64>>),
     values: Vec<f64>,
+    /// Readings less predictions, at the places they belong to, K.
+    left: Vec<f64>,
     residual: Vec<f64>,
     cost: f64,
 }
 
 /// Slopes at a point, per unit of every amplitude: none where one is not free.
 struct Slopes {
-    /// Of the whitened predictions, one column each.
+    /// Of the predictions, K, one column each.
+    kelvin: Vec<Vec<f64>>,
+    /// The same whitened.
     whitened: DMatrix<f64>,
     /// Of the temperatures of all nodes.
     fields: Vec<Vec<Vec<f64>>>,
@@ -183,14 +214,19 @@ struct Slopes {
 
 /// One column of them.
 struct Slope {
-    whitened: Vec<f64>,
+    kelvin: Vec<f64>,
     fields: Vec<Vec<f64>>,
 }
 
 /// The fit of one explanation.
+///
+/// The prior of a heat that is added has tails like 1/a² ([`Hypothesis::has_tails`]): one that is guessed to be larger than its prior's scale is fitted under a normal
+/// prior of its own size, and pays for it in the evidence by the logarithm of how much larger it is.
 struct Fit<'a> {
     predictor: &'a Predictor<'a>,
     members: &'a [&'a Hypothesis],
+    /// Standard deviation of each amplitude's prior.
+    scales: Vec<f64>,
     used: FitData<'a>,
 }
 
@@ -211,9 +247,10 @@ impl Fit<'_> {
         let read = self.predictor.read(&self.with(&amplitudes), finer);
         let values: Vec<f64> = read.iter().zip(self.used.mesh).map(|(v, m)| v - m).collect();
         let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
-        let residual = self.used.whitener.apply(&self.put_back(apart));
+        let left = self.put_back(apart);
+        let residual = self.used.whitener.apply(&left);
         let cost = square(&residual) + self.prior(&amplitudes);
-        Point { amplitudes, solved, values, residual, cost }
+        Point { amplitudes, solved, values, left, residual, cost }
     }
 
     /// What belongs to each place, where sensors are exchanged: the covariance is that of places.
@@ -223,7 +260,7 @@ impl Fit<'_> {
     }
 
     fn prior(&self, amplitudes: &[f64]) -> f64 {
-        amplitudes.iter().zip(self.members).filter(|(_, h)| !h.is_fixed()).map(|(a, h)| (a / h.scale).powi(2)).sum()
+        amplitudes.iter().zip(self.members).zip(&self.scales).filter(|((_, h), _)| !h.is_fixed()).map(|((a, _), s)| (a / s).powi(2)).sum()
     }
 
     fn bounded(&self, j: usize, amplitude: f64) -> f64 {
@@ -237,6 +274,8 @@ impl Fit<'_> {
 
     fn slopes(&self, here: &Point) -> Result<Slopes> {
         let fronts = self.predictor.fronts;
+        // Fronts bend: to both sides. So do logs of lumped nodes, whose runs cost little.
+        let both = fronts || (self.predictor.data.is_transient() && self.predictor.study.model.mesh.cells == 0);
         let share = match (fronts, self.predictor.data.is_transient()) {
             (true, _) => STEP_OF_FRONTS,
             (false, true) => STEP_OF_LOGS,
@@ -259,21 +298,24 @@ impl Fit<'_> {
                 })
             };
             let step = share * h.scale;
-            // Fronts bend: to both sides.
-            let (above, below) = rayon::join(|| moved(step), || if fronts { moved(-step) } else { Ok((None, 0.0)) });
+            let (above, below) = rayon::join(|| moved(step), || if both { moved(-step) } else { Ok((None, 0.0)) });
             let ((above, up), (below, down)) = (above?, below?);
             let (Some(above), true) = (above, up > down) else { return Ok(None) };
-            let below = below.as_ref().map_or(&here.residual, |p| &p.residual);
-            let column = below.iter().zip(&above.residual).map(|(b, a)| (b - a) / (up - down)).collect();
+            let below = below.as_ref().map_or(&here.left, |p| &p.left);
+            let column = below.iter().zip(&above.left).map(|(b, a)| (b - a) / (up - down)).collect();
             let of_field = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) / up).collect();
-            Ok(Some(Slope { whitened: column, fields: above.solved.1.iter().zip(&here.solved.1).map(of_field).collect() }))
+            Ok(Some(Slope { kelvin: column, fields: above.solved.1.iter().zip(&here.solved.1).map(of_field).collect() }))
         };
         let columns: Vec<_> = (0..self.members.len()).into_par_iter().map(one).collect::<Result<_>>()?;
-        let mut slopes =
-            Slopes { whitened: DMatrix::zeros(here.residual.len(), self.members.len()), fields: vec![Vec::new(); self.members.len()] };
+        let mut slopes = Slopes {
+            kelvin: vec![vec![0.0; here.left.len()]; self.members.len()],
+            whitened: DMatrix::zeros(here.residual.len(), self.members.len()),
+            fields: vec![Vec::new(); self.members.len()],
+        };
         for (j, found) in columns.into_iter().enumerate() {
-            if let Some(Slope { whitened, fields }) = found {
-                slopes.whitened.set_column(j, &DVector::from_vec(whitened));
+            if let Some(Slope { kelvin, fields }) = found {
+                slopes.whitened.set_column(j, &DVector::from_vec(self.used.whitener.apply(&kelvin)));
+                slopes.kelvin[j] = kelvin;
                 slopes.fields[j] = fields;
             }
         }
@@ -296,7 +338,7 @@ impl Fit<'_> {
     fn covariance(&self, jacobian: &DMatrix<f64>) -> DMatrix<f64> {
         let mut matrix = jacobian.transpose() * jacobian;
         for (j, h) in self.members.iter().enumerate() {
-            matrix[(j, j)] += if h.is_fixed() { 1.0 } else { 1.0 / (h.scale * h.scale) };
+            matrix[(j, j)] += if h.is_fixed() { 1.0 } else { self.scales[j].powi(-2) };
         }
         let k = matrix.nrows();
         matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k))
@@ -306,7 +348,7 @@ impl Fit<'_> {
     fn step(&self, here: &Point, slopes: &Slopes, covariance: &DMatrix<f64>) -> Option<Point> {
         let mut right = slopes.whitened.transpose() * DVector::from_vec(here.residual.clone());
         for (j, h) in self.members.iter().enumerate() {
-            right[j] = if h.is_fixed() { 0.0 } else { right[j] - here.amplitudes[j] / (h.scale * h.scale) };
+            right[j] = if h.is_fixed() { 0.0 } else { right[j] - here.amplitudes[j] / self.scales[j].powi(2) };
         }
         let step = covariance * right;
         if step.iter().enumerate().all(|(j, s)| s.abs() < SMALL * covariance[(j, j)].sqrt()) {
@@ -357,13 +399,17 @@ impl Fit<'_> {
 /// # Errors
 /// As [`Predictor::predict`].
 pub fn fit(predictor: &Predictor<'_>, members: &[&Hypothesis], guess: &[f64], used: FitData<'_>) -> Result<Fitted> {
-    let fit = Fit { predictor, members, used };
+    let scales: Vec<f64> =
+        members.iter().zip(guess).map(|(h, a)| if h.has_tails() { h.scale.max(a.abs().min(h.largest())) } else { h.scale }).collect();
+    let fit = Fit { predictor, members, scales, used };
     let mut here = fit.begin(guess)?;
     let (renewals, steps) = if predictor.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
     let mut covariance = DMatrix::identity(members.len(), members.len());
+    let mut kelvin = Vec::new();
     for _ in 0..renewals {
         let slopes = fit.slopes(&here)?;
         covariance = fit.covariance(&slopes.whitened);
+        kelvin.clone_from(&slopes.kelvin);
         let begun = here.amplitudes.clone();
         for _ in 0..steps {
             let Some(there) = fit.step(&here, &slopes, &covariance) else { break };
@@ -375,15 +421,21 @@ pub fn fit(predictor: &Predictor<'_>, members: &[&Hypothesis], guess: &[f64], us
         }
     }
     let misfit = square(&here.residual);
-    let scale: f64 = members.iter().filter(|h| !h.is_fixed()).map(|h| h.scale.ln()).sum();
-    let evidence = -0.5 * misfit - 0.5 * fit.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
+    let own = members.iter().zip(&fit.scales).filter(|(h, _)| !h.is_fixed());
+    let scale: f64 = own.map(|(h, s)| s.ln() + (s / h.scale).ln()).sum();
+    let deviance = misfit + used.whitener.log_determinant() - used.without + used.level.price();
+    let evidence = -0.5 * deviance - 0.5 * fit.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
     let deviation = |j: usize| if members[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
     Ok(Fitted {
         deviations: (0..members.len()).map(deviation).collect(),
         amplitudes: here.amplitudes,
         misfit,
         values: here.values,
+        left: here.left,
+        slopes: kelvin,
         evidence,
+        deviance,
+        level: used.level,
     })
 }
 

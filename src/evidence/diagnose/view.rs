@@ -8,10 +8,11 @@ use super::effects::{CommonFactor, Hypothesis, Scales, hypotheses};
 use super::history::TIME_TOLERANCE;
 use super::screen::Screened;
 use super::signature::Signatures;
-use super::{Discrepancy, Problem, signatures};
+use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use crate::error::Result;
+use crate::evidence::discrepancy::{ErrorParts, Level};
 use crate::evidence::identify::{self, Prediction};
-use crate::evidence::measurement::{Data, Whitener, wander, whiten};
+use crate::evidence::measurement::{Data, Whitener, whiten};
 use crate::solve::sensitivity::{Parameter, Study};
 
 /// Cells of the finer mesh that predictions are corrected with, over those of the model.
@@ -27,7 +28,13 @@ pub struct Comparison {
     /// What a finer mesh changes, K.
     pub mesh: Vec<f64>,
     /// Covariance in parts.
-    pub errors: Errors,
+    pub errors: ErrorParts,
+    /// Causes that are a number of the file, with the amplitude of a change of it by a factor e, in the order of the covariance.
+    pub numbers: Vec<(Hypothesis, f64)>,
+    /// The discrepancy beside what is stated.
+    pub level: Level,
+    /// Logarithm of the determinant of the covariance without it, K².
+    pub without: f64,
     /// The whitening.
     pub whitener: Whitener,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
@@ -45,14 +52,37 @@ impl Comparison {
         let (mesh, scatter) = mesh_correction(problem, study, &found.prediction.values)?;
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
-        let mut errors = Errors::new(problem, study, &found.prediction, catalogue, &found.columns);
-        errors.common.extend(scatter);
+        let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);
+        errors.extend(scatter);
         if !problem.data.is_transient() {
-            errors.common.extend(bends(problem, study, catalogue, scales, &found));
+            errors.extend(bends(problem, study, catalogue, scales, &found));
         }
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
-        Ok(Self { whitener: errors.whitener(&all), found, mesh, errors, readings })
+        let level = Level::NONE;
+        let network = &study.model.network;
+        let numbers = catalogue.iter().filter_map(|h| Some((h.clone(), h.of_a_number(network)?))).collect();
+        let whitener = errors.whitener(&level, &all);
+        Ok(Self { without: whitener.log_determinant(), whitener, level, found, mesh, errors, readings, numbers })
+    }
+
+    /// The same with another discrepancy.
+    pub fn at(&self, level: Level) -> Self {
+        let all: Vec<usize> = (0..self.readings.len()).collect();
+        Self { whitener: self.errors.whitener(&level, &all), level, ..self.clone() }
+    }
+
+    /// The same of the residual of the machine as it is at another level.
+    pub fn ground(&self, level: &Level) -> f64 {
+        let all: Vec<usize> = (0..self.readings.len()).collect();
+        let whitener = self.errors.whitener(level, &all);
+        whitener.apply(&self.found.residual).iter().map(|v| v * v).sum::<f64>() + whitener.log_determinant() - self.without + level.price()
+    }
+
+    /// Minus twice the logarithm of likelihood and prior of a residual (K) at this level.
+    pub fn deviance(&self, residual: &[f64]) -> f64 {
+        let whitened = self.whitener.apply(residual);
+        whitened.iter().map(|v| v * v).sum::<f64>() + self.whitener.log_determinant() - self.without + self.level.price()
     }
 
     /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors act differently too.
@@ -62,7 +92,10 @@ impl Comparison {
     pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
         let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind(), h.place.as_str())).collect();
         let mut common = hypotheses(study, &problem.data, &problem.user);
-        let counts = |h: &Hypothesis| h.common_factor().is_some() || h.discrepancy(&study.model.network, &problem.discrepancy).is_some();
+        let network = &study.model.network;
+        let counts = |h: &Hypothesis| {
+            h.common_factor().is_some() || h.discrepancy(network, &problem.discrepancy).is_some() || h.of_a_number(network).is_some()
+        };
         common.retain(|h| counts(h) && own.contains(&(h.kind(), h.place.as_str())));
         Self::of(problem, study, &common, scales)
     }
@@ -188,43 +221,20 @@ pub fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], columns
     CommonFactor::ALL.iter().map(of).collect()
 }
 
-/// Covariance in parts, so that it can be cut to some readings.
-#[derive(Debug, Clone)]
-pub struct Errors {
-    deviation: Vec<f64>,
-    common: Vec<Vec<f64>>,
-}
-
-impl Errors {
-    fn new(problem: &Problem, study: &Study, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> Self {
-        let deviation = if problem.data.is_transient() {
-            whiten::noise(&problem.data, &problem.uncertainty)
-        } else {
-            whiten::deviations(&problem.data, &problem.uncertainty).iter().map(|d| d.hypot(problem.discrepancy.model)).collect()
-        };
-        let mut common = whiten::common_errors(&problem.data, &problem.uncertainty, &prediction.conditions);
-        common.extend(wander::errors(&problem.data, &problem.uncertainty, problem.discrepancy.model, &prediction.values));
-        for (k, uncertain) in problem.uncertain.iter().enumerate() {
-            common.push(prediction.slopes.iter().map(|row| row[k] * uncertain.deviation).collect());
-        }
-        common.extend(open_factors(&problem.discrepancy, catalogue, columns, prediction.values.len()));
-        // Films follow one correlation; what parts store does not: each has its own shape and material.
-        for (h, column) in catalogue.iter().zip(columns) {
-            let Some(spread) = h.discrepancy(&study.model.network, &problem.discrepancy) else { continue };
-            common.push(column.iter().map(|c| spread * c).collect());
-        }
-        Self { deviation, common }
-    }
-
-    /// The whitening of some readings.
-    pub fn whitener(&self, readings: &[usize]) -> Whitener {
-        let pick = |v: &Vec<f64>| readings.iter().map(|i| v[*i]).collect::<Vec<f64>>();
-        Whitener::new(&pick(&self.deviation), &self.common.iter().map(pick).collect::<Vec<_>>())
-    }
-
-    /// Standard deviation of each reading, K.
-    pub fn marginal(&self) -> Vec<f64> {
-        let of = |i: usize| (self.deviation[i].powi(2) + self.common.iter().map(|c| c[i] * c[i]).sum::<f64>()).sqrt();
-        (0..self.deviation.len()).map(of).collect()
-    }
+/// The covariance of a residual in parts, with what every model leaves open, and what the numbers of the file change.
+fn error_parts(problem: &Problem, study: &Study, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> ErrorParts {
+    let (data, network) = (&problem.data, &study.model.network);
+    let mut parts = ErrorParts::new(&study.model.machine, data, &problem.uncertainty, problem.discrepancy.model, prediction);
+    let scaled = |column: &Vec<f64>, by: f64| column.iter().map(|c| by * c).collect::<Vec<f64>>();
+    let uncertain = |(k, u): (usize, &UncertainNumber)| prediction.slopes.iter().map(|row| row[k] * u.deviation).collect();
+    parts.extend(open_factors(&problem.discrepancy, catalogue, columns, prediction.values.len()));
+    // Films follow one correlation; what parts store does not: each has its own shape and material.
+    let own = |(h, column): (&Hypothesis, &Vec<f64>)| h.discrepancy(network, &problem.discrepancy).map(|spread| scaled(column, spread));
+    parts.extend(catalogue.iter().zip(columns).filter_map(own));
+    let number = |(h, column): (&Hypothesis, &Vec<f64>)| h.of_a_number(network).map(|unit| scaled(column, unit));
+    parts.with_numbers(
+        problem.uncertain.iter().enumerate().map(uncertain).collect(),
+        catalogue.iter().zip(columns).filter_map(number).collect(),
+    );
+    parts
 }

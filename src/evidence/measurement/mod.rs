@@ -5,6 +5,8 @@
 //! how uncertain readings and conditions are ([`Uncertainty`]).
 
 pub mod faults;
+pub mod filter;
+mod thin;
 mod uncertainty;
 pub mod wander;
 pub mod whiten;
@@ -17,6 +19,7 @@ use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::table::{Column, Table};
 use crate::units::{self, Celsius, Dimension, Kelvin, celsius};
 
+pub use thin::thinned;
 pub use uncertainty::{Uncertainty, VariableUncertainty};
 pub use whiten::Whitener;
 

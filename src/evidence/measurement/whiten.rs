@@ -1,41 +1,90 @@
 //! Whitening: residuals of unit variance and without correlation.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::filter::{Filter, Wandering};
 use super::{Data, Uncertainty};
 
-/// The inverse square root of a covariance D + U Uᵀ, D diagonal and U of few columns.
+/// The inverse square root of a covariance D + U Uᵀ: D of independent noise, and of errors that wander along series of readings;
+/// U of few columns.
 ///
-/// With V = D^-½ U and the eigenvectors Q of V Vᵀ, (I + V Vᵀ)^-½ = I + Q (diag(1 + s²)^-½ - I) Qᵀ, so that nothing larger
-/// than a column per common error is ever formed.
+/// D is whitened by a Kalman filter along each series, D⁻¹ = Lᵀ L. With V = L U and the eigenvectors Q of V Vᵀ,
+/// (I + V Vᵀ)^-½ = I + Q (diag(1 + s²)^-½ - I) Qᵀ, so that nothing larger than a column per common error is ever formed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Whitener {
-    inverse_deviation: Vec<f64>,
+    noise: Noise,
     directions: DMatrix<f64>,
     shrink: Vec<f64>,
+    log_determinant: f64,
+}
+
+/// Noise of readings, and errors that wander along series of them: the part of a covariance without common errors.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Noise {
+    /// Of readings that are on no series, 1/K; zero of the others.
+    inverse_deviation: Vec<f64>,
+    series: Vec<Filter>,
+    log_determinant: f64,
+}
+
+impl Noise {
+    /// From the standard deviation of each reading's independent error, K.
+    pub fn independent(deviation: &[f64]) -> Self {
+        Self::wandering(deviation, &[], 0.0)
+    }
+
+    /// With errors that wander along series, of a correlation time that is a share `memory` of each test's length.
+    pub fn wandering(deviation: &[f64], series: &[Wandering], memory: f64) -> Self {
+        let mut inverse_deviation: Vec<f64> = deviation.iter().map(|d| 1.0 / d).collect();
+        series.iter().flat_map(|s| &s.readings).for_each(|i| inverse_deviation[*i] = 0.0);
+        let series: Vec<Filter> = series.iter().map(|s| Filter::new(s, deviation, memory * s.span)).collect();
+        let alone: f64 = inverse_deviation.iter().filter(|d| **d > 0.0).map(|d| -2.0 * d.ln()).sum();
+        Self { log_determinant: alone + series.iter().map(Filter::log_determinant).sum::<f64>(), inverse_deviation, series }
+    }
+
+    /// Whitens readings, K.
+    pub fn apply(&self, readings: &[f64]) -> Vec<f64> {
+        // A reading on a series keeps its value for the filter.
+        let alone = |(r, d): (&f64, &f64)| if *d > 0.0 { r * d } else { *r };
+        let mut whitened: Vec<f64> = readings.iter().zip(&self.inverse_deviation).map(alone).collect();
+        self.series.iter().for_each(|filter| filter.apply(&mut whitened));
+        whitened
+    }
+
+    /// Logarithm of the determinant, K².
+    pub fn log_determinant(&self) -> f64 {
+        self.log_determinant
+    }
 }
 
 impl Whitener {
     /// From the standard deviation of each reading's independent error and columns of common errors, each of unit variance.
     pub fn new(deviation: &[f64], common: &[Vec<f64>]) -> Self {
-        let inverse_deviation: Vec<f64> = deviation.iter().map(|d| 1.0 / d).collect();
-        let n = deviation.len();
-        let columns: Vec<&Vec<f64>> = common.iter().filter(|c| c.iter().any(|v| *v != 0.0)).collect();
-        let v = DMatrix::from_fn(n, columns.len(), |i, k| columns[k][i] * inverse_deviation[i]);
+        Self::with(Noise::independent(deviation), common)
+    }
+
+    /// From the part without common errors, and columns of these, each of unit variance.
+    pub fn with(noise: Noise, common: &[Vec<f64>]) -> Self {
+        let columns: Vec<DVector<f64>> =
+            common.iter().filter(|c| c.iter().any(|v| *v != 0.0)).map(|c| DVector::from_vec(noise.apply(c))).collect();
         if columns.is_empty() {
-            return Self { inverse_deviation, directions: DMatrix::zeros(n, 0), shrink: Vec::new() };
+            let log_determinant = noise.log_determinant;
+            return Self { directions: DMatrix::zeros(noise.inverse_deviation.len(), 0), noise, shrink: Vec::new(), log_determinant };
         }
-        let eigen = SymmetricEigen::new(v.transpose() * &v);
+        let v = DMatrix::from_columns(&columns);
+        let eigen = SymmetricEigen::new(v.tr_mul(&v));
         let largest = eigen.eigenvalues.max().max(0.0);
         let kept: Vec<usize> = (0..columns.len()).filter(|k| eigen.eigenvalues[*k] > 1e-12 * largest).collect();
-        let mut directions = DMatrix::zeros(n, kept.len());
+        let mut directions = DMatrix::zeros(v.nrows(), kept.len());
         let mut shrink = Vec::with_capacity(kept.len());
+        let mut log_determinant = noise.log_determinant;
         for (j, k) in kept.into_iter().enumerate() {
             let squared = eigen.eigenvalues[k];
             directions.set_column(j, &(&v * eigen.eigenvectors.column(k) / squared.sqrt()));
             shrink.push(1.0 / (1.0 + squared).sqrt() - 1.0);
+            log_determinant += squared.ln_1p();
         }
-        Self { inverse_deviation, directions, shrink }
+        Self { noise, directions, shrink, log_determinant }
     }
 
     /// The covariance of `data` under `uncertainty`; `slopes` are derivatives of each reading (rows of data, then sensors,
@@ -47,13 +96,18 @@ impl Whitener {
 
     /// Applies it to a vector of one entry per reading, K.
     pub fn apply(&self, residual: &[f64]) -> Vec<f64> {
-        let mut scaled: Vec<f64> = residual.iter().zip(&self.inverse_deviation).map(|(r, d)| r * d).collect();
-        let before = scaled.clone();
+        let mut whitened = self.noise.apply(residual);
+        let before = whitened.clone();
         for (column, shrink) in self.directions.column_iter().zip(&self.shrink) {
             let along: f64 = column.iter().zip(&before).map(|(q, s)| q * s).sum();
-            scaled.iter_mut().zip(column.iter()).for_each(|(s, q)| *s += shrink * along * q);
+            whitened.iter_mut().zip(column.iter()).for_each(|(s, q)| *s += shrink * along * q);
         }
-        scaled
+        whitened
+    }
+
+    /// Logarithm of the determinant of the covariance, K².
+    pub fn log_determinant(&self) -> f64 {
+        self.log_determinant
     }
 }
 
@@ -132,5 +186,7 @@ mod tests {
                 assert!((entry - f64::from(u8::from(a == b))).abs() < 1e-12, "{a} {b} {entry}");
             }
         }
+        let determinant = DMatrix::from_fn(4, 4, sigma).determinant();
+        assert!((w.log_determinant() - determinant.ln()).abs() < 1e-10);
     }
 }

@@ -7,6 +7,7 @@ pub mod energy;
 pub mod extended;
 mod figures;
 pub mod input;
+pub mod ladder;
 mod next;
 pub mod record;
 pub mod refit;

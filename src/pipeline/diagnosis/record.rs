@@ -8,9 +8,10 @@ use serde::Serialize;
 use super::energy::Balance;
 use super::extended::Change;
 use super::refit::{AgainstReadings, Fitted};
-use super::{Findings, name, next};
+use super::{Findings, ladder, name, next};
 use crate::describe::machine::Machine;
-use crate::evidence::diagnose::{Explanation, Next, Trial, Verdict, sentence};
+use crate::evidence::diagnose::{Cause, Explanation, Gain, Next, Rung, Trial, Verdict, sentence};
+use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::faults::{Fault, FaultRecord};
 use crate::evidence::measurement::whiten;
 use crate::solve::meshed::Flows;
@@ -28,6 +29,8 @@ pub struct DiagnosisRecord {
     pub probabilities: OtherwiseRecord,
     /// The parts of the best explanation; empty where no cause is named.
     pub causes: Vec<CauseRecord>,
+    /// The causes that the data carry, one after another, each refitted with everything uncertain.
+    pub rungs: Vec<RungRecord>,
     /// Every explanation that the data cannot refute.
     pub set: Vec<Vec<CauseRecord>>,
     pub next_measurement: Option<NextRecord>,
@@ -102,6 +105,48 @@ pub struct CauseRecord {
     pub text: String,
     /// Other explanations that the data cannot refute.
     pub ambiguous_with: Vec<String>,
+}
+
+/// A step of the ladder.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct RungRecord {
+    pub causes: Vec<RungCauseRecord>,
+    /// Numbers of the machine file that were fitted beside it.
+    pub refitted: Vec<RungCauseRecord>,
+    /// Share of the squared misfit of the machine as it was given that is explained up to here.
+    pub share: f64,
+    /// Root mean square residual that is left.
+    pub left_K: f64,
+    /// The sensor that most of it belongs to, and its share.
+    pub where_left: Option<String>,
+    pub where_left_share: Option<f64>,
+    pub discrepancy: DiscrepancyRecord,
+    pub gain: Option<GainRecord>,
+    pub text: String,
+}
+
+/// What is named on a rung, or fitted beside it.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct RungCauseRecord {
+    pub kind: String,
+    pub place: String,
+    pub amplitude: EstimateRecord,
+    /// How far it is from nothing, in standard deviations of its prior.
+    pub pulled_sigma: f64,
+    pub text: String,
+}
+
+/// The model error that was learnt.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct DiscrepancyRecord {
+    pub wandering_K: f64,
+    /// Its correlation time over the length of a test.
+    pub memory: f64,
+    pub between_tests: f64,
+    pub numbers: f64,
 }
 
 /// A test worth making.
@@ -244,19 +289,13 @@ impl Findings<'_> {
             },
             probabilities: OtherwiseRecord { nothing: diagnosis.others.nothing, something_else: diagnosis.others.something_else },
             causes: diagnosis.explanations.first().filter(|_| has_cause).map(|e| causes(self, e)).unwrap_or_default(),
+            rungs: diagnosis.rungs.iter().map(RungRecord::of).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
                 others: Some(others.iter().map(|n| NextRecord::of(machine, n)).collect()),
                 ..NextRecord::of(machine, best)
             }),
-            gain: diagnosis.gain.as_ref().map(|g| GainRecord {
-                rmse_before_K: g.before,
-                rmse_after_K: g.after,
-                low: g.low,
-                high: g.high,
-                noise_floor_K: g.noise_floor,
-                held_out: g.conditions.clone(),
-            }),
+            gain: diagnosis.gain.as_ref().map(GainRecord::of),
             extended_machine: self.extended.as_ref().map(|e| e.path.display().to_string()),
             changes: self.extended.as_ref().map(|e| e.changes.clone()),
             surrogate: self.refitted.as_ref().and_then(|r| r.fit.as_ref()).map(SurrogateRecord::of),
@@ -275,6 +314,49 @@ impl Findings<'_> {
             readings: readings(self),
             faults: self.problem.faults.iter().map(Fault::record).collect(),
             seconds: diagnosis.seconds,
+        }
+    }
+}
+
+impl GainRecord {
+    fn of(g: &Gain) -> Self {
+        Self {
+            rmse_before_K: g.before,
+            rmse_after_K: g.after,
+            low: g.low,
+            high: g.high,
+            noise_floor_K: g.noise_floor,
+            held_out: g.conditions.clone(),
+        }
+    }
+}
+
+impl RungRecord {
+    fn of(rung: &Rung) -> Self {
+        let Level { wandering, memory, between_tests, numbers } = rung.left;
+        Self {
+            causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
+            refitted: rung.refitted.iter().map(RungCauseRecord::of).collect(),
+            share: rung.share,
+            left_K: rung.rms,
+            where_left: rung.where_left.as_ref().map(|left| left.sensor.clone()),
+            where_left_share: rung.where_left.as_ref().map(|left| left.share),
+            discrepancy: DiscrepancyRecord { wandering_K: wandering, memory, between_tests, numbers },
+            gain: rung.gain.as_ref().map(GainRecord::of),
+            text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),
+        }
+    }
+}
+
+impl RungCauseRecord {
+    fn of(cause: &Cause) -> Self {
+        let (low, high) = cause.interval();
+        Self {
+            kind: cause.hypothesis.kind().into(),
+            place: cause.hypothesis.place.clone(),
+            amplitude: EstimateRecord { value: cause.amplitude, low, high, unit: cause.hypothesis.unit.into() },
+            pulled_sigma: cause.amplitude / cause.hypothesis.scale,
+            text: sentence(cause),
         }
     }
 }

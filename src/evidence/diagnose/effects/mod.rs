@@ -76,6 +76,8 @@ families! {
     common: Common,
     /// Sensors' own errors.
     sensor: Sensor,
+    /// Numbers of the file that are uncertain themselves.
+    number: Number,
     /// Kinds of the user's own.
     user: User,
 }
@@ -249,6 +251,16 @@ impl Hypothesis {
         }
     }
 
+    /// Whether nothing bounds its size but what the source may be: heat that the model lacks has no limit that a factor or a leak has.
+    pub fn has_tails(&self) -> bool {
+        matches!(self.effect, Effect::Heat(Heat::Into(_)))
+    }
+
+    /// Whether it is the same cause, whatever its amplitude may be.
+    pub fn is_same(&self, other: &Self) -> bool {
+        (self.effect, self.law, &self.place) == (other.effect, other.law, &other.place)
+    }
+
     /// Whether it drifts with the temperature of its place, which its derivative must know.
     pub fn is_drift(&self) -> bool {
         self.law == Law::Temperature
@@ -262,6 +274,19 @@ impl Hypothesis {
     /// Standard deviation of the model's discrepancy in it alone, in its unit.
     pub fn discrepancy(&self, network: &Network, all: &Discrepancy) -> Option<f64> {
         self.effect.family().discrepancy(network, all)
+    }
+
+    /// The amplitude of a change of a number of the machine file by a factor e, to first order; `None` of what is no such number.
+    pub fn of_a_number(&self, network: &Network) -> Option<f64> {
+        match self.effect {
+            _ if self.law != Law::Constant => None,
+            Effect::Storage(storage) => Some(storage.own(network)).filter(|own| *own > 0.0),
+            Effect::Heat(Heat::Source(_)) => Some(1.0),
+            Effect::Contact(_) | Effect::Flow(Flow::Film(_) | Flow::BoundaryFilm(_)) | Effect::Radiation(Radiation::Emissivity(_)) => {
+                Some(1.0)
+            }
+            _ => None,
+        }
     }
 
     /// Whether more and less of it bend so differently that logs are followed along a secant to one side.

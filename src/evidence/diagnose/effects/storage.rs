@@ -25,7 +25,7 @@ pub struct Storage(pub u32);
 
 impl Storage {
     /// Heat capacity of the group in the model, J/K.
-    fn own(self, network: &Network) -> f64 {
+    pub(super) fn own(self, network: &Network) -> f64 {
         self.nodes(network).map(|n| network.capacity[n]).sum()
     }
 

@@ -1,0 +1,120 @@
+//! The best explanation and everything uncertain, fitted together.
+//!
+//! A cause that is right makes things worse where the rest stays as it was: what the file's other numbers had been chosen to make
+//! up for is now in the cause. The numbers that the residual pulls most are therefore fitted beside it, each under its prior, and
+//! those that the user calls uncertain.
+
+use super::Cause;
+use super::effects::{Hypothesis, Number};
+use super::finalists::{Entry, Finalists};
+use super::refine::{FitData, Fitted, fit};
+use super::view::Comparison;
+use crate::error::Result;
+use crate::evidence::discrepancy::{ErrorParts, Level};
+
+/// Numbers of the file that are fitted beside a cause: of machines of lumped nodes, and of those of cells, whose runs cost more.
+const MOST_OF_NODES: usize = 16;
+const MOST_OF_CELLS: usize = 4;
+/// The fit is begun anew until no number moves by more than this share of its standard deviation, and at most so often.
+const RESTS: f64 = 0.03;
+const MOST_FITS: usize = 4;
+/// A number of a machine of cells that the residual moves by less than this share of its standard deviation stays where it is.
+const MOVED: f64 = 0.3;
+
+/// The fit of all.
+#[derive(Debug, Clone)]
+pub struct Joint {
+    /// The causes.
+    pub causes: Vec<Cause>,
+    /// Numbers of the file that moved with them.
+    pub others: Vec<Cause>,
+    /// Predictions, K.
+    pub values: Vec<f64>,
+    /// Covariance without what was fitted.
+    pub errors: ErrorParts,
+    /// The discrepancy left.
+    pub level: Level,
+}
+
+/// Fits the best explanation with everything uncertain; `None` where nothing is.
+///
+/// # Errors
+/// The machine cannot be solved with what the residual asks for.
+pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison) -> Result<Option<Joint>> {
+    let problem = finals.problem;
+    let all: Vec<usize> = (0..view.readings.len()).collect();
+    let causes: Vec<&Hypothesis> = members.iter().map(|j| finals.of(*j)).collect();
+    let chosen = pulled(finals, &causes, best, view);
+    if chosen.is_empty() && problem.uncertain.is_empty() {
+        return Ok(None);
+    }
+    let errors = view.errors.without(&chosen.iter().map(|c| c.number).collect::<Vec<_>>());
+    let uncertain: Vec<Hypothesis> = problem.uncertain.iter().map(Number::of).collect();
+    let free: Vec<&Hypothesis> = causes.iter().copied().chain(chosen.iter().map(|c| &c.hypothesis)).chain(&uncertain).collect();
+    let mut guess = best.amplitudes.clone();
+    guess.extend(chosen.iter().map(|c| c.moved));
+    guess.resize(free.len(), 0.0);
+    let whitener = errors.whitener(&best.level, &all);
+    let (readings, mesh, places) = (&view.readings, &view.mesh, &finals.places);
+    let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level: best.level, without: view.without };
+    let rested = |from: &[f64], used: FitData<'_>| -> Result<Fitted> {
+        let mut fitted = fit(finals.predictor, &free, from, used)?;
+        for _ in 1..MOST_FITS {
+            let again = fit(finals.predictor, &free, &fitted.amplitudes, used)?;
+            let moved =
+                again.amplitudes.iter().zip(&fitted.amplitudes).zip(&again.deviations).map(|((a, b), d)| (a - b).abs() / d.max(1e-300));
+            let is_small = moved.fold(0.0, f64::max) < RESTS;
+            fitted = again;
+            if is_small {
+                break;
+            }
+        }
+        Ok(fitted)
+    };
+    let mut fitted = rested(&guess, used)?;
+    // With all of it free less may be left than with the cause alone.
+    let (without, columns) = fitted.without_amplitudes(&free);
+    let level = Level { numbers: best.level.numbers, ..errors.learn(&without, &columns, best.level, None) };
+    if level != best.level {
+        let whitener = errors.whitener(&level, &all);
+        fitted = rested(&fitted.amplitudes, FitData { whitener: &whitener, level, ..used })?;
+    }
+    let Fitted { amplitudes, deviations, values, level, .. } = fitted;
+    let cause = |j: usize| Cause { hypothesis: free[j].clone(), amplitude: amplitudes[j], deviation: deviations[j] };
+    let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
+    Ok(Some(Joint { causes: own, others, values, errors, level }))
+}
+
+/// A number of the file that the residual moves.
+struct Pulled {
+    /// Which of the numbers of the covariance.
+    number: usize,
+    /// As a hypothesis whose scale is its standard deviation.
+    hypothesis: Hypothesis,
+    /// Where to, in the hypothesis' unit.
+    moved: f64,
+}
+
+/// The numbers that the residual left by a fit moves most, each by its expectation under the covariance.
+fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &Comparison) -> Vec<Pulled> {
+    let (study, spread) = (&finals.problem.study, best.level.numbers);
+    if spread == 0.0 {
+        return Vec::new();
+    }
+    let all: Vec<usize> = (0..best.left.len()).collect();
+    let whitener = view.errors.whitener(&best.level, &all);
+    let left = whitener.apply(&best.left);
+    let one = |(number, ((h, unit), column)): (usize, (&(Hypothesis, f64), &Vec<f64>))| {
+        let along: f64 = whitener.apply(column).iter().zip(&left).map(|(c, l)| c * l).sum();
+        let mut hypothesis = h.clone();
+        hypothesis.scale = spread * unit;
+        Pulled { number, hypothesis, moved: spread * spread * along * unit }
+    };
+    let mut found: Vec<Pulled> = view.numbers.iter().zip(view.errors.numbers()).enumerate().map(one).collect();
+    let is_cause = |p: &Pulled| causes.iter().any(|h| h.is_same(&p.hypothesis));
+    let is_lumped = study.model.mesh.cells == 0;
+    found.retain(|p| (is_lumped || p.moved.abs() > MOVED * p.hypothesis.scale) && !is_cause(p));
+    found.sort_by(|a, b| (b.moved / b.hypothesis.scale).abs().total_cmp(&(a.moved / a.hypothesis.scale).abs()));
+    found.truncate(if is_lumped { MOST_OF_NODES } else { MOST_OF_CELLS });
+    found
+}

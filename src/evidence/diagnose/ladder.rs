@@ -1,0 +1,50 @@
+//! The ladder: calibrate, compare, name, refit jointly, extend, and on to the next cause while unseen data are predicted better.
+
+use std::time::Instant;
+
+use super::rung::{Rung, once, square};
+use super::{Diagnosis, Problem, Verdict};
+use crate::error::Result;
+use crate::foundation::progress::Progress;
+
+/// Rungs at most.
+const MOST_RUNGS: usize = 5;
+/// A misfit left that is less probable than this asks for another cause.
+const LEFT: f64 = 0.01;
+
+/// Diagnoses: screens all causes, fits the most probable ones, decides, and says what is gained and what to measure next. Where a
+/// cause is named and unseen data are predicted better with it, the machine is extended and diagnosed again.
+///
+/// # Errors
+/// The machine as it is cannot be solved at the data's conditions.
+pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
+    let clock = Instant::now();
+    let mut found = once(problem, progress)?;
+    let mut here = problem.clone();
+    while let Some(last) = found.rungs.last()
+        && found.rungs.len() < MOST_RUNGS
+        && found.verdict == Verdict::Explained
+        && leaves_much(last)
+    {
+        progress.say(&format!("{} explained; looking for what is left", percent(last.share)));
+        here.study = here.study.edited(&last.sets)?;
+        let Ok(next) = once(&here, progress) else { break };
+        let Some(mut rung) = next.rungs.into_iter().next().filter(|_| next.verdict == Verdict::Explained) else { break };
+        rung.share = 1.0 - square(&rung.predicted, problem) / square(&found.residuals.predicted, problem);
+        found.sets.get_or_insert_default().extend(rung.sets.iter().cloned());
+        found.explained = Some(rung.predicted.clone());
+        found.gain = found.gain.zip(rung.gain.clone()).map(|(first, last)| first.and_then(&last));
+        found.rungs.push(rung);
+    }
+    found.seconds = clock.elapsed().as_secs_f64();
+    Ok(found)
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+/// Whether the readings ask for another cause.
+fn leaves_much(rung: &Rung) -> bool {
+    !rung.left.is_usual() || rung.probability_left < LEFT
+}

@@ -1,0 +1,116 @@
+//! Noise and a wandering error along one series of readings, whitened by a scalar Kalman filter.
+
+/// Readings of one sensor in one test, one after another, with an error that wanders.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Wandering {
+    /// Positions among all readings, in the order of time.
+    pub readings: Vec<usize>,
+    /// s
+    pub times: Vec<f64>,
+    /// Standard deviation of the wandering error of each, K.
+    pub deviations: Vec<f64>,
+    /// First and last time of the whole test, s.
+    pub span: f64,
+}
+
+impl Wandering {
+    /// Those of its readings that are among some: `position` says where each reading stands among these.
+    pub fn among(&self, position: &[Option<usize>]) -> Self {
+        let kept: Vec<(usize, usize)> = self.readings.iter().enumerate().filter_map(|(k, i)| position[*i].map(|p| (k, p))).collect();
+        Self {
+            readings: kept.iter().map(|(_, p)| *p).collect(),
+            times: kept.iter().map(|(k, _)| self.times[*k]).collect(),
+            deviations: kept.iter().map(|(k, _)| self.deviations[*k]).collect(),
+            span: self.span,
+        }
+    }
+}
+
+/// One reading in a [`Filter`].
+#[derive(Debug, Clone, PartialEq)]
+struct Step {
+    reading: usize,
+    /// Share of the wandering error that is left of the reading before.
+    memory: f64,
+    /// Standard deviation of the wandering error, K.
+    loading: f64,
+    gain: f64,
+    /// One over the standard deviation of the innovation, 1/K.
+    inverse: f64,
+}
+
+/// A Kalman filter of noise and a wandering error of unit variance along one series: its innovations over their standard deviations
+/// are independent and of unit variance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Filter {
+    steps: Vec<Step>,
+}
+
+impl Filter {
+    /// Of a series; `noise` of all readings, K; `correlation` time in s.
+    pub fn new(series: &Wandering, noise: &[f64], correlation: f64) -> Self {
+        let mut spread = 1.0;
+        let mut before: Option<f64> = None;
+        let mut steps = Vec::with_capacity(series.readings.len());
+        for ((reading, time), loading) in series.readings.iter().zip(&series.times).zip(&series.deviations) {
+            let memory = match before {
+                None => 0.0,
+                Some(_) if correlation <= 0.0 => 0.0,
+                Some(before) => (-(time - before).abs() / correlation).exp(),
+            };
+            before = Some(*time);
+            let ahead = memory * memory * spread + (1.0 - memory * memory);
+            let variance = loading * loading * ahead + noise[*reading] * noise[*reading];
+            let gain = ahead * loading / variance;
+            spread = ahead * (1.0 - gain * loading);
+            steps.push(Step { reading: *reading, memory, loading: *loading, gain, inverse: 1.0 / variance.sqrt() });
+        }
+        Self { steps }
+    }
+
+    /// Whitens the readings of its series in place, K in.
+    pub fn apply(&self, readings: &mut [f64]) {
+        let mut state = 0.0;
+        for step in &self.steps {
+            let ahead = step.memory * state;
+            let innovation = readings[step.reading] - step.loading * ahead;
+            state = ahead + step.gain * innovation;
+            readings[step.reading] = innovation * step.inverse;
+        }
+    }
+
+    /// Logarithm of the determinant of the covariance, K².
+    pub fn log_determinant(&self) -> f64 {
+        self.steps.iter().map(|step| -2.0 * step.inverse.ln()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// L⁻¹ Σ L⁻ᵀ is the identity, Σ = noise² + d d' exp(-|t - t'| / tau), and the determinant is that of Σ.
+    #[test]
+    fn whitens_a_wandering_error() {
+        let times = [0.0, 3.0, 3.5, 10.0, 11.0, 40.0];
+        let deviations = vec![0.5, 0.1, 2.0, 0.7, 0.7, 0.3];
+        let noise = [0.1, 0.2, 0.05, 0.3, 0.1, 0.4];
+        let tau = 5.0;
+        let n = times.len();
+        let sigma = nalgebra::DMatrix::from_fn(n, n, |i, j| {
+            let diagonal = if i == j { noise[i] * noise[i] } else { 0.0 };
+            deviations[i] * deviations[j] * (-(f64::abs(times[i] - times[j])) / tau).exp() + diagonal
+        });
+        let series = Wandering { readings: (0..n).collect(), times: times.to_vec(), deviations, span: 40.0 };
+        let filter = Filter::new(&series, &noise, tau);
+        let mut whitened = nalgebra::DMatrix::<f64>::identity(n, n);
+        for mut column in whitened.column_iter_mut() {
+            let mut values: Vec<f64> = column.iter().copied().collect();
+            filter.apply(&mut values);
+            column.copy_from_slice(&values);
+        }
+        let unit = &whitened * &sigma * whitened.transpose();
+        assert!((unit - nalgebra::DMatrix::identity(n, n)).amax() < 1e-12);
+        assert!((filter.log_determinant() - sigma.determinant().ln()).abs() < 1e-10);
+    }
+}

@@ -1,0 +1,90 @@
+//! Rows of logs that say nothing new.
+//!
+//! A log of a machine that changes over minutes is often read every second. What its model leaves open wanders over such times, so
+//! that rows between two others tell the same again and cost as much to follow.
+
+use super::{Data, Row};
+
+/// A condition that is off a straight line between two rows by more than this share of its range in the log is kept.
+const BENT: f64 = 0.01;
+
+/// The rows of logs so thinned that about `most` readings are left: evenly, but for every row at which a condition turns. Steady
+/// tables, and logs with no more readings, stay as they are.
+pub fn thinned(data: &Data, most: usize) -> Data {
+    let stride = data.count().div_ceil(most.max(1));
+    if !data.is_transient() || stride < 2 {
+        return data.clone();
+    }
+    let mut kept = vec![false; data.rows.len()];
+    for test in data.tests() {
+        let own: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
+        let ranges = ranges(data, &own);
+        let mut ends: Vec<usize> = (0..own.len()).step_by(stride).collect();
+        if ends.last() != Some(&(own.len() - 1)) {
+            ends.push(own.len() - 1);
+        }
+        ends.iter().for_each(|i| kept[own[*i]] = true);
+        ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], &ranges, &mut kept));
+    }
+    let rows = data.rows.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(row, _)| row.clone()).collect();
+    Data { rows, ..data.clone() }
+}
+
+/// Largest less smallest value of each condition, SI.
+fn ranges(data: &Data, own: &[usize]) -> Vec<f64> {
+    let of = |v: usize| {
+        let values = own.iter().map(|r| data.rows[*r].condition.si()[v]);
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        high - low
+    };
+    (0..data.rows[own[0]].condition.si().len()).map(of).collect()
+}
+
+/// Keeps the rows between the first and the last of some without which a straight line would miss a condition.
+fn keep_turns(data: &Data, rows: &[usize], ranges: &[f64], kept: &mut [bool]) {
+    let (first, last) = (&data.rows[rows[0]], &data.rows[rows[rows.len() - 1]]);
+    let bent = |(i, r): (usize, &usize)| (i + 1, off(&data.rows[*r], first, last, ranges));
+    let inner = rows[1..rows.len().max(2) - 1].iter().enumerate().map(bent);
+    let Some((worst, most)) = inner.max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    if most > BENT {
+        kept[rows[worst]] = true;
+        keep_turns(data, &rows[..=worst], ranges, kept);
+        keep_turns(data, &rows[worst..], ranges, kept);
+    }
+}
+
+/// How far a row's conditions are off a straight line between two rows, as the largest share of a range.
+fn off(row: &Row, first: &Row, last: &Row, ranges: &[f64]) -> f64 {
+    let time = |row: &Row| row.time.unwrap_or(0.0);
+    let share = if time(last) > time(first) { (time(row) - time(first)) / (time(last) - time(first)) } else { 0.0 };
+    let of = |(v, range): (usize, &f64)| {
+        let at = |row: &Row| row.condition.si()[v];
+        if *range > 0.0 { (at(row) - at(first) - share * (at(last) - at(first))).abs() / range } else { 0.0 }
+    };
+    ranges.iter().enumerate().map(of).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::describe::machine::Condition;
+
+    /// Of a thousand rows a hundred are left, and both sides of a step.
+    #[test]
+    fn steps_stay() {
+        let row = |i: usize| Row {
+            test: "a".into(),
+            time: Some(i as f64),
+            condition: Condition::from_si(vec![if i < 437 { 1.0 } else { 2.0 }]),
+            readings: vec![Some(300.0)],
+            line: None,
+        };
+        let rows = (0..1000).map(row).collect();
+        let data = Data { source: String::new(), sensors: vec![0], names: vec!["s".into()], rows, notes: Vec::new() };
+        let thin = thinned(&data, 100);
+        let times: Vec<f64> = thin.rows.iter().filter_map(|r| r.time).collect();
+        assert!((101..105).contains(&times.len()), "{}", times.len());
+        assert!([0.0, 436.0, 437.0, 999.0].iter().all(|t| times.contains(t)), "{times:?}");
+        assert_eq!(thinned(&data, 2000), data);
+    }
+}
