@@ -6,6 +6,7 @@ mod command;
 mod common;
 mod data;
 mod logs;
+mod per_test;
 mod predict;
 mod response;
 mod twins;

@@ -24,7 +24,8 @@ pub struct Args {
     machine: PathBuf,
     /// Measured data: CSV with test, conditions and sensors (default: the measurements in the machine file)
     data: Option<PathBuf>,
-    /// A number to find, by its dotted key; bounds and prior may follow: KEY=LOW..HIGH, VALUE +- DEVIATION; may be repeated
+    /// A number to find, by its dotted key; bounds and prior may follow: KEY=LOW..HIGH, VALUE +- DEVIATION; KEY@TEST holds in one
+    /// test, KEY@* has a value in each; may be repeated
     #[arg(long = "free", value_name = "KEY")]
     free: Vec<String>,
     /// Find them from this test only and predict the others untouched; may be repeated (default: all tests)
@@ -91,7 +92,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             usual.join(", ")
         )));
     }
-    let free = args.free.iter().map(|text| Free::parse(text, &study)).collect::<Result<Vec<_>>>()?;
+    let free = args.free.iter().map(|text| Free::each(text, &study, &data)).collect::<Result<Vec<_>>>()?.concat();
     let path = args.out.as_deref().map(|path| measured::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
     let problem = Problem { study, data, uncertainty, free, start };
     if !args.scan.is_empty() {

@@ -45,7 +45,7 @@ impl Found<'_> {
                     format!("{} to {}", end(f.interval.0), end(f.interval.1))
                 });
                 vec![
-                    p.name.clone(),
+                    problem.free[k].name(),
                     self.shown(k, p.value),
                     self.shown(k, estimate.values[k]),
                     if p.unit == "1" { String::new() } else { p.unit.clone() },
@@ -65,7 +65,7 @@ impl Found<'_> {
             text += "\n  correlation\n";
             for i in 0..problem.free.len() {
                 let row: Vec<String> = (0..=i).map(|j| format!("{:6.2}", estimate.correlation[(i, j)])).collect();
-                text += &format!("    {}  {}\n", row.join(" "), problem.free[i].parameter.name);
+                text += &format!("    {}  {}\n", row.join(" "), problem.free[i].name());
             }
         }
         for open in &estimate.undetermined {
@@ -94,7 +94,7 @@ impl Found<'_> {
                 best.sensors.len()
             );
             for (k, free) in problem.free.iter().enumerate() {
-                text += &format!("  the interval of {} would shrink to {:.0} %\n", free.parameter.name, 100.0 * best.shrink[k]);
+                text += &format!("  the interval of {} would shrink to {:.0} %\n", free.name(), 100.0 * best.shrink[k]);
             }
         }
         text += &match self.path {

@@ -94,6 +94,8 @@ fn gain(problem: &Problem, estimate: &Estimate, slopes: &[Vec<f64>], deviation: 
         // In the changed file a factor counts from what the file now says.
         let counted = if free.parameter.kind == Kind::Factor { 1.0 / estimate.values[k] } else { 1.0 };
         let scale = counted * if free.is_logarithmic { estimate.values[k] } else { 1.0 };
+        // A further test says nothing of what held in another one alone.
+        let scale = if free.test.is_none() { scale } else { 0.0 };
         let column: Vec<f64> = slopes.iter().map(|row| row[k] * scale).collect();
         jacobian.set_column(k, &DVector::from_vec(whitener.apply(&column)));
     }

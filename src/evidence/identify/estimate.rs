@@ -121,9 +121,13 @@ fn check(problem: &Problem) -> Result<()> {
             .at_key("--free")
             .help("name at least one, for example --free contact.motor.conductance"));
     }
-    let names: Vec<&str> = problem.free.iter().map(|f| f.parameter.name.as_str()).collect();
+    let names: Vec<String> = problem.free.iter().map(Free::name).collect();
     if let Some(k) = (1..names.len()).find(|k| names[..*k].contains(&names[*k])) {
-        return Err(Error::input("this parameter is named twice").at_key(names[k]).help("name it once"));
+        return Err(Error::input("this parameter is named twice").at_key(&names[k]).help("name it once"));
+    }
+    let tests = problem.data.tests();
+    if let Some(free) = problem.free.iter().find(|f| f.test.as_ref().is_some_and(|test| !tests.contains(test))) {
+        return Err(Error::input("no test of this name is used").at_key(free.name()).help(format!("the tests are: {}", tests.join(", "))));
     }
     if problem.data.count() == 0 {
         return Err(Error::input("there is no reading"));
@@ -234,8 +238,8 @@ fn open_directions(problem: &Problem, values: &[f64], information: &DMatrix<f64>
 /// A direction in words: the product of powers or the sum of parameters that the data do not fix.
 fn in_words(problem: &Problem, weights: &[f64]) -> String {
     let largest = weights.iter().fold(0.0f64, |m, w| m.max(w.abs()));
-    let mut parts: Vec<(f64, &str)> =
-        problem.free.iter().zip(weights).filter(|(_, w)| w.abs() > 0.15 * largest).map(|(f, w)| (*w, f.parameter.name.as_str())).collect();
+    let mut parts: Vec<(f64, String)> =
+        problem.free.iter().zip(weights).filter(|(_, w)| w.abs() > 0.15 * largest).map(|(f, w)| (*w, f.name())).collect();
     parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
     if let [(_, name)] = parts.as_slice() {
         return format!("'{name}' alone");

@@ -16,6 +16,8 @@ mod scan;
 mod search;
 mod write;
 
+use rayon::prelude::*;
+
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::evidence::measurement::{Data, Uncertainty};
@@ -38,6 +40,8 @@ pub use write::write_machine;
 pub struct Free {
     /// The parameter; the search begins at its value.
     pub parameter: Parameter,
+    /// The one test in which it holds; the others keep the value common to all.
+    pub test: Option<String>,
     /// Least and largest value, SI.
     pub bounds: (f64, f64),
     /// Prior: value and standard deviation, SI.
@@ -47,12 +51,13 @@ pub struct Free {
 }
 
 impl Free {
-    /// From `KEY`, `KEY=LOW..HIGH` (as in [`Interval`]), `KEY=VALUE +- DEVIATION`, or both: `KEY=LOW..HIGH, VALUE +- DEVIATION`.
+    /// From `KEY`, `KEY=LOW..HIGH` (as in [`Interval`]), `KEY=VALUE +- DEVIATION`, or both: `KEY=LOW..HIGH, VALUE +- DEVIATION`;
+    /// `KEY@TEST` in place of `KEY` holds in that test alone.
     ///
     /// # Errors
     /// No such key, a condition variable, or bounds that cannot be read or hold nothing.
     pub fn parse(text: &str, study: &Study) -> Result<Self> {
-        let (key, rest) = text.split_once('=').map_or((text, ""), |(k, r)| (k, r));
+        let (key, test, rest) = pieces(text);
         let parameter = study.parameter(key)?;
         if parameter.kind == Kind::Condition {
             return Err(Error::input(format!("'{}' is a condition, not a number of the machine", parameter.name))
@@ -63,7 +68,7 @@ impl Free {
         let v = parameter.value;
         let reach = if parameter.dimension.is_absolute() || parameter.kind == Kind::Offset { 100.0 } else { (10.0 * v.abs()).max(100.0) };
         let bounds = if is_logarithmic { (1e-3 * v, 1e3 * v) } else { (v - reach, v + reach) };
-        let mut free = Self { parameter, bounds, prior: None, is_logarithmic };
+        let mut free = Self { parameter, test: test.map(String::from), bounds, prior: None, is_logarithmic };
         let mut is_bounded = false;
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
             if part.contains("..") {
@@ -112,6 +117,23 @@ impl Free {
             }
         }
         Ok(free)
+    }
+
+    /// As [`Free::parse`]; `KEY@*` gives one for each test of the data.
+    ///
+    /// # Errors
+    /// As [`Free::parse`].
+    pub fn each(text: &str, study: &Study, data: &Data) -> Result<Vec<Self>> {
+        let free = Self::parse(text, study)?;
+        if free.test.as_deref() != Some(EVERY_TEST) {
+            return Ok(vec![free]);
+        }
+        Ok(data.tests().into_iter().map(|test| Self { test: Some(test), ..free.clone() }).collect())
+    }
+
+    /// The key, and the test if it holds in one alone: `KEY@TEST`.
+    pub fn name(&self) -> String {
+        self.test.as_ref().map_or(self.parameter.name.clone(), |test| format!("{}@{test}", self.parameter.name))
     }
 
     /// A bound moved towards the file's value until the machine is valid: an emissivity ends at one, whatever its reach.
@@ -178,6 +200,18 @@ impl Free {
     }
 }
 
+/// What stands for every test in `KEY@*`.
+const EVERY_TEST: &str = "*";
+
+/// Key, test and what is said of the values, of `KEY@TEST=VALUES`. An `@` within quotes belongs to a name.
+fn pieces(text: &str) -> (&str, Option<&str>, &str) {
+    let (name, rest) = text.split_once('=').unwrap_or((text, ""));
+    match name.rfind('@').filter(|at| !name[*at..].contains('"')) {
+        Some(at) => (name[..at].trim(), Some(name[at + 1..].trim()), rest),
+        None => (name, None, rest),
+    }
+}
+
 /// A machine, data and what is to be found.
 #[derive(Debug, Clone)]
 pub struct Problem {
@@ -194,12 +228,32 @@ pub struct Problem {
 }
 
 impl Problem {
-    /// The machine with other values of the free parameters.
+    /// The machine with other values of the free parameters; those of one test alone are left out.
     ///
     /// # Errors
     /// As [`Study::with`].
     pub fn machine_at(&self, values: &[f64]) -> Result<Study> {
-        let pairs: Vec<(&Parameter, f64)> = self.free.iter().map(|f| &f.parameter).zip(values.iter().copied()).collect();
+        self.machine_of(&self.held_in(None), values)
+    }
+
+    /// The machine as it was in one test.
+    ///
+    /// # Errors
+    /// As [`Study::with`].
+    pub fn machine_in(&self, test: &str, values: &[f64]) -> Result<Study> {
+        self.machine_of(&self.held_in(Some(test)), values)
+    }
+
+    /// The free parameters that act in a test; one of its own stands in place of the common one of the same key.
+    fn held_in(&self, test: Option<&str>) -> Vec<usize> {
+        let has_own =
+            |f: &Free| self.free.iter().any(|o| o.test.is_some() && o.test.as_deref() == test && o.parameter.name == f.parameter.name);
+        let acts = |f: &Free| if f.test.is_some() { f.test.as_deref() == test } else { !has_own(f) };
+        (0..self.free.len()).filter(|k| acts(&self.free[*k])).collect()
+    }
+
+    fn machine_of(&self, held: &[usize], values: &[f64]) -> Result<Study> {
+        let pairs: Vec<(&Parameter, f64)> = held.iter().map(|k| (&self.free[*k].parameter, values[*k])).collect();
         self.study.with(&pairs)
     }
 
@@ -217,13 +271,32 @@ impl Problem {
     }
 
     fn predict_some(&self, values: &[f64], slopes: bool, conditions: bool) -> Result<Prediction> {
-        let study = self.machine_at(values)?;
-        let free = if slopes { self.free.as_slice() } else { &[] };
-        let parameters = free.iter().map(|f| study.parameter(&f.parameter.name)).collect::<Result<Vec<_>>>()?;
-        let mut found = predict::predict_some(&study, &self.data, &parameters, conditions, self.start)?;
-        // In the changed file a factor counts from what the file now says.
-        for (k, _) in free.iter().enumerate().filter(|(_, f)| f.parameter.kind == Kind::Factor) {
-            found.slopes.iter_mut().for_each(|row| row[k] /= values[k]);
+        if self.free.iter().all(|f| f.test.is_none()) {
+            return self.predict_held(&self.data, &self.held_in(None), values, slopes, conditions);
+        }
+        let own = |test: &String| {
+            let rows = self.data.rows.iter().filter(|row| row.test == *test).cloned().collect();
+            let data = Data { rows, ..self.data.clone() };
+            self.predict_held(&data, &self.held_in(Some(test)), values, slopes, conditions)
+        };
+        let tests = self.data.tests();
+        let found = tests.par_iter().map(own).collect::<Result<Vec<_>>>()?;
+        Ok(predict::joined(&self.data, &tests, &found))
+    }
+
+    /// Predictions of data in which only the parameters `held` act; the slopes of the others are zero.
+    fn predict_held(&self, data: &Data, held: &[usize], values: &[f64], slopes: bool, conditions: bool) -> Result<Prediction> {
+        let study = self.machine_of(held, values)?;
+        let asked = if slopes { held } else { &[] };
+        let parameters = asked.iter().map(|k| study.parameter(&self.free[*k].parameter.name)).collect::<Result<Vec<_>>>()?;
+        let mut found = predict::predict_some(&study, data, &parameters, conditions, self.start)?;
+        for row in found.slopes.iter_mut().filter(|_| slopes) {
+            let mut whole = vec![0.0; self.free.len()];
+            for (slope, k) in row.iter().zip(held) {
+                // In the changed file a factor counts from what the file now says.
+                whole[*k] = if self.free[*k].parameter.kind == Kind::Factor { slope / values[*k] } else { *slope };
+            }
+            *row = whole;
         }
         Ok(found)
     }

@@ -207,6 +207,20 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
     Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
 }
 
+/// The predictions of every test in the order of the data.
+pub(super) fn joined(data: &Data, tests: &[String], found: &[Prediction]) -> Prediction {
+    let mut next = vec![0; tests.len()];
+    let mut whole = Prediction { values: Vec::new(), slopes: Vec::new(), conditions: Vec::new() };
+    for (r, _) in places(data) {
+        let Some(t) = tests.iter().position(|t| *t == data.rows[r].test) else { continue };
+        whole.values.push(found[t].values[next[t]]);
+        whole.slopes.push(found[t].slopes[next[t]].clone());
+        whole.conditions.push(found[t].conditions[next[t]].clone());
+        next[t] += 1;
+    }
+    whole
+}
+
 /// Predictions of logs, and the instants between which each test (in the order of [`Data::tests`]) runs about straight.
 ///
 /// # Errors

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Advice, Estimate, Problem, Profile};
+use super::{Advice, Estimate, Free, Problem, Profile};
 use crate::evidence::measurement::faults::FaultRecord;
 use crate::evidence::measurement::{Data, whiten};
 use crate::units::celsius;
@@ -144,7 +144,7 @@ impl Estimate {
                 at_bound: self.at_bound[k],
                 profile,
             };
-            (p.name.clone(), record)
+            (problem.free[k].name(), record)
         };
         let n = problem.free.len();
         let next = |a: &Advice| NextTestRecord {
@@ -156,7 +156,7 @@ impl Estimate {
         IdentifyRecord {
             parameters: (0..n).map(parameter).collect(),
             correlation: CorrelationRecord {
-                names: problem.free.iter().map(|f| f.parameter.name.clone()).collect(),
+                names: problem.free.iter().map(Free::name).collect(),
                 matrix: (0..n).map(|i| (0..n).map(|j| self.correlation[(i, j)]).collect()).collect(),
             },
             misfit: MisfitRecord { before: self.misfit.0, after: self.misfit.1, dof: self.freedom, p: self.probability },

@@ -6,7 +6,8 @@ use super::{Estimate, Problem};
 use crate::error::Result;
 use crate::foundation::document::name_of;
 
-/// Text of the machine file with the values found; comments stay, and a block above says where the values come from.
+/// Text of the machine file with the values found; comments stay, and a block above says where the values come from. Values of
+/// one test alone stand in that block only.
 ///
 /// # Errors
 /// The file cannot be read again, or the changed text does not give the values found.
@@ -28,13 +29,15 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
         let shown = |v: f64| format!("{:.6} {}", p.shown(v), if p.unit == "1" { "" } else { &p.unit }).trim().to_string();
         remarks.push(format!(
             "{}: {} -> {}, 95 % interval {} to {}",
-            p.name,
+            free.name(),
             shown(p.value),
             shown(estimate.values[k]),
             shown(estimate.intervals[k].0),
             shown(estimate.intervals[k].1)
         ));
-        sets.extend(p.to_set(estimate.values[k], machine)?);
+        if free.test.is_none() {
+            sets.extend(p.to_set(estimate.values[k], machine)?);
+        }
     }
     problem.study.document().rewritten(&sets, &remarks)
 }
