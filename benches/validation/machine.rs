@@ -64,14 +64,44 @@ pub fn solved(name: &'static str, sets: &[(String, String)], cells: Option<usize
 
 /// Identifies the line's heat gain and the bearing's heat, and with `emissivity` that too.
 pub fn identified(emissivity: bool, cells: Option<usize>) -> Result<(Problem, Estimate)> {
-    let study = study("five_axis.toml", &line_gain("1"), cells)?;
+    identified_by(if emissivity { &[GAIN, HEAT, EMISSIVITY] } else { &[GAIN, HEAT] }, cells)
+}
+
+/// Identifies some numbers of the machine from the test.
+pub fn identified_by(keys: &[&str], cells: Option<usize>) -> Result<(Problem, Estimate)> {
+    let start = if keys.contains(&GAIN) { "1" } else { "0" };
+    let study = study("five_axis.toml", &line_gain(start), cells)?;
     let data = data(&study)?;
     let uncertainty = Uncertainty::read(&project("data/five_axis.toml"), &data, &study.model.machine)?;
-    let keys: &[&str] = if emissivity { &[GAIN, HEAT, EMISSIVITY] } else { &[GAIN, HEAT] };
     let free = keys.iter().map(|key| Free::parse(key, &study)).collect::<Result<Vec<_>>>()?;
     let problem = Problem { study, data, uncertainty, free, start: Start::Steady };
     let estimate = identify::identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &coldplate::Silent)?;
     Ok((problem, estimate))
+}
+
+/// What the bearing's heat and the line's gain take of the squared residual, each alone and both together, and what is left.
+pub struct Shares {
+    pub heat: f64,
+    pub gain: f64,
+    pub both: f64,
+    /// Root mean square residual before and after, K.
+    pub rms: (f64, f64),
+    /// Sensors with most of the squared residual that is left, and their shares of it.
+    pub left: Vec<(String, f64)>,
+}
+
+/// The shares; `both` are predictions with the two numbers identified together.
+pub fn shares(problem: &Problem, both: &[f64], cells: Option<usize>) -> Result<Shares> {
+    let readings = whiten::readings(&problem.data);
+    let squares = |values: &[f64]| values.iter().zip(&readings).map(|(v, r)| (v - r).powi(2)).collect::<Vec<f64>>();
+    let sum = |values: &[f64]| squares(values).iter().sum::<f64>();
+    let before = sum(&solved("as shipped", &[], cells)?.values);
+    let share = |values: &[f64]| 1.0 - sum(values) / before;
+    let alone = |key: &str| -> Result<f64> { Ok(share(&identified_by(&[key], cells)?.1.predictions.1)) };
+    let mut left: Vec<(String, f64)> = problem.data.names.iter().cloned().zip(squares(both)).map(|(n, s)| (n, s / sum(both))).collect();
+    left.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let rms = |sum: f64| (sum / readings.len() as f64).sqrt();
+    Ok(Shares { heat: alone(HEAT)?, gain: alone(GAIN)?, both: share(both), rms: (rms(before), rms(sum(both))), left })
 }
 
 /// Steady state at the test's condition.
@@ -119,6 +149,7 @@ pub fn section(cells: Option<usize>) -> Result<Section> {
     section.text += &table(&heading, &rows);
     section.text += &heat_table(&sets)?;
     section.text += &remarks(&problem, &two, &three, &sets)?;
+    section.text += &share_text(&shares(&problem, &two.predictions.1, cells)?);
     section.text += &shown(&problem, &two)?;
     verdicts(&mut section, data, &sets, &two);
     Ok(section)
@@ -183,6 +214,21 @@ fn remarks(problem: &Problem, two: &Estimate, three: &Estimate, sets: &[Set]) ->
         watts * two.values[1],
         3.0 * two.values[1],
     ))
+}
+
+fn share_text(shares: &Shares) -> String {
+    let percent = |v: f64| format!("{:.0} %", 100.0 * v);
+    let left: Vec<String> = shares.left.iter().take(3).map(|(name, share)| format!("{name} ({})", percent(*share))).collect();
+    format!(
+        "Of the squared residual of the machine as shipped ({:.2} K rms) the bearing's heat takes **{}** and the line's heat gain **{}**, each identified alone; together they take \
+         **{}** and leave {:.2} K rms, most of it at {}.\n\n",
+        shares.rms.0,
+        percent(shares.heat),
+        percent(shares.gain),
+        percent(shares.both),
+        shares.rms.1,
+        left.join(", ")
+    )
 }
 
 fn shown(problem: &Problem, estimate: &Estimate) -> Result<String> {

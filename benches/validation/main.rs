@@ -3,12 +3,14 @@
 //!     cargo bench --bench validation                 # all of it
 //!     cargo bench --bench validation -- rig fits     # prints these sections only, writes figures, not the page
 //!     cargo bench --bench validation -- tables       # writes docs/tables.md and data/paper/tables.csv
+//!     cargo bench --bench validation -- plan         # writes docs/test-plan.md
 
 mod common;
 mod fits;
 mod flow;
 mod machine;
 mod placement;
+mod plan;
 mod reasons;
 mod rig;
 mod settling;
@@ -24,7 +26,7 @@ use common::{Outcome, Section, project, wrapped};
 type Make = fn() -> Result<Section>;
 
 /// Name on the command line, heading, what makes it.
-const SECTIONS: [(&str, &str, Make); 8] = [
+const SECTIONS: [(&str, &str, Make); 9] = [
     ("rig", "The rig: contact conductances", || rig::section(None)),
     ("settling", "The rig: settling times", || settling::section(None)),
     ("machine", "The whole machine", || machine::section(Some(machine::CELLS))),
@@ -33,6 +35,7 @@ const SECTIONS: [(&str, &str, Make); 8] = [
     ("standstill", "The emissivity from 17 hours at rest", standstill::section),
     ("placement", "Where sensors tell most", placement::section),
     ("flow", "How much water", flow::section),
+    ("plan", "What to measure next", plan::section),
 ];
 
 const HEAD: &str = "# Validation

@@ -48,7 +48,7 @@ pub struct Found {
 }
 
 /// A joint between the two blocks.
-fn coupling(watts_per_kelvin: f64) -> (String, String) {
+pub fn coupling(watts_per_kelvin: f64) -> (String, String) {
     let law = format!(
         "{{ between = [\"motor.+x\", \"reducer.-x\"], conductance = \"{} W/(m2 K)\", area = \"0.01 m2\" }}",
         100.0 * watts_per_kelvin

@@ -12,6 +12,8 @@ mod flow;
 mod machine;
 #[path = "../../benches/validation/placement.rs"]
 mod placement;
+#[path = "../../benches/validation/plan.rs"]
+mod plan;
 #[path = "../../benches/validation/reasons.rs"]
 mod reasons;
 #[path = "../../benches/validation/rig.rs"]
@@ -110,6 +112,25 @@ fn whole_machine_identified() {
     let bearing = study.model.machine.sources.iter().position(|s| s.name == "y_bearing").unwrap();
     // 2.5 to 5 W for an ordinary seat by hand, 4.94 W for one of 1.19 W/K; the lump leaves out screw and coupling.
     assert!((4.0..6.5).contains(&state.load.powers[bearing]), "{}", state.load.powers[bearing]);
+}
+
+/// Bearing heat and the line's heat gain together, what each takes, and what is left at the seats of the resting axes.
+#[test]
+fn shares_of_bearing_and_line() {
+    let cells = Some(2000);
+    let (problem, estimate) = machine::identified(false, cells).unwrap();
+    let shares = machine::shares(&problem, &estimate.predictions.1, cells).unwrap();
+    assert!((0.6..0.8).contains(&shares.heat) && (0.2..0.45).contains(&shares.gain), "{} {}", shares.heat, shares.gain);
+    assert!(shares.both > 0.9 && shares.rms.1 < 0.2 && shares.left[0].0.contains("seat"), "{} {:?}", shares.both, shares.left);
+}
+
+/// The rig's three joints are open with both conditions, and a motor fed at standstill tells them apart.
+#[test]
+fn a_test_at_standstill_settles_the_joint_of_motor_and_reducer() {
+    let plan = plan::rig_plan().unwrap();
+    let turns = plan.problem.study.model.machine.variables.iter().position(|v| v.name == "reducer_turns").unwrap();
+    assert_eq!(plan.best[0].condition.si()[turns], 0.0);
+    assert!(plan.best[0].shrink[2] < 0.3, "{:?}", plan.best[0].shrink);
 }
 
 /// Printed heats leave the seat 2 K and more below its reading; the consistent set brings every sensor within 0.5 K.

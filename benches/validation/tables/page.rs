@@ -152,10 +152,9 @@ fn found(study: &Study) -> Result<String> {
     let estimate = &together.estimate;
     let mut rows = Vec::new();
     for n in NUMBERS.iter().filter(|n| n.own.is_empty()) {
-        let Some(k) = together.number(n.key, None) else { continue };
-        let p = &together.problem.free[k].parameter;
-        let mut row =
-            vec![n.what.to_string(), format!("{} {}", significant(p.shown(search_start(study, n.key)?), 3), p.unit), shown(together, k)];
+        let p = together.problem.study.parameter(n.key)?;
+        let found = together.number(n.key, None).map_or("as it is".into(), |k| shown(together, k));
+        let mut row = vec![n.what.to_string(), format!("{} {}", significant(p.shown(p.value), 3), p.unit), found];
         row.extend(study.alone.iter().map(|a| a.number(n.key, None).map_or(String::new(), |k| shown(a, k))));
         rows.push(row);
     }
@@ -169,15 +168,15 @@ fn found(study: &Study) -> Result<String> {
              and the heat that it makes at the table's last condition.\n\n";
     let mut rows = Vec::new();
     for n in NUMBERS.iter().filter(|n| !n.own.is_empty()) {
-        for (t, one) in TABLES.iter().enumerate().filter(|(_, t)| n.own.contains(t)) {
-            let Some(k) = together.number(n.key, Some(*one)) else { continue };
+        for (t, one) in TABLES.iter().enumerate().filter(|(_, t)| n.own.contains(t) || n.alone.contains(t)) {
             let watts = heat(together, *one, n.sources)?;
+            let k = together.number(n.key, Some(*one));
+            let factor = k.map_or(1.0, |k| together.estimate.values[k]);
             let alone = study.alone[t].number(n.key, None).map_or(String::new(), |k| shown(&study.alone[t], k));
-            let factor = together.estimate.values[k];
             rows.push(vec![
                 n.what.to_string(),
                 one.to_string(),
-                shown(together, k),
+                k.map_or("as it is".into(), |k| shown(together, k)),
                 format!("{:.2} W for {:.2} W", watts, watts / factor),
                 alone,
             ]);
@@ -185,10 +184,6 @@ fn found(study: &Study) -> Result<String> {
     }
     text += &table(&["heat", "table", "factor, together", "at its last condition", "table alone"], &rows);
     Ok(text)
-}
-
-fn search_start(study: &Study, key: &str) -> Result<f64> {
-    Ok(study.together.problem.study.parameter(key)?.value)
 }
 
 fn against(study: &Study, all: &[Published]) -> Result<String> {
