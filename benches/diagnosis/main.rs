@@ -10,11 +10,11 @@ mod twin;
 
 use std::time::Instant;
 
-use coldplate::evidence::diagnose::{Verdict, diagnose};
+use coldplate::evidence::diagnose::{Diagnosis, Verdict, diagnose};
 use coldplate::foundation::progress::Silent;
 use coldplate::foundation::random::Random;
-use twin::Family;
 use twin::score::{Score, score};
+use twin::{Case, Family};
 
 /// Families in turn.
 const FAMILIES: [Family; 12] = [
@@ -116,7 +116,8 @@ fn main() {
                 score.off.unwrap_or(f64::NAN)
             );
         }
-        if let Some(g) = found.gain.as_ref().filter(|g| family == Family::One && g.after > 1.15 * g.noise_floor) {
+        let floor = floor(&case, &found);
+        if let Some(g) = found.gain.as_ref().filter(|g| family == Family::One && g.after > 1.15 * floor) {
             println!(
                 "seed {seed} {} n {} d {:.1} {} at {}: held-out {:.3} K of {:.3} K before, floor {:.3} K, {}",
                 case.machine,
@@ -126,11 +127,11 @@ fn main() {
                 case.hidden[0].place,
                 g.after,
                 g.before,
-                g.noise_floor,
+                floor,
                 found.verdict.code()
             );
         }
-        let after = found.gain.as_ref().map(|g| (g.before, g.after, g.noise_floor));
+        let after = found.gain.as_ref().map(|g| (g.before, g.after, floor));
         outcomes.push(Outcome { family, score, verdict: found.verdict, after });
         if clock.elapsed().as_secs() > 0 && i % 50 == 49 {
             eprintln!("{} cases, {:.2} s each", i + 1, clock.elapsed().as_secs_f64() / (i + 1) as f64);
@@ -176,11 +177,8 @@ fn main() {
     line("outside: something else, d >= 8", "", of(Family::Outside, &|o| o.score.d >= 8.0), &|o| o.verdict == Verdict::SomethingElse);
     line("outside: confident misnaming", "<= 5 %", of(Family::Outside, &all), &|o| o.score.confident);
     line("90 % intervals cover", "87-93 %", of(Family::One, &|o| o.score.covered.is_some()), &|o| o.score.covered == Some(true));
-    line("held-out error <= 1.15 noise floor, one effect", "", of(Family::One, &|o| o.after.is_some()), &|o| {
+    line("held-out error <= 1.15 floor, one effect", ">= 90 %", of(Family::One, &|o| o.after.is_some()), &|o| {
         o.after.is_some_and(|(_, a, f)| a <= 1.15 * f)
-    });
-    line("the same of clean data, where nothing is to be found", "", of(Family::Clean, &|o| o.after.is_some()), &|o| {
-        o.after.is_some_and(|(b, _, f)| b <= 1.15 * f)
     });
     line("held-out error never worse, clean", "100 %", of(Family::Clean, &|o| o.after.is_some()), &|o| {
         o.after.is_some_and(|(b, a, _)| a <= b * 1.000_001)
@@ -203,6 +201,13 @@ fn main() {
     }
     let stated: Vec<f64> = of(Family::One, &|o| o.score.detected).iter().map(|o| o.score.stated).collect();
     println!("calibration error {:.3}; as many honest probabilities would show {:.3}", error.0 / f64::max(error.1, 1.0), honest(&stated));
+}
+
+/// What the machine as it is would leave if nothing were hidden, K: no extension can be expected to do better.
+fn floor(case: &Case, found: &Diagnosis) -> f64 {
+    let left = |(i, r): (usize, &f64)| r - case.shifts.iter().map(|shift| shift[i]).sum::<f64>();
+    let squares = found.residuals.residual.iter().enumerate().map(left).map(|v| v * v).sum::<f64>();
+    (squares / found.residuals.residual.len().max(1) as f64).sqrt()
 }
 
 /// What is found of effects by how far they stand out of their covariance.

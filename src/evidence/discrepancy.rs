@@ -49,7 +49,8 @@ pub struct Level {
     pub memory: f64,
     /// Standard deviation between tests of a factor on all heats; the room and the water go with it, 0.1 K for each per cent.
     pub between_tests: f64,
-    /// Standard deviation of the logarithm of each number of the machine file.
+    /// Standard deviation of the logarithm of each number of the machine file; in logs only: in the few readings of a steady table it could
+    /// do whatever a few causes do, and would take their place.
     pub numbers: f64,
 }
 
@@ -240,12 +241,14 @@ impl ErrorParts {
             best
         };
         // Much that wanders and little between tests, or the other way round: the likelihood can have two tops.
-        [from, OTHER].into_iter().filter(allowed).map(&mut descend).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(from, |best| best.0)
+        let other = if self.wandering.is_empty() { Level { numbers: 0.0, ..OTHER } } else { OTHER };
+        [from, other].into_iter().filter(allowed).map(&mut descend).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(from, |best| best.0)
     }
 
     fn along_factors(&self, at: &Level) -> Vec<Level> {
         let tests = if self.tests.is_empty() { &TESTS[..1] } else { &TESTS };
-        let numbers = if self.numbers.is_empty() { &SPREADS[..1] } else { &SPREADS };
+        let is_steady = self.wandering.is_empty();
+        let numbers = if self.numbers.is_empty() || is_steady { &SPREADS[..1] } else { &SPREADS };
         let of = |n: &f64| tests.iter().map(|t| Level { between_tests: *t, numbers: *n, ..*at }).collect::<Vec<_>>();
         numbers.iter().flat_map(of).collect()
     }

@@ -36,6 +36,7 @@ macro_rules! every_figure {
         $check("residual sheet", &samples::residual_sheet(12));
         $check("residual panels", &samples::residual_panels());
         $check("ranking", &samples::ranking());
+        $check("gains", &samples::gains());
         $check("missing", &samples::missing());
         $check("balance", &samples::balance());
         $check("before and after", &samples::before_after());
@@ -245,6 +246,11 @@ fn nasty_values_never_panic() {
             let mut ranking = samples::ranking();
             ranking.ranked.iter_mut().enumerate().for_each(|(k, r)| at(k, &mut r.probability));
             survives(&name, every == 1, &ranking);
+
+            let mut gains = samples::gains();
+            gains.steps.iter_mut().enumerate().for_each(|(k, s)| at(k, &mut s.kept_out));
+            gains.noise_floor = bad;
+            survives(&name, every == 1, &gains);
 
             let mut missing = samples::missing();
             missing.rows.iter_mut().enumerate().for_each(|(k, r)| {

@@ -4,6 +4,7 @@ use coldplate::figures::chart::acceptability::{AcceptabilityMap, CellState, Here
 use coldplate::figures::chart::balance::{BalanceFigure, HeatPair};
 use coldplate::figures::chart::before_after::BeforeAfter;
 use coldplate::figures::chart::error_overview::{ErrorOverview, PointErrors};
+use coldplate::figures::chart::gains::{GainsFigure, Step};
 use coldplate::figures::chart::heat::HeatFigure;
 use coldplate::figures::chart::machine::{MachineFigure, Piece, Pipe, Probe};
 use coldplate::figures::chart::measured::{MeasuredFigure, SensorRow};
@@ -427,6 +428,26 @@ pub fn ranking() -> RankingFigure {
         ("nothing is wrong", 0.0, Standing::Other),
     ];
     RankingFigure { title: "What could explain it".into(), ranked: all.into_iter().map(ranked).collect(), notes: Vec::new() }
+}
+
+pub fn gains() -> GainsFigure {
+    let step = |(name, kept_out, all, remark): (&str, f64, f64, &str)| Step { name: name.into(), kept_out, all, remark: remark.into() };
+    let all = [
+        ("The machine as it is", 7.75, 7.4, ""),
+        ("Something conducts heat between heater 1 and heater 2: 0.0148 W/K (0.0119 to 0.0177)", 2.07, 1.65, "95 % explained"),
+        (
+            "The sensor 'heater 1' lags by 19 s (17 to 21); and heat enters at heater 2 that the model lacks: 0.07 W",
+            0.9,
+            0.8,
+            "97 % explained",
+        ),
+    ];
+    GainsFigure {
+        title: "What every cause gains".into(),
+        steps: all.into_iter().map(step).collect(),
+        noise_floor: 0.25,
+        notes: vec!["Each step has the causes of those above it.".into()],
+    }
 }
 
 pub fn missing() -> IntervalFigure {

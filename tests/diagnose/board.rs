@@ -1,63 +1,28 @@
-//! Two heaters on a board, measured: from a machine file without their coupling, whatever noise is stated, the coupling is named
-//! and days that were not used are predicted.
+//! Two heaters on a board, measured: from a machine file without their coupling, or without the lag of their thermistors, whatever
+//! noise is stated, what is missing is named and days that were not used are predicted better.
 
-use std::fmt::Write as _;
-use std::path::Path;
+#[path = "../../benches/two_heaters/convert.rs"]
+mod convert;
+
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use serde_json::Value;
 
-/// W per per cent of a heater's drive, as documented.
-const WATTS: f64 = 0.032;
 /// W/K, documented.
 const COUPLING: std::ops::Range<f64> = 0.012..0.0141;
 /// What a least-squares fit of five parameters with its own model error leaves on the unseen days, K, by stated limit of the noise.
 const REFERENCE: [(f64, f64); 3] = [(0.1, 0.96), (0.35, 0.92), (2.0, 1.00)];
 
-const BOARD: &str = r#"
-name = "Two heaters on a board"
-[variables]
-heater_1 = { unit = "W", default = "0 W" }
-heater_2 = { unit = "W", default = "0 W" }
-ambient_temperature = "22 degC"
-[node."heater 1"]
-capacity = "6.5 J/K"
-[node."heater 2"]
-capacity = "6.5 J/K"
-[node.room]
-temperature = "ambient_temperature"
-[contact."heater 1 to air"]
-between = ["heater 1", "room"]
-total_conductance = "0.035 W/K"
-[contact."heater 2 to air"]
-between = ["heater 2", "room"]
-total_conductance = "0.03 W/K"
-[source."heater 1"]
-in = "heater 1"
-power = "heater_1_W"
-[source."heater 2"]
-in = "heater 2"
-power = "heater_2_W"
-[sensor.T1]
-node = "heater 1"
-lag = "22 s"
-[sensor.T2]
-node = "heater 2"
-lag = "22 s"
-"#;
-
-/// The measured runs as one table; at first everything is at the room's temperature.
-fn table(folder: &Path, tests: &[&str]) -> String {
-    let mut text = "test,time [s],heater_1 [W],heater_2 [W],ambient_temperature [degC],T1 [degC],T2 [degC]\n".to_string();
-    for test in tests {
-        let file = std::fs::read_to_string(folder.join(format!("{test}.csv"))).unwrap();
-        let rows: Vec<Vec<f64>> = file.lines().skip(1).map(|l| l.split(',').map(|c| c.trim().parse().unwrap()).collect()).collect();
-        let room = 0.5 * (rows[0][3] + rows[0][4]);
-        for r in &rows {
-            writeln!(text, "{test},{},{},{},{room},{},{}", r[0], WATTS * r[1], WATTS * r[2], r[3], r[4]).unwrap();
-        }
-    }
-    text
+/// The board, with what a test does not look for.
+fn board(has_lag: bool, has_coupling: bool) -> String {
+    let bare = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/machines/two_heaters_bare.toml")).unwrap();
+    let lag = |text: String, heater: u8| {
+        text.replace(&format!("node = \"heater {heater}\"\n"), &format!("node = \"heater {heater}\"\nlag = \"22 s\"\n"))
+    };
+    let text = if has_lag { lag(lag(bare, 1), 2) } else { bare };
+    let coupling = "\n[contact.coupling]\nbetween = [\"heater 1\", \"heater 2\"]\ntotal_conductance = \"0.013 W/K\"\n";
+    if has_coupling { text + coupling } else { text }
 }
 
 fn json(arguments: &[&str]) -> Value {
@@ -66,36 +31,57 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-#[test]
-fn a_coupling_whatever_noise_is_stated() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/measured/tclab");
-    if !folder.is_dir() {
-        println!("SKIPPED: the measurements are not at {}", folder.display());
-        return;
+/// Files of one test, or `None` where the measurements are not there.
+struct Bench {
+    folder: PathBuf,
+    out: PathBuf,
+}
+
+impl Bench {
+    fn new(name: &str) -> Option<Self> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/measured/tclab");
+        if !folder.is_dir() {
+            println!("SKIPPED: the measurements are not at {}", folder.display());
+            return None;
+        }
+        let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("diagnose-board-{name}"));
+        let _ = std::fs::remove_dir_all(&out);
+        std::fs::create_dir_all(&out).unwrap();
+        Some(Self { folder, out })
     }
-    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join("diagnose-board");
-    let _ = std::fs::remove_dir_all(&out);
-    std::fs::create_dir_all(&out).unwrap();
-    let write = |name: &str, text: &str| -> String {
-        let path = out.join(name);
+
+    fn write(&self, name: &str, text: &str) -> String {
+        let path = self.out.join(name);
         std::fs::write(&path, text).unwrap();
         path.to_str().unwrap().to_string()
-    };
-    let board = write("board.toml", BOARD);
-    let days = table(&folder, &["step_1", "sine5_1", "sine2_1", "sine50_1"]);
-    let unseen = write("unseen.csv", &table(&folder, &["step_2", "sine5_2"]));
-    let error = |machine: &str| json(&["predict", machine, &unseen, "--from", "readings"])["all"]["rmse_K"].as_f64().unwrap();
-    let before = error(&board);
+    }
+
+    /// Four days, with noise stated as limits, K.
+    fn days(&self, limit: f64) -> String {
+        self.write(&format!("days_{limit}.toml"), &convert::uncertainty(limit));
+        let days = convert::table(&self.folder, &["step_1", "sine5_1", "sine2_1", "sine50_1"]).unwrap();
+        self.write(&format!("days_{limit}.csv"), &days)
+    }
+
+    /// Error of a machine on two days more, K.
+    fn error(&self, machine: &str) -> f64 {
+        let unseen = self.write("unseen.csv", &convert::table(&self.folder, &["step_2", "sine5_2"]).unwrap());
+        json(&["predict", machine, &unseen, "--from", "readings"])["all"]["rmse_K"].as_f64().unwrap()
+    }
+}
+
+#[test]
+fn a_coupling_whatever_noise_is_stated() {
+    let Some(bench) = Bench::new("coupling") else { return };
+    let board = bench.write("board.toml", &board(true, false));
+    let before = bench.error(&board);
     for (limit, reference) in REFERENCE {
-        let data = write(&format!("days_{limit}.csv"), &days);
-        let stated = format!("kind = \"limits\"\nnoise = \"{limit} K\"\nbias = \"0.1 K\"\n[condition]\nambient_temperature = \"0.5 K\"\n");
-        write(&format!("days_{limit}.toml"), &stated);
-        let extended = out.join(format!("extended_{limit}.toml"));
+        let extended = bench.out.join(format!("extended_{limit}.toml"));
         let extended = extended.to_str().unwrap();
-        let found = json(&["diagnose", &board, &data, "--from", "readings", "--out", extended]);
+        let found = json(&["diagnose", &board, &bench.days(limit), "--from", "readings", "--out", extended]);
         let first = &found["rungs"][0]["causes"][0];
         let [low, value, high] = ["low", "value", "high"].map(|k| first["amplitude"][k].as_f64().unwrap());
-        let after = error(extended);
+        let after = bench.error(extended);
         println!(
             "{limit} K: {} {value:.4} ({low:.4} to {high:.4}) W/K; unseen {before:.2} -> {after:.2} K, {} s",
             found["headline"], found["seconds"]
@@ -105,5 +91,48 @@ fn a_coupling_whatever_noise_is_stated() {
         assert!(low < COUPLING.end && high > COUPLING.start, "{low} to {high} W/K");
         assert!(after < 1.15 * reference, "{after} K");
         assert!(found["gain"]["low"].as_f64().unwrap() > 0.0);
+    }
+}
+
+/// Both left out: found together, or one after the other.
+#[test]
+fn a_coupling_and_a_lag() {
+    let Some(bench) = Bench::new("both") else { return };
+    let board = bench.write("board.toml", &board(false, false));
+    let extended = bench.out.join("extended.toml");
+    let extended = extended.to_str().unwrap();
+    let picture = bench.out.join("ladder.svg");
+    let picture = picture.to_str().unwrap();
+    let (before, data) = (bench.error(&board), bench.days(2.0));
+    let found = json(&["diagnose", &board, &data, "--from", "readings", "--out", extended, "--chart", picture]);
+    let after = bench.error(extended);
+    println!("{}; unseen {before:.2} -> {after:.2} K", found["headline"]);
+    let rungs = found["rungs"].as_array().unwrap();
+    let kinds: Vec<&str> = rungs.iter().flat_map(|r| r["causes"].as_array().unwrap()).filter_map(|c| c["kind"].as_str()).collect();
+    assert_eq!(kinds, ["sensor lag", "conductive link"]);
+    assert!(rungs[1]["share"].as_f64().unwrap() > 0.9, "{}", rungs[1]["share"]);
+    assert!(rungs.iter().all(|r| r["gain"]["rmse_after_K"].as_f64().unwrap() < r["gain"]["rmse_before_K"].as_f64().unwrap()));
+    assert!(after < 1.15 * REFERENCE[2].1, "{after} K");
+    assert!(std::fs::read_to_string(picture).unwrap().contains("97 % explained"));
+}
+
+#[test]
+fn a_lag_whatever_noise_is_stated() {
+    let Some(bench) = Bench::new("lag") else { return };
+    let board = bench.write("board.toml", &board(false, true));
+    let before = bench.error(&board);
+    for (limit, _) in REFERENCE {
+        let extended = bench.out.join(format!("extended_{limit}.toml"));
+        let extended = extended.to_str().unwrap();
+        let found = json(&["diagnose", &board, &bench.days(limit), "--from", "readings", "--out", extended]);
+        let after = bench.error(extended);
+        println!("{limit} K: {}; unseen {before:.2} -> {after:.2} K, {} s", found["headline"], found["seconds"]);
+        assert_eq!(found["verdict"], "explained");
+        let causes = found["rungs"][0]["causes"].as_array().unwrap();
+        assert!(causes.iter().all(|cause| cause["kind"] == "sensor lag"), "{causes:?}");
+        assert!(causes.iter().any(|cause| cause["place"] == "T1"), "{causes:?}");
+        let gain = &found["gain"];
+        assert!(gain["rmse_after_K"].as_f64().unwrap() < gain["rmse_before_K"].as_f64().unwrap(), "{gain}");
+        assert!(after < before, "{after} K");
     }
 }

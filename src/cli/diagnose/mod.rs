@@ -9,6 +9,8 @@ use super::measured;
 use super::output::Output;
 use crate::error::{Error, Result};
 use crate::evidence::diagnose::Problem;
+use crate::figures::chart::draw_as;
+use crate::figures::chart::output::check_name;
 use crate::foundation::atomic_file;
 use crate::pipeline::diagnosis::input::{kind_named, uncertain, user_kinds};
 use crate::pipeline::{diagnosis, refit};
@@ -40,6 +42,9 @@ pub struct Args {
     /// Write a report for readers who were not there: one HTML file
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Draw what every cause gains, step by step: SVG or PNG by its name
+    #[arg(long, value_name = "FILE")]
+    chart: Option<PathBuf>,
     /// Fit surrogates of the machine as it is and of the extended one over the ranges of the machine file; write the latter here
     #[arg(long, value_name = "FILE")]
     surrogate: Option<PathBuf>,
@@ -75,6 +80,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         atomic_file::check(report).map_err(|e| e.at_key("--report"))?;
     }
+    if let Some(chart) = &args.chart {
+        check_name(chart).and_then(|()| atomic_file::check(chart)).map_err(|e| e.at_key("--chart"))?;
+    }
     if let Some(surrogate) = &args.surrogate {
         measured::must_be_new(surrogate, "--surrogate")?;
         refit::check(machine).map_err(|e| e.in_file(&args.machine))?;
@@ -108,6 +116,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let (Some(report), Some(path)) = (report, &args.report) {
         report.write(path)?;
         out.note(&format!("wrote {}", path.display()));
+    }
+    match (&args.chart, found.gains()) {
+        (Some(path), Some(figure)) => {
+            draw_as(path, &figure)?;
+            out.note(&format!("wrote {}", path.display()));
+        }
+        (Some(path), None) => out.note(&format!("note: {} is not drawn: no cause was added to the machine", path.display())),
+        (None, _) => {}
     }
     out.report(&text::text(&found), &found.record());
     Ok(0)

@@ -4,7 +4,7 @@ use super::super::text::table;
 use crate::evidence::diagnose::{ExtraSensor, Verdict};
 use crate::evidence::measurement::faults;
 use crate::foundation::numbers::short;
-use crate::pipeline::diagnosis::{Findings, ladder, next_test_in_words, words};
+use crate::pipeline::diagnosis::{Findings, ladder, next_test_in_words, probability, words};
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Findings<'_>) -> String {
@@ -34,6 +34,12 @@ pub(super) fn text(found: &Findings<'_>) -> String {
             .collect();
         text += &table(&["probability", "misfit left", "cause", ""], &rows);
         text += "\n";
+        for level in &diagnosis.certainties {
+            text += &format!("  probability of the {}: {} ({})\n", level.certainty.code(), probability(level.probability), level.what);
+        }
+        if !diagnosis.certainties.is_empty() {
+            text += "\n";
+        }
     }
     for (i, rung) in diagnosis.rungs.iter().enumerate() {
         text += &format!("{}. {}\n", i + 1, ladder::words(rung));

@@ -2,14 +2,18 @@
 
 use super::probability::Posterior;
 use super::screen::Screened;
-use super::{Cause, Explanation, Misfit, SET_95};
+use super::{Cause, Explanation, Gain, Misfit, SET_95};
+use crate::evidence::discrepancy;
 use crate::evidence::identify::chi_square_tail;
 
 /// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
 const ALARM_MISFIT: f64 = 0.002;
-pub const ALARM_CAUSE: f64 = 0.006;
+const ALARM_CAUSE: f64 = 0.006;
 /// Probability at which something is said without reserve.
 const CERTAIN: f64 = 0.9;
+/// An explanation that takes less of the squared residual than this, leaves more than models usually do, and for certain gains nothing
+/// on unseen data, is none.
+const LEAST_SHARE: f64 = 0.5;
 
 /// What a diagnosis comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -112,16 +116,68 @@ pub fn raises_alarm(screened: &Screened, seed: u64) -> bool {
     is_wrong(&of_the_whole(screened)) || is_wrong(&misfit_of(screened, seed))
 }
 
-/// Verdict, level of certainty, and which explanations the data cannot refute, the first one always among them;
-/// `is_learnt` says whether a discrepancy of a usual size explains any of the misfit.
-pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation], is_learnt: bool) -> (Verdict, Level, Vec<usize>) {
-    let none = Level::nothing;
+/// A verdict with what is certain of it.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What is certain.
+    pub level: Level,
+    /// Explanations that the data cannot refute, as indices, the first one always among them.
+    pub set: Vec<usize>,
+}
+
+impl Answer {
+    /// Whether causes are named in it.
+    pub fn names_causes(&self) -> bool {
+        matches!(self.verdict, Verdict::Explained | Verdict::CannotTell)
+    }
+
+    /// The same where the misfit at the level of the best explanation is `misfit`: without an alarm there, causes explain no more than a
+    /// discrepancy does.
+    pub fn beside(self, misfit: &Misfit, unexplained: &discrepancy::Level) -> Self {
+        if misfit.look_elsewhere < ALARM_CAUSE {
+            return self;
+        }
+        Self { verdict: if unexplained.is_usual() { Verdict::Consistent } else { Verdict::SomethingElse }, ..self }
+    }
+
+    /// The same after data kept out have been predicted, with the best explanation taking a share of the squared residual.
+    pub fn vetoed(self, explanations: &[Explanation], gain: Option<&Gain>, share: f64) -> Self {
+        if !self.names_causes() {
+            return self;
+        }
+        let is_gain = gain.is_some_and(|gain| gain.low > 0.0);
+        if !is_gain && share < LEAST_SHARE && explanations.first().is_some_and(|e| !e.level.is_usual()) {
+            return Self { verdict: Verdict::SomethingElse, level: region(explanations, 0.0), ..self };
+        }
+        if predicts_worse(gain) {
+            // A cause that predicts what it has not seen no better is no finding.
+            return Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), ..self };
+        }
+        self
+    }
+
+    /// Whether the machine is extended by the best explanation.
+    pub fn extends_the_machine(&self, gain: Option<&Gain>) -> bool {
+        self.names_causes() && !predicts_worse(gain)
+    }
+}
+
+/// Whether data kept out are predicted no better than by the machine as it is.
+pub fn predicts_worse(gain: Option<&Gain>) -> bool {
+    gain.is_some_and(|gain| gain.after >= gain.before)
+}
+
+/// What the probabilities come to; `is_learnt` says whether a discrepancy of a usual size explains any of the misfit.
+pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation], is_learnt: bool) -> Answer {
+    let answer = |verdict, level, set| Answer { verdict, level, set };
     // What models and days usually leave open is no contradiction.
     if !is_wrong(misfit) || (is_learnt && posterior.nothing > 0.5) {
-        return (Verdict::Consistent, none(posterior.nothing), Vec::new());
+        return answer(Verdict::Consistent, Level::nothing(posterior.nothing), Vec::new());
     }
     let Some(best) = explanations.first() else {
-        return (Verdict::SomethingElse, none(posterior.something_else), Vec::new());
+        return answer(Verdict::SomethingElse, Level::nothing(posterior.something_else), Vec::new());
     };
     // One cause competes with the best single one, two with the best two: two always fit better than one.
     let least = explanations.iter().filter(|e| e.causes.len() == best.causes.len()).map(|e| e.deviance).fold(f64::INFINITY, f64::min);
@@ -130,13 +186,13 @@ pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanatio
     };
     let set = (0..explanations.len()).filter(|i| *i == 0 || is_alive(&explanations[*i])).collect();
     if posterior.something_else > 0.5 {
-        return (Verdict::SomethingElse, region(explanations, 0.0), set);
+        return answer(Verdict::SomethingElse, region(explanations, 0.0), set);
     }
     // As many numbers as readings fit anything: the prior alone would choose.
     let is_judged = misfit.freedom > best.causes.len();
     let level = if is_judged { ladder(explanations) } else { region(explanations, CERTAIN) };
     let verdict = if level.certainty.names_the_cause() { Verdict::Explained } else { Verdict::CannotTell };
-    (verdict, level, set)
+    answer(verdict, level, set)
 }
 
 /// Names of an explanation's causes: by law, kind or place.
@@ -144,8 +200,8 @@ fn names(e: &Explanation, depth: Certainty) -> Vec<String> {
     let name = |p: &Cause| {
         let h = &p.hypothesis;
         match depth {
-            Certainty::Law => format!("{} at {}, {}", h.kind(), h.place, h.law_words()),
-            Certainty::Kind => format!("{} at {}", h.kind(), h.place),
+            Certainty::Law => format!("{}, {}", h.kind_and_place(), h.law_words()),
+            Certainty::Kind => h.kind_and_place(),
             _ => h.place.clone(),
         }
     };
@@ -154,13 +210,26 @@ fn names(e: &Explanation, depth: Certainty) -> Vec<String> {
     names
 }
 
+/// Probability that causes of these names act, alone or with others.
+fn acting(explanations: &[Explanation], what: &[String], depth: Certainty) -> f64 {
+    let has_all = |e: &&Explanation| what.iter().all(|w| names(e, depth).contains(w));
+    explanations.iter().filter(has_all).map(|e| e.probability).sum()
+}
+
+/// How certain the places of the best explanation's causes are, their kinds there, and their laws.
+pub fn certainties(explanations: &[Explanation]) -> Vec<Level> {
+    let of = |best: &Explanation, depth: Certainty| {
+        let what = names(best, depth);
+        Level { certainty: depth, probability: acting(explanations, &what, depth).min(1.0), what: what.join("; ") }
+    };
+    let depths = [Certainty::Place, Certainty::Kind, Certainty::Law];
+    explanations.first().map_or(Vec::new(), |best| depths.into_iter().map(|depth| of(best, depth)).collect())
+}
+
 /// What is certain of the best explanation. What counts is the probability that its causes act, alone or with others.
 fn ladder(explanations: &[Explanation]) -> Level {
     let Some(best) = explanations.first() else { return region(explanations, CERTAIN) };
-    let acting = |what: &[String], depth: Certainty| -> f64 {
-        let has_all = |e: &&Explanation| what.iter().all(|w| names(e, depth).contains(w));
-        explanations.iter().filter(has_all).map(|e| e.probability).sum()
-    };
+    let acting = |what: &[String], depth: Certainty| acting(explanations, what, depth);
     for depth in [Certainty::Law, Certainty::Kind] {
         let what = names(best, depth);
         let probability = acting(&what, depth);

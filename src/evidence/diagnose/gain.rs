@@ -202,7 +202,10 @@ fn found_without(
     let prior = probability::prior(&part, catalogue);
     let posterior = probability::posterior(&part, &prior, &Ground::default(), !predictor.data.is_transient());
     let readings = pick(&view.readings);
-    let fitting = joint.map(|joint| joint.errors.whitener(&level, kept));
+    let (fitting, level) = match joint {
+        Some(joint) => (joint.errors.whitener(&joint.level, kept), joint.level),
+        None => (whitener, level),
+    };
     // What all data point to is tried in every fold: as one of several.
     let position = |h: &Hypothesis| (0..part.visible.len()).find(|j| catalogue[part.visible[*j]].is_same(h));
     let mut all_point_to: Vec<(usize, f64)> =
@@ -224,7 +227,7 @@ fn found_without(
             }
         }
         let (readings, mesh, places) = (&readings, &view.mesh, &places);
-        let used = FitData { which: kept, readings, mesh, places, whitener: fitting.as_ref().unwrap_or(&whitener), level, without: 0.0 };
+        let used = FitData { which: kept, readings, mesh, places, whitener: &fitting, level, without: 0.0 };
         let fitted = fit(predictor, &members, &guess, used).ok()?;
         Some((fitted.evidence + probability::prior_of(&c.members, &prior), fitted.values))
     };

@@ -15,9 +15,15 @@ use crate::evidence::discrepancy::{ErrorParts, Level};
 /// Numbers of the file that are fitted beside a cause: of machines of lumped nodes, and of those of cells, whose runs cost more.
 const MOST_OF_NODES: usize = 16;
 const MOST_OF_CELLS: usize = 4;
+/// Standard deviation of the logarithm of each number, where the model is found to be off beside its cause.
+const SPREAD: f64 = 0.15;
 /// The fit is begun anew until no number moves by more than this share of its standard deviation, and at most so often.
 const RESTS: f64 = 0.03;
 const MOST_FITS: usize = 4;
+/// A number stays where the file has it if its standard deviation after the fit is more than this share of that before, and it moved by
+/// less than this share of it: the data say nothing about it.
+const UNKNOWN: f64 = 0.95;
+const STILL: f64 = 0.1;
 /// A number of a machine of cells that the residual moves by less than this share of its standard deviation stays where it is.
 const MOVED: f64 = 0.3;
 
@@ -41,22 +47,28 @@ pub struct Joint {
 /// # Errors
 /// The machine cannot be solved with what the residual asks for.
 pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison) -> Result<Option<Joint>> {
-    let problem = finals.problem;
-    let all: Vec<usize> = (0..view.readings.len()).collect();
     let causes: Vec<&Hypothesis> = members.iter().map(|j| finals.of(*j)).collect();
-    let chosen = pulled(finals, &causes, best, view);
-    if chosen.is_empty() && problem.uncertain.is_empty() {
+    let mut beside = pulled(finals, &causes, best, view);
+    let uncertain = |u| Beside { number: None, hypothesis: Number::of(u), moved: 0.0 };
+    beside.extend(finals.problem.uncertain.iter().map(uncertain));
+    if beside.is_empty() {
         return Ok(None);
     }
-    let errors = view.errors.without(&chosen.iter().map(|c| c.number).collect::<Vec<_>>());
-    let uncertain: Vec<Hypothesis> = problem.uncertain.iter().map(Number::of).collect();
-    let free: Vec<&Hypothesis> = causes.iter().copied().chain(chosen.iter().map(|c| &c.hypothesis)).chain(&uncertain).collect();
-    let mut guess = best.amplitudes.clone();
-    guess.extend(chosen.iter().map(|c| c.moved));
-    guess.resize(free.len(), 0.0);
-    let whitener = errors.whitener(&best.level, &all);
+    let mut found = together(finals, &causes, &beside, best, view)?;
+    found.others.retain(|c| c.deviation < UNKNOWN * c.hypothesis.scale || c.amplitude.abs() > STILL * c.hypothesis.scale);
+    Ok(Some(found))
+}
+
+/// The fit of causes with numbers beside them.
+fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], best: &Fitted, view: &Comparison) -> Result<Joint> {
+    let level = best.level;
+    let all: Vec<usize> = (0..view.readings.len()).collect();
+    let errors = view.errors.without(&beside.iter().filter_map(|b| b.number).collect::<Vec<_>>());
+    let free: Vec<&Hypothesis> = causes.iter().copied().chain(beside.iter().map(|b| &b.hypothesis)).collect();
+    let guess: Vec<f64> = best.amplitudes.iter().copied().chain(beside.iter().map(|b| b.moved)).collect();
+    let whitener = errors.whitener(&level, &all);
     let (readings, mesh, places) = (&view.readings, &view.mesh, &finals.places);
-    let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level: best.level, without: view.without };
+    let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level, without: view.without };
     let rested = |from: &[f64], used: FitData<'_>| -> Result<Fitted> {
         let mut fitted = fit(finals.predictor, &free, from, used)?;
         for _ in 1..MOST_FITS {
@@ -74,21 +86,21 @@ pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison)
     let mut fitted = rested(&guess, used)?;
     // With all of it free less may be left than with the cause alone.
     let (without, columns) = fitted.without_amplitudes(&free);
-    let level = Level { numbers: best.level.numbers, ..errors.learn(&without, &columns, best.level, None) };
-    if level != best.level {
-        let whitener = errors.whitener(&level, &all);
-        fitted = rested(&fitted.amplitudes, FitData { whitener: &whitener, level, ..used })?;
+    let learnt = Level { numbers: level.numbers, ..errors.learn(&without, &columns, level, None) };
+    if learnt != level {
+        let whitener = errors.whitener(&learnt, &all);
+        fitted = rested(&fitted.amplitudes, FitData { whitener: &whitener, level: learnt, ..used })?;
     }
     let Fitted { amplitudes, deviations, values, level, .. } = fitted;
     let cause = |j: usize| Cause { hypothesis: free[j].clone(), amplitude: amplitudes[j], deviation: deviations[j] };
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
-    Ok(Some(Joint { causes: own, others, values, errors, level }))
+    Ok(Joint { causes: own, others, values, errors, level })
 }
 
-/// A number of the file that the residual moves.
-struct Pulled {
-    /// Which of the numbers of the covariance.
-    number: usize,
+/// A number that is fitted beside causes.
+struct Beside {
+    /// Which of the numbers of the covariance; none where the user calls it uncertain.
+    number: Option<usize>,
     /// As a hypothesis whose scale is its standard deviation.
     hypothesis: Hypothesis,
     /// Where to, in the hypothesis' unit.
@@ -96,9 +108,9 @@ struct Pulled {
 }
 
 /// The numbers that the residual left by a fit moves most, each by its expectation under the covariance.
-fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &Comparison) -> Vec<Pulled> {
-    let (study, spread) = (&finals.problem.study, best.level.numbers);
-    if spread == 0.0 {
+fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &Comparison) -> Vec<Beside> {
+    let is_lumped = finals.problem.study.model.mesh.cells == 0;
+    if best.level == Level::NONE {
         return Vec::new();
     }
     let all: Vec<usize> = (0..best.left.len()).collect();
@@ -107,12 +119,11 @@ fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &
     let one = |(number, ((h, unit), column)): (usize, (&(Hypothesis, f64), &Vec<f64>))| {
         let along: f64 = whitener.apply(column).iter().zip(&left).map(|(c, l)| c * l).sum();
         let mut hypothesis = h.clone();
-        hypothesis.scale = spread * unit;
-        Pulled { number, hypothesis, moved: spread * spread * along * unit }
+        hypothesis.scale = SPREAD * unit;
+        Beside { number: Some(number), hypothesis, moved: SPREAD * SPREAD * along * unit }
     };
-    let mut found: Vec<Pulled> = view.numbers.iter().zip(view.errors.numbers()).enumerate().map(one).collect();
-    let is_cause = |p: &Pulled| causes.iter().any(|h| h.is_same(&p.hypothesis));
-    let is_lumped = study.model.mesh.cells == 0;
+    let mut found: Vec<Beside> = view.numbers.iter().zip(view.errors.numbers()).enumerate().map(one).collect();
+    let is_cause = |p: &Beside| causes.iter().any(|h| h.is_same(&p.hypothesis));
     found.retain(|p| (is_lumped || p.moved.abs() > MOVED * p.hypothesis.scale) && !is_cause(p));
     found.sort_by(|a, b| (b.moved / b.hypothesis.scale).abs().total_cmp(&(a.moved / a.hypothesis.scale).abs()));
     found.truncate(if is_lumped { MOST_OF_NODES } else { MOST_OF_CELLS });

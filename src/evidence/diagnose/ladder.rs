@@ -28,12 +28,20 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
     {
         progress.say(&format!("{} explained; looking for what is left", percent(last.share)));
         here.study = here.study.edited(&last.sets)?;
-        let Ok(next) = once(&here, progress) else { break };
-        let Some(mut rung) = next.rungs.into_iter().next().filter(|_| next.verdict == Verdict::Explained) else { break };
+        let next = match once(&here, progress) {
+            Ok(next) => next,
+            Err(e) => {
+                progress.say(&format!("the extended machine could not be diagnosed again: {e}"));
+                break;
+            }
+        };
+        // A further cause must show on data kept out.
+        let is_further = |rung: &Rung| next.verdict == Verdict::Explained && rung.gain.is_some();
+        let Some(mut rung) = next.rungs.first().filter(|rung| is_further(rung)).cloned() else { break };
         rung.share = 1.0 - square(&rung.predicted, problem) / square(&found.residuals.predicted, problem);
         found.sets.get_or_insert_default().extend(rung.sets.iter().cloned());
         found.explained = Some(rung.predicted.clone());
-        found.gain = found.gain.zip(rung.gain.clone()).map(|(first, last)| first.and_then(&last));
+        found.gain = found.gain.map(|first| rung.gain.iter().fold(first, |first, last| first.and_then(last)));
         found.rungs.push(rung);
     }
     found.seconds = clock.elapsed().as_secs_f64();

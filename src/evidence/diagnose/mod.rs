@@ -235,6 +235,8 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// How far up the ladder the answer is certain.
     pub level: Level,
+    /// Of the best explanation, the probability of its places, of its kinds there, and of its laws; empty where no cause is named.
+    pub certainties: Vec<Level>,
     /// Probabilities of what is no cause of the catalogue.
     pub others: Others,
     /// Explanations, most probable first.
@@ -263,6 +265,13 @@ pub struct Diagnosis {
     pub whitener: Whitener,
     /// Seconds it took.
     pub seconds: f64,
+}
+
+impl Diagnosis {
+    /// Whether causes fit, but predict data kept out no better than the machine as it is.
+    pub fn is_vetoed(&self) -> bool {
+        self.verdict == Verdict::CannotTell && decide::predicts_worse(self.gain.as_ref())
+    }
 }
 
 /// Residuals, reading by reading.

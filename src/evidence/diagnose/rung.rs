@@ -52,10 +52,6 @@ pub struct WhereLeft {
     pub share: f64,
 }
 
-/// An explanation that takes less of the squared residual than this, leaves more than models usually do, and for certain gains nothing
-/// on unseen data, is none.
-const LEAST_SHARE: f64 = 0.5;
-
 /// The machine of a problem against its data.
 ///
 /// # Errors
@@ -100,63 +96,41 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), view: base.clone(), ground },
     };
     let mut explanations = finals.explanations(&outcome, MOST_EXPLANATIONS);
-    let share = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&residuals(&base, &screened).predicted, problem).max(1e-300);
-    let explained = outcome.leading_predictions().map_or(0.0, |values| share(&values));
-    let posterior = &outcome.posterior;
-    let (mut verdict, mut level, set) = decide::decide(&misfit, posterior, &explanations, usual != Level::NONE);
-    if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && verdict != Verdict::Consistent) {
+    let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
+    if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {
         // The alarm must hold beside the discrepancy that the cause is named with.
         let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
-        if at_its_level.look_elsewhere >= decide::ALARM_CAUSE {
-            verdict = if unexplained.is_usual() { Verdict::Consistent } else { Verdict::SomethingElse };
-        }
+        answer = answer.beside(&at_its_level, &unexplained);
     }
-    let is_named = matches!(verdict, Verdict::Explained | Verdict::CannotTell);
-    let entry = outcome.leading().filter(|_| is_named);
-    let joint = match entry {
-        Some(entry) => joint(&finals, entry, &outcome.view).ok().flatten(),
-        None => None,
-    };
+    let Extension { joint, gain } = extension(&finals, &outcome, explanations.first().filter(|_| answer.names_causes()), progress);
+    let started_from = residuals(&base, &screened);
+    let explained = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&started_from.predicted, problem).max(1e-300);
+    let share = outcome.leading_predictions().map_or(0.0, |values| explained(&values));
+    let answer = answer.vetoed(&explanations, gain.as_ref(), share);
     if let (Some(joint), Some(best)) = (&joint, explanations.first_mut()) {
         best.causes.clone_from(&joint.causes);
     }
-    progress.say("gain on conditions kept out");
-    let named = explanations.first().filter(|_| is_named);
-    let named = named.map(|explanation| gain::Named { explanation, joint: joint.as_ref(), view: &outcome.view });
-    let of = |kept_out| gain::gain(problem, &predictor, &catalogue, &base, named, kept_out);
-    let gain = match of(KeptOut::Tests) {
-        // What shows in one test only cannot be found without it: there, parts of tests are kept out.
-        Some(gain) if named.is_some() && data.is_transient() && gain.after >= gain.before => of(KeptOut::Blocks),
-        gain => gain,
-    };
-    if is_named && gain.as_ref().is_some_and(|gain| gain.after >= gain.before) {
-        // A cause that predicts what it has not seen no better is no finding.
-        (verdict, level) = (Verdict::CannotTell, decide::Level::nothing(level.probability));
-    }
-    let is_gain = gain.as_ref().is_some_and(|gain| gain.low > 0.0);
-    if is_named && !is_gain && explained < LEAST_SHARE && explanations.first().is_some_and(|e| !e.level.is_usual()) {
-        (verdict, level) = (Verdict::SomethingElse, decide::region(&explanations, 0.0));
-    }
-    let is_vetoed = verdict == Verdict::SomethingElse || gain.as_ref().is_some_and(|gain| is_named && gain.after >= gain.before);
-    let rung = match explanations.first().filter(|_| is_named && !is_vetoed) {
+    let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref())) {
         Some(best) => rung(problem, &predictor, best, joint.as_ref(), &outcome, gain.clone())?,
         None => None,
     };
-    let rung = rung.map(|rung| Rung { share: share(&rung.predicted), ..rung });
-    let next = if verdict == Verdict::CannotTell || verdict == Verdict::SomethingElse {
+    let rung = rung.map(|rung| Rung { share: explained(&rung.predicted), ..rung });
+    let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
         progress.say("what to measure next");
-        advice::next(&predictor, problem, verdict, &set.iter().map(|i| &explanations[*i]).collect::<Vec<_>>())?
+        let open: Vec<&Explanation> = answer.set.iter().map(|i| &explanations[*i]).collect();
+        advice::next(&predictor, problem, answer.verdict, &open)?
     } else {
         Vec::new()
     };
     Ok(Diagnosis {
         misfit,
-        verdict,
-        level,
-        others: Others { nothing: posterior.nothing, something_else: posterior.something_else },
-        set,
+        verdict: answer.verdict,
+        certainties: if answer.names_causes() { decide::certainties(&explanations) } else { Vec::new() },
+        level: answer.level,
+        others: Others { nothing: outcome.posterior.nothing, something_else: outcome.posterior.something_else },
+        set: answer.set,
         tried: Tried { all: catalogue.len(), visible: screened.visible.len() },
-        residuals: residuals(&base, &screened),
+        residuals: started_from,
         explained: rung.as_ref().map(|rung| rung.predicted.clone()),
         gain,
         next,
@@ -168,6 +142,41 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         whitener: base.whitener,
         seconds: 0.0,
     })
+}
+
+/// How the machine is extended: what is fitted beside the cause, and what that gains on data kept out.
+struct Extension {
+    joint: Option<Joint>,
+    gain: Option<Gain>,
+}
+
+/// The best explanation refitted with everything uncertain, or alone where only alone it predicts data kept out better than the machine as
+/// it is. What shows in one test only cannot be found without it: of logs, parts of tests are kept out where whole ones give no gain.
+fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanation>, progress: &dyn Progress) -> Extension {
+    let problem = finals.problem;
+    let entry = outcome.leading().filter(|_| named.is_some());
+    let refitted = entry.map_or(Ok(None), |entry| joint(finals, entry, &outcome.view)).unwrap_or_else(|e| {
+        progress.say(&format!("what is uncertain could not be refitted beside the cause: {e}"));
+        None
+    });
+    progress.say("gain on conditions kept out");
+    let ways: Vec<Option<Joint>> = if refitted.is_some() { vec![refitted, None] } else { vec![None] };
+    let kept_out: &[KeptOut] =
+        if named.is_some() && problem.data.is_transient() { &[KeptOut::Tests, KeptOut::Blocks] } else { &[KeptOut::Tests] };
+    let mut first = None;
+    for kept_out in kept_out {
+        for joint in &ways {
+            let named = named.map(|explanation| gain::Named { explanation, joint: joint.as_ref(), view: &outcome.view });
+            let gain = gain::gain(problem, finals.predictor, finals.catalogue, finals.base, named, *kept_out);
+            let is_worse = decide::predicts_worse(gain.as_ref());
+            let found = Extension { joint: joint.clone(), gain };
+            if !is_worse {
+                return found;
+            }
+            first.get_or_insert(found);
+        }
+    }
+    first.unwrap_or(Extension { joint: None, gain: None })
 }
 
 /// The level of discrepancy that suits the machine as it is best, and the best of usual ones.

@@ -28,6 +28,7 @@ pub mod contour;
 pub mod depth;
 pub mod error_overview;
 pub mod fonts;
+pub mod gains;
 pub mod heat;
 pub mod history;
 pub mod legend;

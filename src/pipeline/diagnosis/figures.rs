@@ -1,11 +1,12 @@
 //! Figures of a diagnosis, from its numbers.
 
-use super::{Findings, words};
+use super::{Findings, capital, ladder, words};
 use crate::describe::machine::{Condition, Machine};
 use crate::evidence::diagnose::{HeldOutReading, Law, Verdict};
 use crate::evidence::measurement::{Data, whiten};
 use crate::figures::chart::balance::{BalanceFigure, HeatPair};
 use crate::figures::chart::before_after::BeforeAfter;
+use crate::figures::chart::gains::{GainsFigure, Step};
 use crate::figures::chart::missing::{Interval, IntervalFigure};
 use crate::figures::chart::ranking::{Ranked, RankingFigure, Standing};
 use crate::figures::chart::residual_panels::ResidualPanels;
@@ -267,6 +268,36 @@ fn fixed(machine: &Machine, condition: &Condition) -> Vec<(Quantity, f64)> {
         (Quantity::new(&v.name, &v.unit), format!("{shown:.4e}").parse().unwrap_or(shown))
     };
     machine.variables.iter().zip(condition.si()).map(of).collect()
+}
+
+/// The ladder: errors from the machine as it is to that with the last cause; `None` where nothing was added to the machine.
+pub(super) fn gains(found: &Findings<'_>) -> Option<GainsFigure> {
+    let diagnosis = &found.diagnosis;
+    let first = diagnosis.rungs.first()?;
+    let readings = whiten::readings(&found.problem.data);
+    let square: f64 = difference(&readings, &diagnosis.residuals.predicted).iter().map(|v| v * v).sum();
+    let mut steps = vec![Step {
+        name: "The machine as it is".into(),
+        kept_out: first.gain.as_ref().map_or(f64::NAN, |gain| gain.before),
+        all: (square / readings.len().max(1) as f64).sqrt(),
+        remark: String::new(),
+    }];
+    steps.extend(diagnosis.rungs.iter().map(|rung| Step {
+        name: capital(&ladder::causes(rung)),
+        kept_out: rung.gain.as_ref().map_or(f64::NAN, |gain| gain.after),
+        all: rung.rms,
+        remark: format!("{:.0} % explained", 100.0 * rung.share),
+    }));
+    Some(GainsFigure {
+        title: "What every cause gains".into(),
+        steps,
+        noise_floor: first.gain.as_ref().map_or(f64::NAN, |gain| gain.noise_floor),
+        notes: vec![
+            "Each step has the causes of those above it. Data kept out took no part in finding the cause that predicts them. Explained: of the \
+             squared residual of the machine as it is."
+                .into(),
+        ],
+    })
 }
 
 /// Predictions of kept-out conditions before and after; `None` with too few conditions.

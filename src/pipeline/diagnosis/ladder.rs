@@ -6,8 +6,12 @@ use crate::foundation::numbers::significant;
 
 /// What a rung names, and its share of the misfit.
 pub fn words(rung: &Rung) -> String {
-    let causes = rung.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ");
-    format!("{causes}. {:.0} % of the squared misfit is explained", 100.0 * rung.share)
+    format!("{}. {:.0} % of the squared misfit is explained", causes(rung), 100.0 * rung.share)
+}
+
+/// What a rung names.
+pub fn causes(rung: &Rung) -> String {
+    rung.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
 }
 
 /// Numbers of the file that were fitted beside its causes, in words.

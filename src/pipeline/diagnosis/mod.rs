@@ -17,6 +17,7 @@ use std::path::Path;
 
 use crate::error::Result;
 use crate::evidence::diagnose::{self, Certainty, Diagnosis, Explanation, Problem, Verdict, sentence};
+use crate::figures::chart::gains::GainsFigure;
 use crate::figures::report::Report;
 use crate::foundation::atomic_file;
 use crate::foundation::progress::Progress;
@@ -83,6 +84,11 @@ impl Findings<'_> {
         report::report(self)
     }
 
+    /// The ladder of gains as a figure; `None` where no cause was added to the machine.
+    pub fn gains(&self) -> Option<GainsFigure> {
+        figures::gains(self)
+    }
+
     /// Explanations that the data cannot refute.
     pub fn open(&self) -> Vec<&Explanation> {
         self.diagnosis.set.iter().filter_map(|i| self.diagnosis.explanations.get(*i)).collect()
@@ -103,13 +109,19 @@ impl Findings<'_> {
             ),
             Verdict::Explained => {
                 let what = found.explanations.first().map(words).unwrap_or_default();
-                let p = found.level.probability;
-                let p = if p > 0.994 { "above 0.99".to_string() } else { format!("{p:.2}") };
-                format!("{}; probability {p}.", capital(&what))
+                let p = probability(found.level.probability);
+                match found.level.certainty {
+                    Certainty::Law => format!("{}; probability {p}.", capital(&what)),
+                    _ => format!("{}; probability {p} that it is {}, by whatever law.", capital(&what), found.level.what),
+                }
             }
             Verdict::SomethingElse => format!(
                 "Something is wrong that no cause of the catalogue explains{}.",
                 if found.level.what.is_empty() { String::new() } else { format!("; what comes nearest points to {}", found.level.what) }
+            ),
+            Verdict::CannotTell if found.is_vetoed() => format!(
+                "Something is wrong; nearest comes that {}, but data kept out are predicted no better with it: the cause is not known.",
+                found.explanations.first().map(words).unwrap_or_default()
             ),
             Verdict::CannotTell => {
                 let certain = match found.level.certainty {
@@ -130,12 +142,18 @@ impl Findings<'_> {
         match self.diagnosis.verdict {
             Verdict::Consistent => "nothing is wrong, so there is nothing to extend",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
+            _ if self.diagnosis.is_vetoed() => "no cause predicts data kept out better than the machine as it is",
             _ if self.diagnosis.sets.as_ref().is_some_and(Vec::is_empty) => {
                 "the sensors are exchanged in the data: nothing changes in the machine file"
             }
             _ => "the machine file has no number that is the cause",
         }
     }
+}
+
+/// A probability in words.
+pub fn probability(p: f64) -> String {
+    if p > 0.994 { "above 0.99".into() } else { format!("{p:.2}") }
 }
 
 /// An explanation in words.
@@ -145,7 +163,7 @@ pub fn words(explanation: &Explanation) -> String {
 
 /// An explanation by kind and place.
 fn name(explanation: &Explanation) -> String {
-    explanation.causes.iter().map(|p| format!("{} at {}", p.hypothesis.kind(), p.hypothesis.place)).collect::<Vec<_>>().join("; ")
+    explanation.causes.iter().map(|p| p.hypothesis.kind_and_place()).collect::<Vec<_>>().join("; ")
 }
 
 fn capital(text: &str) -> String {

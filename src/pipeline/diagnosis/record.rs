@@ -10,7 +10,7 @@ use super::extended::Change;
 use super::refit::{AgainstReadings, Fitted};
 use super::{Findings, ladder, name, next};
 use crate::describe::machine::Machine;
-use crate::evidence::diagnose::{Cause, Explanation, Gain, Next, Rung, Trial, Verdict, sentence};
+use crate::evidence::diagnose::{self, Cause, Explanation, Gain, Next, Rung, Trial, Verdict, sentence};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::faults::{Fault, FaultRecord};
 use crate::evidence::measurement::whiten;
@@ -26,6 +26,8 @@ pub struct DiagnosisRecord {
     pub verdict: &'static str,
     pub headline: String,
     pub level: LevelRecord,
+    /// Of the best explanation, the probability of its place, of its kind there, and of its law.
+    pub certainty: Vec<LevelRecord>,
     pub probabilities: OtherwiseRecord,
     /// The parts of the best explanation; empty where no cause is named.
     pub causes: Vec<CauseRecord>,
@@ -282,11 +284,8 @@ impl Findings<'_> {
             misfit: MisfitRecord { chi2: misfit.chi2, dof: misfit.freedom, p: misfit.probability, p_look_elsewhere: misfit.look_elsewhere },
             verdict: diagnosis.verdict.code(),
             headline: self.headline(),
-            level: LevelRecord {
-                name: diagnosis.level.certainty.code().into(),
-                what: diagnosis.level.what.clone(),
-                probability: diagnosis.level.probability,
-            },
+            level: LevelRecord::of(&diagnosis.level),
+            certainty: diagnosis.certainties.iter().map(LevelRecord::of).collect(),
             probabilities: OtherwiseRecord { nothing: diagnosis.others.nothing, something_else: diagnosis.others.something_else },
             causes: diagnosis.explanations.first().filter(|_| has_cause).map(|e| causes(self, e)).unwrap_or_default(),
             rungs: diagnosis.rungs.iter().map(RungRecord::of).collect(),
@@ -345,6 +344,12 @@ impl RungRecord {
             gain: rung.gain.as_ref().map(GainRecord::of),
             text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),
         }
+    }
+}
+
+impl LevelRecord {
+    fn of(level: &diagnose::Level) -> Self {
+        Self { name: level.certainty.code().into(), what: level.what.clone(), probability: level.probability }
     }
 }
 

@@ -2,10 +2,11 @@
 
 use super::energy::Balance;
 use super::next;
-use super::{Findings, capital, figures, name, words};
+use super::{Findings, capital, figures, ladder, name, words};
 use crate::error::Result;
 use crate::evidence::diagnose::{Certainty, UncertainNumber, Verdict};
 use crate::evidence::measurement::whiten;
+use crate::figures::chart::gains::GainsFigure;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::foundation::document::name_of;
 use crate::foundation::numbers::short;
@@ -28,6 +29,9 @@ pub(super) fn report(found: &Findings<'_>) -> Result<Report> {
     if found.diagnosis.verdict != Verdict::Consistent {
         explanations(report.section("What could explain it"), found)?;
         next(report.section("What to measure next"), found);
+    }
+    if let Some(figure) = figures::gains(found) {
+        steps(report.section("Step by step"), found, &figure)?;
     }
     extended(report.section("The extended machine"), found);
     gain(report.section("What is gained"), found)?;
@@ -366,6 +370,34 @@ fn extended(section: &mut Section, found: &Findings<'_>) {
     }
     section.table(table);
     section.code(format!("coldplate check {}", name_of(&extended.path)));
+}
+
+/// The ladder: what is named on every rung, what is refitted beside it, and what it leaves.
+fn steps(section: &mut Section, found: &Findings<'_>, figure: &GainsFigure) -> Result<()> {
+    section.paragraph(
+        "A cause is named, everything uncertain is fitted with it, the machine is extended, and the readings are compared again. That goes on \
+         while data kept out are predicted better.",
+    );
+    section.figure(figure, "")?;
+    let mut table = table([
+        ("step", Align::Right),
+        ("cause", Align::Left),
+        ("fitted beside it", Align::Left),
+        ("what is left", Align::Left),
+        ("kept out, before → after [K]", Align::Right),
+    ]);
+    for (i, rung) in found.diagnosis.rungs.iter().enumerate() {
+        let kept_out = rung.gain.as_ref().map_or("–".into(), |gain| format!("{:.2} → {:.2}", gain.before, gain.after));
+        table.row([
+            text(format!("{}", i + 1)),
+            text(capital(&ladder::words(rung))),
+            text(ladder::refitted(rung).join("; ")),
+            text(ladder::left(rung)),
+            text(kept_out),
+        ]);
+    }
+    section.table(table);
+    Ok(())
 }
 
 fn gain(section: &mut Section, found: &Findings<'_>) -> Result<()> {

@@ -231,6 +231,11 @@ impl Hypothesis {
         self.effect.family().kind()
     }
 
+    /// Kind and place; what is common to all places has its own name alone.
+    pub fn kind_and_place(&self) -> String {
+        if self.kind() == self.place { self.place.clone() } else { format!("{} at {}", self.kind(), self.place) }
+    }
+
     /// The lines of the machine file that make it so, (key, TOML value); empty for what a sensor does, `None` where the
     /// machine file has no words for it.
     ///
