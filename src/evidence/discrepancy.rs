@@ -111,7 +111,8 @@ impl ErrorParts {
             wandering,
             stated,
             sensors,
-            tests: between_tests(machine, data, prediction),
+            // One steady test says nothing of what differs between tests.
+            tests: if data.is_transient() || data.tests().len() > 1 { between_tests(machine, data, prediction) } else { Vec::new() },
             uncertain: Vec::new(),
             numbers: Vec::new(),
         }

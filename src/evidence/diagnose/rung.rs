@@ -29,6 +29,8 @@ pub struct Rung {
     pub rms: f64,
     /// Share of the squared residual of the machine as it was given that is explained up to here.
     pub share: f64,
+    /// The same of each cause by itself, in the order of the causes, where there are two.
+    pub alone: Vec<f64>,
     /// The discrepancy that is left.
     pub left: Level,
     /// Probability of a misfit as large as is left, beside that discrepancy.
@@ -114,7 +116,10 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         Some(best) => rung(problem, &predictor, best, joint.as_ref(), &outcome, gain.clone())?,
         None => None,
     };
-    let rung = rung.map(|rung| Rung { share: explained(&rung.predicted), ..rung });
+    let rung = rung.map(|rung| {
+        let alone = alone(&predictor, &rung, &outcome.view.mesh).iter().map(|values| explained(values)).collect();
+        Rung { share: explained(&rung.predicted), alone, ..rung }
+    });
     let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
         progress.say("what to measure next");
         let open: Vec<&Explanation> = answer.set.iter().map(|i| &explanations[*i]).collect();
@@ -223,6 +228,7 @@ fn rung(
         refitted,
         rms: (square / left.len().max(1) as f64).sqrt(),
         share: 0.0,
+        alone: Vec::new(),
         left: joint.map_or(best.level, |joint| joint.level),
         probability_left: chi_square_tail(best.misfit, left.len().saturating_sub(best.causes.len()).max(1)),
         where_left: most.map(|k| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(1e-300) }),
@@ -230,6 +236,18 @@ fn rung(
         sets,
         predicted,
     }))
+}
+
+/// Predictions with each of two causes by itself in force, K; none where the machine cannot be solved so.
+fn alone(predictor: &Predictor<'_>, rung: &Rung, mesh: &[f64]) -> Vec<Vec<f64>> {
+    let with = |cause: &Cause| -> Option<Vec<f64>> {
+        let values = predictor.predict(&[(&cause.hypothesis, cause.amplitude)]).ok()?;
+        Some(values.iter().zip(mesh).map(|(v, m)| v + m).collect())
+    };
+    match rung.causes.as_slice() {
+        [_, _] => rung.causes.iter().map(with).collect::<Option<_>>().unwrap_or_default(),
+        _ => Vec::new(),
+    }
 }
 
 /// Sum of the squared residuals of predictions (K), K².

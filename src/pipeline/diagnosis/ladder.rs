@@ -6,7 +6,11 @@ use crate::foundation::numbers::significant;
 
 /// What a rung names, and its share of the misfit.
 pub fn words(rung: &Rung) -> String {
-    format!("{}. {:.0} % of the squared misfit is explained", causes(rung), 100.0 * rung.share)
+    let alone = match rung.alone[..] {
+        [first, second] => format!(" (by the first alone {:.0} %, by the second alone {:.0} %)", 100.0 * first, 100.0 * second),
+        _ => String::new(),
+    };
+    format!("{}. {:.0} % of the squared misfit is explained{alone}", causes(rung), 100.0 * rung.share)
 }
 
 /// What a rung names.

@@ -118,6 +118,8 @@ pub struct RungRecord {
     pub refitted: Vec<RungCauseRecord>,
     /// Share of the squared misfit of the machine as it was given that is explained up to here.
     pub share: f64,
+    /// The same of each cause by itself, where there are two.
+    pub share_alone: Vec<f64>,
     /// Root mean square residual that is left.
     pub left_K: f64,
     /// The sensor that most of it belongs to, and its share.
@@ -337,6 +339,7 @@ impl RungRecord {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
             refitted: rung.refitted.iter().map(RungCauseRecord::of).collect(),
             share: rung.share,
+            share_alone: rung.alone.clone(),
             left_K: rung.rms,
             where_left: rung.where_left.as_ref().map(|left| left.sensor.clone()),
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
