@@ -56,6 +56,9 @@ pub struct Args {
     /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
     #[arg(long)]
     keep_all: bool,
+    /// Use every reading of long logs, not so many as tell everything
+    #[arg(long)]
+    every_row: bool,
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -94,7 +97,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let free = args.free.iter().map(|text| Free::each(text, &study, &data)).collect::<Result<Vec<_>>>()?.concat();
     let path = args.out.as_deref().map(|path| measured::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
-    let problem = Problem { study, data, uncertainty, free, start };
+    let mut problem = Problem { study, data, uncertainty, free, start };
+    if !args.every_row {
+        let before = problem.data.count();
+        problem = problem.thinned();
+        if problem.data.count() < before {
+            out.note(&format!("note: thinned to {} of {before} readings; --every-row takes all", problem.data.count()));
+        }
+    }
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }

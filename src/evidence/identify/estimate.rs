@@ -1,23 +1,24 @@
 //! The estimate: best values, and their intervals from the curvature there.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::search::{Point, Search, prior, square};
+use super::learnt::{ALLOWED, Learnt, SensorError, learnt, sensor_errors};
+use super::search::{Point, Search, pseudo_inverse, square};
 use super::{Free, Problem};
 use crate::error::{Error, Result};
-use crate::evidence::measurement::Whitener;
+use crate::evidence::discrepancy::Level;
+use crate::evidence::measurement::{Whitener, whiten};
 use crate::foundation::numbers::TWO_SIDED_95;
 use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;
-use crate::solve::sensitivity::Kind;
 
 /// The covariance is renewed until the estimate rests within this share of its standard deviation.
 const RENEWED: f64 = 1e-2;
 const MOST_RENEWALS: usize = 5;
 /// A direction whose standard deviation is larger than this share of the value counts as open.
 const OPEN: f64 = 0.5;
-/// Reference for a temperature's standard deviation, K: 5 K count as open.
-const OPEN_KELVIN: f64 = 10.0;
+/// A misfit less probable than this, with whatever was learnt, widens the intervals by the root of its ratio to what was expected.
+const HELD: f64 = 0.01;
 
 /// How to search.
 #[derive(Debug, Clone, PartialEq)]
@@ -61,28 +62,53 @@ pub struct Estimate {
     pub correlation: DMatrix<f64>,
     /// Which ended at a bound.
     pub at_bound: Vec<bool>,
-    /// Whitened misfit of the data before and after, both under the covariance found.
+    /// Whitened misfit of the data before and after, both under the stated errors at the values found.
     pub misfit: (f64, f64),
     /// Readings less effective parameters.
     pub freedom: usize,
-    /// Probability of a misfit this large or larger if nothing else were wrong.
+    /// Probability of a misfit this large or larger if nothing were wrong but what is stated.
     pub probability: f64,
+    /// The model error that was learnt where the stated errors do not explain what is left, and the misfit beside it.
+    pub model_error: Option<ModelError>,
+    /// What the intervals were widened by where even so more is left than there should be; 1 otherwise.
+    pub widened: f64,
+    /// What the fit takes each sensor's own error to be.
+    pub sensor_errors: Vec<SensorError>,
+    /// Least misfit as the search had it, priors included.
+    pub least: f64,
+    /// How many times more that misfit rises by than one that is a likelihood would, along each parameter.
+    pub rises: Vec<f64>,
     /// Directions the data leave open.
     pub undetermined: Vec<Undetermined>,
     /// Predictions of the data at the machine file's values and at those found, K.
     pub predictions: (Vec<f64>, Vec<f64>),
     /// Misfit (priors included) each start ended with, under the covariance at the machine file's values.
     pub ends: Vec<f64>,
-    /// The whitening by the covariance found.
+    /// The whitening that the search used: by the stated errors, or where a model error was learnt by the standard deviation of
+    /// each reading.
     pub whitener: Whitener,
     /// Predictions computed.
     pub evaluations: usize,
 }
 
+/// A model error and what is left beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelError {
+    /// How large it is.
+    pub level: Level,
+    /// Whitened misfit with it.
+    pub misfit: f64,
+    /// Readings less effective parameters.
+    pub freedom: usize,
+    /// Probability of a misfit this large or larger.
+    pub probability: f64,
+}
+
 /// Finds the free parameters.
 ///
 /// Every start descends under the covariance at the machine file's values; from the best end the covariance is renewed
-/// until the estimate rests.
+/// until the estimate rests. Where the stated errors do not explain what is left, a model error is learnt and the parameters are
+/// found again under it.
 ///
 /// # Errors
 /// Nothing to find, the same twice, or no data; the machine cannot be solved where the search begins.
@@ -112,7 +138,90 @@ pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Pro
     if best.prediction.conditions.iter().any(Vec::is_empty) {
         (best, whitener) = search.whole(best.coordinates)?;
     }
-    Ok(summary(&search, &nominal, best, whitener, costs))
+    let probability = explained(&search, &best, &whitener);
+    // As many readings as parameters say nothing of the model.
+    if probability < ALLOWED && search.readings.len() > problem.free.len() {
+        progress.say("the model's own error");
+        if let Some(learnt) = learnt(&mut search, &nominal, &best, probability)? {
+            return Ok(summary(&search, &nominal, Ended::learnt(&search, learnt), costs));
+        }
+    }
+    Ok(summary(&search, &nominal, Ended::stated(&search, best, whitener), costs))
+}
+
+/// The probability that the stated errors explain what is left: of the misfit, and of what the common ones of sensors and
+/// conditions would have to be. Many readings of a noise stated too large would hide that these swallow what parameters should
+/// explain.
+fn explained(search: &Search<'_>, at: &Point, whitener: &Whitener) -> f64 {
+    let problem = search.problem;
+    let left = search.residual(&at.prediction, whitener);
+    let common = whiten::common_errors(&problem.data, &problem.uncertainty, &at.prediction.conditions);
+    let common: Vec<Vec<f64>> = common.into_iter().filter(|c| c.iter().any(|v| *v != 0.0)).collect();
+    let pull = |column: &Vec<f64>| whitener.apply(column).iter().zip(&left).map(|(c, l)| c * l).sum::<f64>().powi(2);
+    fit_of(search, at, whitener).probability.min(chi_square_tail(common.iter().map(pull).sum(), common.len()))
+}
+
+/// What a fit leaves under a covariance.
+struct Fit {
+    /// Of the data alone.
+    information: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+    misfit: f64,
+    freedom: usize,
+    probability: f64,
+}
+
+fn fit_of(search: &Search<'_>, at: &Point, whitener: &Whitener) -> Fit {
+    let jacobian = search.jacobian(at, whitener);
+    let information = jacobian.transpose() * &jacobian;
+    let whole = &information + DMatrix::from_diagonal(&DVector::from_vec(search.prior_information()));
+    let covariance = pseudo_inverse(&whole);
+    let misfit = square(&search.residual(&at.prediction, whitener));
+    let smooth = (&information * &covariance).trace();
+    let freedom = (search.readings.len() as f64 - smooth).round().max(0.0) as usize;
+    Fit { information, covariance, misfit, freedom, probability: chi_square_tail(misfit, freedom) }
+}
+
+/// Where the search ended, and what is known there.
+struct Ended {
+    point: Point,
+    /// Under the covariance that is believed.
+    fit: Fit,
+    /// Of the coordinates.
+    covariance: DMatrix<f64>,
+    /// The covariance that is believed.
+    whitener: Whitener,
+    /// What the search used.
+    weights: Whitener,
+    model_error: Option<ModelError>,
+    /// Of each sensor, K.
+    noise: Vec<f64>,
+}
+
+impl Ended {
+    fn stated(search: &Search<'_>, point: Point, whitener: Whitener) -> Self {
+        let fit = fit_of(search, &point, &whitener);
+        Self {
+            covariance: fit.covariance.clone(),
+            weights: whitener.clone(),
+            model_error: None,
+            noise: search.problem.uncertainty.noise.clone(),
+            point,
+            fit,
+            whitener,
+        }
+    }
+
+    fn learnt(search: &Search<'_>, Learnt { point, weights, covariance, whitener, level, noise }: Learnt) -> Self {
+        let mut fit = fit_of(search, &point, &whitener);
+        // Least squares do not end where this covariance would have the parameters: to first order the rest of the way is no misfit.
+        let left = DVector::from_vec(search.residual(&point.prediction, &whitener));
+        let along = search.jacobian(&point, &whitener).tr_mul(&left);
+        fit.misfit = (fit.misfit - along.dot(&(&fit.covariance * &along))).max(0.0);
+        fit.probability = chi_square_tail(fit.misfit, fit.freedom);
+        let model_error = Some(ModelError { level, misfit: fit.misfit, freedom: fit.freedom, probability: fit.probability });
+        Self { point, fit, covariance, whitener, weights, model_error, noise }
+    }
 }
 
 fn check(problem: &Problem) -> Result<()> {
@@ -153,27 +262,25 @@ fn around(search: &mut Search<'_>, start: &[f64], whitener: &Whitener, noise: &m
     None
 }
 
-fn summary(search: &Search<'_>, nominal: &Point, best: Point, whitener: Whitener, ends: Vec<f64>) -> Estimate {
+fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, ends: Vec<f64>) -> Estimate {
     let problem = search.problem;
-    let jacobian = search.jacobian(&best, &whitener);
-    let information = jacobian.transpose() * &jacobian;
+    let Ended { point: best, fit, covariance, whitener, weights, model_error, noise } = ended;
     let values = search.values(&best.coordinates);
-    let undetermined = open_directions(problem, &values, &information);
-    let mut whole = information.clone();
-    for (k, free) in problem.free.iter().enumerate() {
-        if let Some((_, spread)) = prior(free) {
-            whole[(k, k)] += 1.0 / (spread * spread);
-        }
-    }
-    let covariance = pseudo_inverse(&whole);
+    let stated = match model_error {
+        Some(_) => Whitener::of(&problem.data, &problem.uncertainty, &best.prediction.conditions),
+        None => whitener.clone(),
+    };
+    let beside = fit_of(search, &best, &stated);
+    let undetermined = open_directions(problem, &values, &fit.information);
+    let is_held = fit.freedom == 0 || fit.probability >= HELD;
+    let widened = if is_held { 1.0 } else { (fit.misfit / fit.freedom as f64).sqrt().max(1.0) };
+    let covariance = covariance * (widened * widened);
+    let curved = fit_of(search, &best, &weights).covariance;
     let deviations: Vec<f64> =
         (0..problem.free.len()).map(|k| if covariance[(k, k)] > 0.0 { covariance[(k, k)].sqrt() } else { f64::INFINITY }).collect();
     let correlation = DMatrix::from_fn(deviations.len(), deviations.len(), |i, j| {
         if i == j { 1.0 } else { (covariance[(i, j)] / (deviations[i] * deviations[j])).clamp(-1.0, 1.0) }
     });
-    let misfit = (square(&search.residual(&nominal.prediction, &whitener)), square(&search.residual(&best.prediction, &whitener)));
-    let smooth = (&information * &covariance).trace();
-    let freedom = (search.readings.len() as f64 - smooth).round().max(0.0) as usize;
     let interval = |(k, free): (usize, &Free)| {
         let reach = TWO_SIDED_95 * deviations[k];
         let at = |c: f64| free.value(c).clamp(free.bounds.0, free.bounds.1);
@@ -188,35 +295,27 @@ fn summary(search: &Search<'_>, nominal: &Point, best: Point, whitener: Whitener
         intervals: problem.free.iter().enumerate().map(interval).collect(),
         at_bound: at_bound.collect(),
         deviations,
-        covariance,
         correlation,
-        misfit,
-        freedom,
-        probability: chi_square_tail(misfit.1, freedom),
+        misfit: (square(&search.residual(&nominal.prediction, &stated)), beside.misfit),
+        freedom: beside.freedom,
+        probability: beside.probability,
+        model_error,
+        widened,
+        sensor_errors: sensor_errors(problem, &search.left(&best), &whitener, &noise),
+        least: best.cost,
+        rises: (0..problem.free.len()).map(|k| if curved[(k, k)] > 0.0 { covariance[(k, k)] / curved[(k, k)] } else { 1.0 }).collect(),
         undetermined,
         predictions: (nominal.prediction.values.clone(), best.prediction.values),
         ends,
-        whitener,
+        whitener: weights,
+        covariance,
         evaluations: search.evaluations,
     }
 }
 
 /// Directions along which the data alone leave too large a standard deviation.
 fn open_directions(problem: &Problem, values: &[f64], information: &DMatrix<f64>) -> Vec<Undetermined> {
-    let typical = |(free, value): (&Free, &f64)| {
-        let p = &free.parameter;
-        let size = value.abs().max(p.value.abs());
-        if free.is_logarithmic {
-            1.0
-        } else if p.dimension.is_absolute() || p.kind == Kind::Offset {
-            OPEN_KELVIN
-        } else if size > 0.0 {
-            size
-        } else {
-            0.1 * (free.bounds.1 - free.bounds.0)
-        }
-    };
-    let scale: Vec<f64> = problem.free.iter().zip(values).map(typical).collect();
+    let scale: Vec<f64> = problem.free.iter().zip(values).map(|(free, value)| free.size(*value)).collect();
     let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| information[(i, j)] * scale[i] * scale[j]);
     let eigen = SymmetricEigen::new(scaled);
     let largest = eigen.eigenvalues.max().max(1e-300);
@@ -249,16 +348,6 @@ fn in_words(problem: &Problem, weights: &[f64]) -> String {
         format!("{way} '{name}' ({:.2})", w.abs())
     });
     format!("together: {}", moves.collect::<Vec<_>>().join(", "))
-}
-
-/// Inverse where there is information, infinite variance where there is none.
-fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let scale: Vec<f64> = matrix.diagonal().iter().map(|d| if *d > 0.0 { d.sqrt() } else { 1.0 }).collect();
-    let unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] / (scale[i] * scale[j]));
-    let eigen = SymmetricEigen::new(unit);
-    let inverse = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-12));
-    let unit = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
-    DMatrix::from_fn(scale.len(), scale.len(), |i, j| unit[(i, j)] / (scale[i] * scale[j]))
 }
 
 /// Probability of a chi-square of `freedom` degrees of freedom above `value`.

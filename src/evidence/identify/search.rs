@@ -1,6 +1,6 @@
 //! Levenberg and Marquardt's method on the whitened misfit.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{Free, Prediction, Problem};
 use crate::error::Result;
@@ -70,18 +70,51 @@ impl<'a> Search<'a> {
         whitener.apply(&apart)
     }
 
+    /// Readings less predictions, K.
+    pub fn left(&self, at: &Point) -> Vec<f64> {
+        self.readings.iter().zip(&at.prediction.values).map(|(r, p)| r - p).collect()
+    }
+
+    /// A point under another covariance.
+    pub fn under(&self, at: Point, whitener: &Whitener) -> Point {
+        Point { cost: self.cost(&at.coordinates, &at.prediction, whitener), ..at }
+    }
+
+    /// Derivatives of the readings with respect to each coordinate, K.
+    pub fn slopes(&self, at: &Point) -> Vec<Vec<f64>> {
+        let of = |(k, free): (usize, &Free)| {
+            let scale = if free.is_logarithmic { free.value(at.coordinates[k]) } else { 1.0 };
+            at.prediction.slopes.iter().map(|row| row[k] * scale).collect()
+        };
+        self.problem.free.iter().enumerate().map(of).collect()
+    }
+
+    /// One over the variance of each coordinate's prior; zero without one.
+    pub fn prior_information(&self) -> Vec<f64> {
+        self.problem.free.iter().map(|f| prior(f).map_or(0.0, |(_, spread)| 1.0 / (spread * spread))).collect()
+    }
+
+    /// What each parameter changes in the readings when it moves as far as it well may, K: its prior's standard deviation, or its
+    /// size.
+    pub fn broad_columns(&self, at: &Point) -> Vec<Vec<f64>> {
+        let mut columns = self.slopes(at);
+        for (k, (free, column)) in self.problem.free.iter().zip(&mut columns).enumerate() {
+            let reach = prior(free).map_or_else(|| free.size(free.value(at.coordinates[k])), |(_, spread)| spread);
+            column.iter_mut().for_each(|c| *c *= reach);
+        }
+        columns
+    }
+
     fn cost(&self, coordinates: &[f64], prediction: &Prediction, whitener: &Whitener) -> f64 {
         square(&self.residual(prediction, whitener)) + priors(&self.problem.free, coordinates)
     }
 
     /// Whitened derivatives with respect to the coordinates.
     pub fn jacobian(&self, at: &Point, whitener: &Whitener) -> DMatrix<f64> {
-        let n = at.prediction.values.len();
-        let mut jacobian = DMatrix::zeros(n, self.problem.free.len());
-        for (k, free) in self.problem.free.iter().enumerate() {
-            let scale = if free.is_logarithmic { free.value(at.coordinates[k]) } else { 1.0 };
-            let column: Vec<f64> = at.prediction.slopes.iter().map(|row| row[k] * scale).collect();
-            jacobian.set_column(k, &DVector::from_vec(whitener.apply(&column)));
+        let slopes = self.slopes(at);
+        let mut jacobian = DMatrix::zeros(at.prediction.values.len(), slopes.len());
+        for (k, column) in slopes.iter().enumerate() {
+            jacobian.set_column(k, &DVector::from_vec(whitener.apply(column)));
         }
         jacobian
     }
@@ -198,4 +231,14 @@ pub(super) fn priors(free: &[Free], coordinates: &[f64]) -> f64 {
 
 pub(super) fn square(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum()
+}
+
+/// Inverse where there is information, infinite variance where there is none.
+pub(super) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let scale: Vec<f64> = matrix.diagonal().iter().map(|d| if *d > 0.0 { d.sqrt() } else { 1.0 }).collect();
+    let unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] / (scale[i] * scale[j]));
+    let eigen = SymmetricEigen::new(unit);
+    let inverse = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-12));
+    let unit = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| unit[(i, j)] / (scale[i] * scale[j]))
 }
