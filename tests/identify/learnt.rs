@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use coldplate::Silent;
-use coldplate::evidence::identify::{Estimate, Free, IdentifyOptions, Problem, identify, values};
+use coldplate::evidence::identify::{Estimate, Free, IdentifyOptions, Problem, identify_and_learn, values};
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, whiten};
 use coldplate::explore::simulate::Start;
 use coldplate::solve::sensitivity::Study;
@@ -93,7 +93,7 @@ fn fitted(file: &Study, data: &Data, [noise, bias]: [f64; 2]) -> Estimate {
     u.variables = vec![VariableUncertainty::default(); 4];
     let free = FREE.iter().map(|name| Free::parse(name, file).unwrap()).collect();
     let problem = Problem { study: file.clone(), data: data.clone(), uncertainty: u, free, start: Start::Uniform(ROOM) };
-    identify(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &Silent).unwrap()
+    identify_and_learn(&problem, &IdentifyOptions { starts: 1, seed: 1 }, &Silent).unwrap()
 }
 
 fn unseen(file: &Study, found: &Estimate, data: &Data) -> f64 {
@@ -144,7 +144,7 @@ fn nothing_is_learnt_where_the_stated_errors_explain_the_rest() {
         let data = table(&file, &["motor", "middle"], &(0..6).map(row).collect::<Vec<_>>());
         let mut u = Uncertainty::usual(&data, &file.model.machine);
         u.variables = vec![VariableUncertainty::default(); 4];
-        identify(&problem(file.clone(), data, u, &free), &IdentifyOptions { starts: 1, seed: 1 }, &Silent).unwrap()
+        identify_and_learn(&problem(file.clone(), data, u, &free), &IdentifyOptions { starts: 1, seed: 1 }, &Silent).unwrap()
     };
     let (quiet, loud) = (of(0.05), of(1.5));
     assert!(quiet.model_error.is_none() && quiet.widened == 1.0 && quiet.probability > 0.05, "{quiet:?}");

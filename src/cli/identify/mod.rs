@@ -109,12 +109,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         return scan::run(args, &problem, out);
     }
     let progress = out.progress();
-    let estimate = identify::identify(&problem, &IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() }, &progress)?;
+    let options = IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() };
+    let estimate = identify::identify_and_learn(&problem, &options, &progress)?;
     let (profiles, advice) = if args.brief {
         (Vec::new(), Vec::new())
     } else {
         progress.say("profile likelihoods, further tests");
-        let profiles = (0..problem.free.len()).map(|k| identify::profile_heard(&problem, &estimate, k, &progress));
+        let profiles =
+            (0..problem.free.len()).filter(|k| !estimate.kept[*k]).map(|k| identify::profile_heard(&problem, &estimate, k, &progress));
         let profiles = profiles.collect::<Result<Vec<_>>>()?;
         progress.at("further tests");
         (profiles, identify::next_tests(&problem, &estimate, &(0..problem.study.model.machine.sensors.len()).collect::<Vec<_>>())?)

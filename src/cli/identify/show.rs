@@ -56,7 +56,11 @@ impl Found<'_> {
                     if p.unit == "1" { String::new() } else { p.unit.clone() },
                     format!("{} to {}", self.shown(k, estimate.intervals[k].0), self.shown(k, estimate.intervals[k].1)),
                     profile,
-                    if estimate.at_bound[k] { "at its bound".into() } else { String::new() },
+                    match (estimate.kept[k], estimate.at_bound[k]) {
+                        (true, _) => "not determined".into(),
+                        (false, true) => "at its bound".into(),
+                        (false, false) => String::new(),
+                    },
                 ]
             })
             .collect();
@@ -73,6 +77,11 @@ impl Found<'_> {
                 let row: Vec<String> = (0..=i).map(|j| format!("{:6.2}", estimate.correlation[(i, j)])).collect();
                 text += &format!("    {}  {}\n", row.join(" "), problem.free[i].name());
             }
+        }
+        for k in (0..problem.free.len()).filter(|k| estimate.kept[*k]) {
+            let p = &problem.free[k].parameter;
+            let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+            text += &format!("\n  {} is not determined by these data: kept at {}{unit}\n", problem.free[k].name(), self.shown(k, p.value));
         }
         for open in &estimate.undetermined {
             let reach = if open.deviation.is_finite() {

@@ -37,8 +37,10 @@ pub(super) struct Learnt {
     /// What the search used: the standard deviation of each reading, and how many times more readings there are than they are
     /// worth.
     pub weights: Whitener,
-    /// The covariance of the coordinates.
-    pub covariance: DMatrix<f64>,
+    /// Curvature of half the misfit that the search descends, priors included.
+    pub curvature: DMatrix<f64>,
+    /// Covariance of its slope.
+    pub scatter: DMatrix<f64>,
     /// The whole covariance of the readings.
     pub whitener: Whitener,
     pub level: Level,
@@ -81,6 +83,15 @@ pub(super) fn learnt(search: &mut Search<'_>, nominal: &Point, stated: &Point, e
     }
 }
 
+impl Learnt {
+    /// The same at another point.
+    pub fn at(&self, search: &Search<'_>, point: Point) -> Self {
+        let uncertainty = Uncertainty { noise: self.noise.clone(), ..search.problem.uncertainty.clone() };
+        let parts = parts(search.problem, &uncertainty, &point);
+        Sandwich::of(search, &point, &parts, &self.level).filled(search, point, &parts, self.level, uncertainty.noise)
+    }
+}
+
 fn parts(problem: &Problem, uncertainty: &Uncertainty, point: &Point) -> ErrorParts {
     let (machine, prediction) = (&problem.study.model.machine, &point.prediction);
     ErrorParts::new(machine, &problem.data, uncertainty, 0.0, &prediction.values, &prediction.conditions)
@@ -116,7 +127,8 @@ fn scattered(search: &Search<'_>, at: &Point) -> Uncertainty {
 /// Least squares as if readings were independent, under a covariance by which they are not.
 struct Sandwich {
     weights: Whitener,
-    covariance: DMatrix<f64>,
+    curvature: DMatrix<f64>,
+    scatter: DMatrix<f64>,
 }
 
 impl Sandwich {
@@ -133,15 +145,14 @@ impl Sandwich {
         let known = curvature.diagonal().iter().filter(|c| **c > 0.0).count().max(1);
         let worth = ((pseudo_inverse(&curvature) * &scatter).trace() / known as f64).max(1.0);
         let prior = DMatrix::from_diagonal(&DVector::from_vec(search.prior_information()));
-        let inverse = pseudo_inverse(&(curvature / worth + &prior));
-        let covariance = &inverse * (scatter / (worth * worth) + prior) * &inverse;
         let wider: Vec<f64> = deviations.iter().map(|d| d * worth.sqrt()).collect();
-        Self { weights: Whitener::new(&wider, &[]), covariance }
+        Self { weights: Whitener::new(&wider, &[]), curvature: curvature / worth + &prior, scatter: scatter / (worth * worth) + prior }
     }
 
     fn filled(self, search: &Search<'_>, point: Point, parts: &ErrorParts, level: Level, noise: Vec<f64>) -> Learnt {
         let whitener = parts.whitener(&level, &(0..search.readings.len()).collect::<Vec<_>>());
-        Learnt { point: search.under(point, &self.weights), weights: self.weights, covariance: self.covariance, whitener, level, noise }
+        let Self { weights, curvature, scatter } = self;
+        Learnt { point: search.under(point, &weights), weights, curvature, scatter, whitener, level, noise }
     }
 }
 

@@ -29,7 +29,7 @@ use crate::solve::sensitivity::{Kind, Parameter, Study};
 use crate::units;
 
 pub use advice::{Advice, next_tests};
-pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, chi_square_tail, identify};
+pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, chi_square_tail, identify, identify_and_learn};
 pub use interval::{Interval, axis};
 pub use learnt::{SensorError, in_words};
 pub use predict::{
@@ -39,6 +39,8 @@ pub use profile::{Profile, profile, profile_heard};
 pub use scan::{Scan, scan};
 pub use write::write_machine;
 
+/// How far a positive parameter goes where its bounds are not given: this many times its value, and as many times less.
+const FARTHEST: f64 = 100.0;
 /// Readings of logs that are looked at: with more, rows between others say the same again.
 pub const MOST_READINGS: usize = 1200;
 /// Size of a temperature for what counts as known of it, K.
@@ -76,7 +78,7 @@ impl Free {
         let is_logarithmic = parameter.value > 0.0 && !parameter.dimension.is_absolute() && parameter.kind != Kind::Offset;
         let v = parameter.value;
         let reach = if parameter.dimension.is_absolute() || parameter.kind == Kind::Offset { 100.0 } else { (10.0 * v.abs()).max(100.0) };
-        let bounds = if is_logarithmic { (1e-3 * v, 1e3 * v) } else { (v - reach, v + reach) };
+        let bounds = if is_logarithmic { (v / FARTHEST, v * FARTHEST) } else { (v - reach, v + reach) };
         let mut free = Self { parameter, test: test.map(String::from), bounds, prior: None, is_logarithmic };
         let mut is_bounded = false;
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {

@@ -42,7 +42,7 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
     let spread = estimate.deviations[parameter].min((high - low) / 4.0);
     let rise = RISE_95 * estimate.rises[parameter];
     let mut search = Search::new(problem, progress);
-    search.frozen = Some(parameter);
+    search.frozen = (0..problem.free.len()).filter(|k| *k == parameter || estimate.kept[*k]).collect();
     let mut points = vec![(best[parameter], 0.0)];
     for side in [-1.0, 1.0] {
         let mut last = best.clone();
@@ -53,15 +53,15 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
             }
             // The others go where the curvature sends them, if their variances are finite; from there they are refitted.
             let moved = coordinate - last[parameter];
-            let own = estimate.covariance[(parameter, parameter)];
+            let own = estimate.given[(parameter, parameter)];
             let from = |(k, f): (usize, &super::Free)| {
                 let (low, high) = f.coordinate_bounds();
-                let along = estimate.covariance[(k, parameter)] / own * moved;
+                let along = estimate.given[(k, parameter)] / own * moved;
                 if k == parameter { coordinate } else { (last[k] + along.clamp(-1.0, 1.0)).clamp(low, high) }
             };
             let from: Vec<f64> = problem.free.iter().enumerate().map(from).collect();
             let Ok(start) = search.point(from, &estimate.whitener) else { break };
-            let end = if problem.free.len() > 1 { search.descend(start, &estimate.whitener) } else { start };
+            let end = if search.frozen.len() < problem.free.len() { search.descend(start, &estimate.whitener) } else { start };
             points.push((coordinate, end.cost - estimate.least));
             last = end.coordinates;
         }

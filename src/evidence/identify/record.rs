@@ -50,6 +50,8 @@ pub struct ParameterRecord {
     pub low: f64,
     pub high: f64,
     pub at_bound: bool,
+    /// Not determined by these data: the file's value.
+    pub kept: bool,
     pub profile: Option<ProfileRecord>,
 }
 
@@ -179,6 +181,7 @@ impl Estimate {
                 low: p.shown(self.intervals[k].0),
                 high: p.shown(self.intervals[k].1),
                 at_bound: self.at_bound[k],
+                kept: self.kept[k],
                 profile,
             };
             (problem.free[k].name(), record)

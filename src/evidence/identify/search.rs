@@ -31,14 +31,14 @@ pub(super) struct Search<'a> {
     pub problem: &'a Problem,
     pub readings: Vec<f64>,
     pub evaluations: usize,
-    /// A coordinate that stays where it is.
-    pub frozen: Option<usize>,
+    /// Coordinates that stay where they are.
+    pub frozen: Vec<usize>,
     progress: &'a dyn Progress,
 }
 
 impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
-        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: None, progress }
+        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: Vec::new(), progress }
     }
 
     pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
@@ -56,7 +56,7 @@ impl<'a> Search<'a> {
 
     /// A point under a covariance that is known.
     pub fn point(&mut self, coordinates: Vec<f64>, whitener: &Whitener) -> Result<Point> {
-        let moves = (0..coordinates.len()).any(|k| Some(k) != self.frozen);
+        let moves = (0..coordinates.len()).any(|k| !self.frozen.contains(&k));
         let prediction = self.problem.predict_free(&self.values(&coordinates), moves)?;
         self.evaluations += 1;
         let cost = self.cost(&coordinates, &prediction, whitener);
@@ -159,7 +159,7 @@ impl<'a> Search<'a> {
     /// Coordinates at a bound whose step leads outside stay there.
     fn is_stuck(&self, k: usize, coordinate: f64, downhill: f64) -> bool {
         let (low, high) = self.problem.free[k].coordinate_bounds();
-        self.frozen == Some(k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
+        self.frozen.contains(&k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
     }
 
     /// Whether no coordinate moves by more than a share of its standard deviation.

@@ -30,6 +30,10 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
     for (k, free) in problem.free.iter().enumerate() {
         let p = &free.parameter;
         let shown = |v: f64| format!("{:.6} {}", p.shown(v), if p.unit == "1" { "" } else { &p.unit }).trim().to_string();
+        if estimate.kept[k] {
+            remarks.push(format!("{}: not determined by these data, kept at {}", free.name(), shown(p.value)));
+            continue;
+        }
         remarks.push(format!(
             "{}: {} -> {}, 95 % interval {} to {}",
             free.name(),
