@@ -10,7 +10,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::describe::machine::Machine;
-use crate::evidence::identify::Prediction;
 use crate::evidence::measurement::filter::Wandering;
 use crate::evidence::measurement::whiten::{self, Noise, Whitener};
 use crate::evidence::measurement::{Data, Uncertainty, wander};
@@ -30,7 +29,7 @@ const WANDERINGS: [f64; 12] = [0.0, 0.02, 0.04, 0.08, 0.15, 0.25, 0.4, 0.6, 1.0,
 const MEMORIES: [f64; 3] = [wander::CORRELATION, 0.05, 0.12];
 const TESTS: [f64; 7] = [0.0, 0.005, 0.01, 0.02, 0.03, 0.045, 0.07];
 const SPREADS: [f64; 6] = [0.0, 0.03, 0.07, 0.15, 0.3, 0.5];
-/// Readings that the search looks at: of more, every so many.
+/// Readings that the search looks at: of more, every so many of each sensor.
 const MOST_READINGS: usize = 800;
 /// Sweeps over the parts of the level.
 const MOST_SWEEPS: usize = 4;
@@ -94,14 +93,16 @@ pub struct ErrorParts {
 }
 
 impl ErrorParts {
-    /// What the instruments state, and what can be learnt beside; `model` is a standard deviation that is known beforehand, K.
-    pub fn new(machine: &Machine, data: &Data, uncertainty: &Uncertainty, model: f64, prediction: &Prediction) -> Self {
-        let wander::Errors { clock, wandering } = wander::errors(data, uncertainty, model, &prediction.values);
+    /// What the instruments state, and what can be learnt beside; `model` is a standard deviation that is known beforehand, K;
+    /// `predicted` are the model's readings, K, and `slopes` their derivatives with respect to the condition variables, K per SI
+    /// unit.
+    pub fn new(machine: &Machine, data: &Data, uncertainty: &Uncertainty, model: f64, predicted: &[f64], slopes: &[Vec<f64>]) -> Self {
+        let wander::Errors { clock, wandering } = wander::errors(data, uncertainty, model, predicted);
         let noise = match data.is_transient() {
             true => whiten::noise(data, uncertainty),
             false => whiten::deviations(data, uncertainty).iter().map(|d| d.hypot(model)).collect(),
         };
-        let mut stated = whiten::common_errors(data, uncertainty, &prediction.conditions);
+        let mut stated = whiten::common_errors(data, uncertainty, slopes);
         stated.extend(clock);
         let places = whiten::places(data);
         let own = |k: usize| places.iter().map(|(_, s)| f64::from(u8::from(*s == k))).collect();
@@ -112,7 +113,7 @@ impl ErrorParts {
             stated,
             sensors,
             // One steady test says nothing of what differs between tests.
-            tests: if data.is_transient() || data.tests().len() > 1 { between_tests(machine, data, prediction) } else { Vec::new() },
+            tests: if data.is_transient() || data.tests().len() > 1 { between_tests(machine, data, predicted, slopes) } else { Vec::new() },
             uncertain: Vec::new(),
             numbers: Vec::new(),
         }
@@ -150,6 +151,27 @@ impl ErrorParts {
             }
         }
         Whitener::with(part.noise_at(level), &common)
+    }
+
+    /// The covariance of all readings at a level times a vector of one entry per reading, K² times its unit.
+    pub fn times(&self, level: &Level, vector: &[f64]) -> Vec<f64> {
+        let own = if self.wandering.is_empty() { level.wandering } else { 0.0 };
+        let mut product: Vec<f64> = vector.iter().zip(&self.noise).map(|(v, n)| v * (n * n + own * own)).collect();
+        let memory = if level.wandering > 0.0 { level.memory } else { wander::CORRELATION };
+        self.wandering.iter().for_each(|series| series.add_product(level.wandering, memory, vector, &mut product));
+        for (columns, scale) in [
+            (&self.stated, 1.0),
+            (&self.uncertain, 1.0),
+            (&self.sensors, level.wandering),
+            (&self.tests, level.between_tests),
+            (&self.numbers, level.numbers),
+        ] {
+            for column in columns {
+                let along: f64 = scale * scale * column.iter().zip(vector).map(|(c, v)| c * v).sum::<f64>();
+                product.iter_mut().zip(column).for_each(|(p, c)| *p += along * c);
+            }
+        }
+        product
     }
 
     /// Standard deviation of each reading at a level, K.
@@ -208,7 +230,7 @@ impl ErrorParts {
     /// The most probable level of a residual (K, one per reading) in which `free` columns (K, each of unit prior variance) may act, from
     /// a first guess; with `most` no part of it is larger.
     pub fn learn(&self, residual: &[f64], free: &[Vec<f64>], from: Level, most: Option<&Level>) -> Level {
-        let thin: Vec<usize> = (0..residual.len()).step_by(residual.len().div_ceil(MOST_READINGS).max(1)).collect();
+        let thin = self.every(residual.len().div_ceil(MOST_READINGS).max(1));
         let part = self.among(&thin);
         let pick = |v: &[f64]| thin.iter().map(|i| v[*i]).collect::<Vec<f64>>();
         let free: Vec<Vec<f64>> = free.iter().map(|c| pick(c)).collect();
@@ -244,6 +266,18 @@ impl ErrorParts {
         // Much that wanders and little between tests, or the other way round: the likelihood can have two tops.
         let other = if self.wandering.is_empty() { Level { numbers: 0.0, ..OTHER } } else { OTHER };
         [from, other].into_iter().filter(allowed).map(&mut descend).min_by(|a, b| a.1.total_cmp(&b.1)).map_or(from, |best| best.0)
+    }
+
+    /// Every so manieth reading of each sensor, in each test of logs.
+    fn every(&self, stride: usize) -> Vec<usize> {
+        let own = |column: &Vec<f64>| (0..column.len()).filter(|i| column[*i] > 0.0).collect::<Vec<usize>>();
+        let series: Vec<Vec<usize>> = match self.wandering.as_slice() {
+            [] => self.sensors.iter().map(own).collect(),
+            wandering => wandering.iter().map(|s| s.readings.clone()).collect(),
+        };
+        let mut chosen: Vec<usize> = series.iter().flat_map(|s| s.iter().step_by(stride).copied()).collect();
+        chosen.sort_unstable();
+        chosen
     }
 
     fn along_factors(&self, at: &Level) -> Vec<Level> {
@@ -310,10 +344,10 @@ impl Products {
 ///
 /// Heats make what of a temperature the surroundings do not: a prediction less the share that each temperature among the conditions has
 /// in it, by its slope, and less what is left of the state a log began with.
-fn between_tests(machine: &Machine, data: &Data, prediction: &Prediction) -> Vec<Vec<f64>> {
+fn between_tests(machine: &Machine, data: &Data, predicted: &[f64], slopes: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let places = whiten::places(data);
     let warm: Vec<usize> = (0..machine.variables.len()).filter(|v| machine.variables[*v].dimension == Dimension::TEMPERATURE).collect();
-    let slope = |i: usize, v: usize| prediction.conditions[i].get(v).copied().unwrap_or(0.0);
+    let slope = |i: usize, v: usize| slopes[i].get(v).copied().unwrap_or(0.0);
     let mut found = Vec::new();
     for test in data.tests() {
         let of_test: Vec<usize> = (0..places.len()).filter(|i| data.rows[places[*i].0].test == test).collect();
@@ -322,10 +356,9 @@ fn between_tests(machine: &Machine, data: &Data, prediction: &Prediction) -> Vec
             let (row, sensor) = places[*i];
             let outside: f64 = warm.iter().map(|v| slope(*i, *v) * data.rows[row].condition.si()[*v]).sum();
             let share: f64 = warm.iter().map(|v| slope(*i, *v)).sum();
-            let first = of_test.iter().find(|j| places[**j].1 == sensor).map_or(0.0, |j| prediction.values[*j]);
+            let first = of_test.iter().find(|j| places[**j].1 == sensor).map_or(0.0, |j| predicted[*j]);
             // Of a steady table nothing is left of any beginning, but of walls whose temperature the file states.
-            heats[*i] =
-                prediction.values[*i] - outside - (1.0 - share) * if data.is_transient() { first } else { outside_mean(&warm, data, row) };
+            heats[*i] = predicted[*i] - outside - (1.0 - share) * if data.is_transient() { first } else { outside_mean(&warm, data, row) };
         }
         found.push(heats);
         for v in &warm {

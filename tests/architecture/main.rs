@@ -49,6 +49,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("figures::chart", &["error", "units", "foundation::atomic_file"]),
     ("figures::report", &["error", "units", "foundation::atomic_file", "figures::chart"]),
     ("evidence::measurement", &["error", "units", "foundation::*", "describe::machine"]),
+    ("evidence::discrepancy", &["units", "describe::machine", "evidence::measurement"]),
     (
         "evidence::identify",
         &[
@@ -62,9 +63,9 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "explore::schedule",
             "explore::simulate",
             "evidence::measurement",
+            "evidence::discrepancy",
         ],
     ),
-    ("evidence::discrepancy", &["units", "describe::machine", "evidence::measurement", "evidence::identify"]),
     (
         "evidence::faulty",
         &["error", "describe::machine", "explore::simulate", "solve::sensitivity", "evidence::measurement", "evidence::identify"],

@@ -5,6 +5,8 @@ mod closed;
 mod command;
 mod common;
 mod data;
+mod kept;
+mod learnt;
 mod logs;
 mod per_test;
 mod predict;

@@ -56,6 +56,9 @@ pub struct Args {
     /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
     #[arg(long)]
     keep_all: bool,
+    /// Use every reading of long logs, not so many as tell everything
+    #[arg(long)]
+    every_row: bool,
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -94,17 +97,26 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let free = args.free.iter().map(|text| Free::each(text, &study, &data)).collect::<Result<Vec<_>>>()?.concat();
     let path = args.out.as_deref().map(|path| measured::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
-    let problem = Problem { study, data, uncertainty, free, start };
+    let mut problem = Problem { study, data, uncertainty, free, start };
+    if !args.every_row {
+        let before = problem.data.count();
+        problem = problem.thinned();
+        if problem.data.count() < before {
+            out.note(&format!("note: thinned to {} of {before} readings; --every-row takes all", problem.data.count()));
+        }
+    }
     if !args.scan.is_empty() {
         return scan::run(args, &problem, out);
     }
     let progress = out.progress();
-    let estimate = identify::identify(&problem, &IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() }, &progress)?;
+    let options = IdentifyOptions { starts: args.starts.into(), ..IdentifyOptions::default() };
+    let estimate = identify::identify_and_learn(&problem, &options, &progress)?;
     let (profiles, advice) = if args.brief {
         (Vec::new(), Vec::new())
     } else {
         progress.say("profile likelihoods, further tests");
-        let profiles = (0..problem.free.len()).map(|k| identify::profile_heard(&problem, &estimate, k, &progress));
+        let profiles =
+            (0..problem.free.len()).filter(|k| !estimate.kept[*k]).map(|k| identify::profile_heard(&problem, &estimate, k, &progress));
         let profiles = profiles.collect::<Result<Vec<_>>>()?;
         progress.at("further tests");
         (profiles, identify::next_tests(&problem, &estimate, &(0..problem.study.model.machine.sensors.len()).collect::<Vec<_>>())?)

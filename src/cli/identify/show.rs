@@ -4,11 +4,16 @@ use std::path::Path;
 
 use super::super::text::table;
 use crate::evidence::identify::record::{HeldOut, IdentifyRecord};
-use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
+use crate::evidence::identify::{Advice, Estimate, Problem, Profile, in_words};
 use crate::evidence::measurement::faults::{self, Fault};
 use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::numbers::significant;
 use crate::units::celsius;
+
+/// A sensor whose own error comes out larger than this many of its stated deviations is named.
+const TOLD: f64 = 2.0;
+/// One whose readings scatter by more than this many times what is stated likewise.
+const LOUD: f64 = 1.25;
 
 /// What was found, for a reader and for programs.
 pub(super) struct Found<'a> {
@@ -51,7 +56,11 @@ impl Found<'_> {
                     if p.unit == "1" { String::new() } else { p.unit.clone() },
                     format!("{} to {}", self.shown(k, estimate.intervals[k].0), self.shown(k, estimate.intervals[k].1)),
                     profile,
-                    if estimate.at_bound[k] { "at its bound".into() } else { String::new() },
+                    match (estimate.kept[k], estimate.at_bound[k]) {
+                        (true, _) => "not determined".into(),
+                        (false, true) => "at its bound".into(),
+                        (false, false) => String::new(),
+                    },
                 ]
             })
             .collect();
@@ -61,12 +70,18 @@ impl Found<'_> {
             0 => "; as many readings as parameters: nothing is left to judge the fit by\n".to_string(),
             n => format!(", {n} degrees of freedom; a misfit this large or larger has probability {:.3}\n", estimate.probability),
         };
+        text += &self.model_error();
         if problem.free.len() > 1 {
             text += "\n  correlation\n";
             for i in 0..problem.free.len() {
                 let row: Vec<String> = (0..=i).map(|j| format!("{:6.2}", estimate.correlation[(i, j)])).collect();
                 text += &format!("    {}  {}\n", row.join(" "), problem.free[i].name());
             }
+        }
+        for k in (0..problem.free.len()).filter(|k| estimate.kept[*k]) {
+            let p = &problem.free[k].parameter;
+            let unit = if p.unit == "1" { String::new() } else { format!(" {}", p.unit) };
+            text += &format!("\n  {} is not determined by these data: kept at {}{unit}\n", problem.free[k].name(), self.shown(k, p.value));
         }
         for open in &estimate.undetermined {
             let reach = if open.deviation.is_finite() {
@@ -102,6 +117,35 @@ impl Found<'_> {
             None => "\nno machine file was written: --out FILE writes the one with these values\n".to_string(),
         };
         text + &format!("{:.2} s, {} predictions\n", self.seconds, estimate.evaluations)
+    }
+
+    /// What the stated errors do not explain.
+    fn model_error(&self) -> String {
+        let (data, estimate) = (&self.problem.data, self.estimate);
+        let mut text = String::new();
+        if let Some(m) = &estimate.model_error {
+            let words = in_words(&m.level, data.is_transient());
+            text += &match words.is_empty() {
+                true => "  the stated timing of the log explains what is left".to_string(),
+                false => format!("  model error learnt from the readings: {words}"),
+            };
+            text += &format!("; misfit with it {:.1}, {} degrees of freedom, probability {:.3}\n", m.misfit, m.freedom, m.probability);
+            text += "  intervals hold with it\n";
+        }
+        if estimate.widened > 1.0 {
+            let factor = significant(estimate.widened, 3);
+            text += &format!("  more is left than all of that explains: intervals are widened by a factor of {factor}\n");
+        }
+        for e in estimate.sensor_errors.iter().filter(|e| e.noise > LOUD * self.problem.uncertainty.noise[e.sensor]) {
+            let [noise, stated] = [e.noise, self.problem.uncertainty.noise[e.sensor]].map(|k| significant(k, 2));
+            text += &format!("  '{}' scatters by {noise} K from reading to reading; stated are {stated} K\n", data.names[e.sensor]);
+        }
+        for e in estimate.sensor_errors.iter().filter(|e| e.value.abs() > TOLD * e.stated) {
+            let (name, value, stated) = (&data.names[e.sensor], significant(e.value.abs(), 2), significant(e.stated, 2));
+            let way = if e.value > 0.0 { "high" } else { "low" };
+            text += &format!("  the fit takes '{name}' to read {value} K too {way}; stated of it are {stated} K\n");
+        }
+        text
     }
 
     pub(super) fn record(&self) -> IdentifyRecord {

@@ -224,7 +224,8 @@ pub fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], columns
 /// The covariance of a residual in parts, with what every model leaves open, and what the numbers of the file change.
 fn error_parts(problem: &Problem, study: &Study, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> ErrorParts {
     let (data, network) = (&problem.data, &study.model.network);
-    let mut parts = ErrorParts::new(&study.model.machine, data, &problem.uncertainty, problem.discrepancy.model, prediction);
+    let (values, slopes) = (&prediction.values, &prediction.conditions);
+    let mut parts = ErrorParts::new(&study.model.machine, data, &problem.uncertainty, problem.discrepancy.model, values, slopes);
     let scaled = |column: &Vec<f64>, by: f64| column.iter().map(|c| by * c).collect::<Vec<f64>>();
     let uncertain = |(k, u): (usize, &UncertainNumber)| prediction.slopes.iter().map(|row| row[k] * u.deviation).collect();
     parts.extend(open_factors(&problem.discrepancy, catalogue, columns, prediction.values.len()));

@@ -1,23 +1,26 @@
 //! The estimate: best values, and their intervals from the curvature there.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::search::{Point, Search, prior, square};
+use super::learnt::{ALLOWED, Learnt, SensorError, learnt, sensor_errors};
+use super::search::{Point, Search, pseudo_inverse, square};
 use super::{Free, Problem};
 use crate::error::{Error, Result};
-use crate::evidence::measurement::Whitener;
+use crate::evidence::discrepancy::Level;
+use crate::evidence::measurement::{Whitener, whiten};
 use crate::foundation::numbers::TWO_SIDED_95;
 use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;
-use crate::solve::sensitivity::Kind;
 
 /// The covariance is renewed until the estimate rests within this share of its standard deviation.
 const RENEWED: f64 = 1e-2;
 const MOST_RENEWALS: usize = 5;
 /// A direction whose standard deviation is larger than this share of the value counts as open.
 const OPEN: f64 = 0.5;
-/// Reference for a temperature's standard deviation, K: 5 K count as open.
-const OPEN_KELVIN: f64 = 10.0;
+/// A misfit less probable than this, with whatever was learnt, widens the intervals by the root of its ratio to what was expected.
+const HELD: f64 = 0.01;
+/// A misfit rises hardly by less than this: chi-square of one degree of freedom, 95 %.
+const HARDLY: f64 = 3.841_459;
 
 /// How to search.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,33 +56,61 @@ pub struct Estimate {
     pub values: Vec<f64>,
     /// 95 % intervals from the curvature, SI, cut at the bounds.
     pub intervals: Vec<(f64, f64)>,
-    /// Standard deviations of the coordinates.
+    /// Standard deviations of the coordinates: of those that are kept as the data leave them, of the others beside these.
     pub deviations: Vec<f64>,
-    /// Covariance of the coordinates.
+    /// Covariance of all coordinates.
     pub covariance: DMatrix<f64>,
-    /// Correlations of the coordinates.
+    /// The same where some are kept: zero of these.
+    pub given: DMatrix<f64>,
+    /// Correlations of all coordinates.
     pub correlation: DMatrix<f64>,
     /// Which ended at a bound.
     pub at_bound: Vec<bool>,
-    /// Whitened misfit of the data before and after, both under the covariance found.
+    /// Which the data do not determine: they keep the value of the file, and the intervals of the others are those beside it.
+    pub kept: Vec<bool>,
+    /// Whitened misfit of the data before and after, both under the stated errors at the values found.
     pub misfit: (f64, f64),
     /// Readings less effective parameters.
     pub freedom: usize,
-    /// Probability of a misfit this large or larger if nothing else were wrong.
+    /// Probability of a misfit this large or larger if nothing were wrong but what is stated.
     pub probability: f64,
+    /// The model error that was learnt where the stated errors do not explain what is left, and the misfit beside it.
+    pub model_error: Option<ModelError>,
+    /// What the intervals were widened by where even so more is left than there should be; 1 otherwise.
+    pub widened: f64,
+    /// What the fit takes each sensor's own error to be.
+    pub sensor_errors: Vec<SensorError>,
+    /// Least misfit as the search had it, priors included.
+    pub least: f64,
+    /// How many times more that misfit rises by than one that is a likelihood would, along each parameter.
+    pub rises: Vec<f64>,
     /// Directions the data leave open.
     pub undetermined: Vec<Undetermined>,
     /// Predictions of the data at the machine file's values and at those found, K.
     pub predictions: (Vec<f64>, Vec<f64>),
     /// Misfit (priors included) each start ended with, under the covariance at the machine file's values.
     pub ends: Vec<f64>,
-    /// The whitening by the covariance found.
+    /// The whitening that the search used: by the stated errors, or where a model error was learnt by the standard deviation of
+    /// each reading.
     pub whitener: Whitener,
     /// Predictions computed.
     pub evaluations: usize,
 }
 
-/// Finds the free parameters.
+/// A model error and what is left beside it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelError {
+    /// How large it is.
+    pub level: Level,
+    /// Whitened misfit with it.
+    pub misfit: f64,
+    /// Readings less effective parameters.
+    pub freedom: usize,
+    /// Probability of a misfit this large or larger.
+    pub probability: f64,
+}
+
+/// Finds the free parameters under the stated errors.
 ///
 /// Every start descends under the covariance at the machine file's values; from the best end the covariance is renewed
 /// until the estimate rests.
@@ -87,6 +118,19 @@ pub struct Estimate {
 /// # Errors
 /// Nothing to find, the same twice, or no data; the machine cannot be solved where the search begins.
 pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
+    found(problem, options, false, progress)
+}
+
+/// The same beside a model error that is learnt where the stated errors do not explain what is left; parameters that the data do
+/// not determine keep the file's values.
+///
+/// # Errors
+/// As [`identify`].
+pub fn identify_and_learn(problem: &Problem, options: &IdentifyOptions, progress: &dyn Progress) -> Result<Estimate> {
+    found(problem, options, true, progress)
+}
+
+fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
     check(problem)?;
     let mut search = Search::new(problem, progress);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
@@ -112,7 +156,154 @@ pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Pro
     if best.prediction.conditions.iter().any(Vec::is_empty) {
         (best, whitener) = search.whole(best.coordinates)?;
     }
-    Ok(summary(&search, &nominal, best, whitener, costs))
+    if !learns {
+        let ended = Ended::stated(&search, best, whitener);
+        return Ok(summary(&search, &nominal, ended, Vec::new(), false, costs));
+    }
+    let probability = explained(&search, &best, &whitener);
+    // As many readings as parameters say nothing of the model.
+    let ended = if probability < ALLOWED && search.readings.len() > problem.free.len() {
+        progress.say("the model's own error");
+        learnt(&mut search, &nominal, &best, probability)?.map(|learnt| Ended::learnt(&search, learnt))
+    } else {
+        None
+    };
+    let ended = ended.unwrap_or_else(|| Ended::stated(&search, best, whitener));
+    let (ended, kept) = keep(&mut search, ended)?;
+    Ok(summary(&search, &nominal, ended, kept, true, costs))
+}
+
+/// The probability that the stated errors explain what is left: of the misfit, and of what the common ones of sensors and
+/// conditions would have to be. Many readings of a noise stated too large would hide that these swallow what parameters should
+/// explain.
+fn explained(search: &Search<'_>, at: &Point, whitener: &Whitener) -> f64 {
+    let problem = search.problem;
+    let left = search.residual(&at.prediction, whitener);
+    let common = whiten::common_errors(&problem.data, &problem.uncertainty, &at.prediction.conditions);
+    let common: Vec<Vec<f64>> = common.into_iter().filter(|c| c.iter().any(|v| *v != 0.0)).collect();
+    let pull = |column: &Vec<f64>| whitener.apply(column).iter().zip(&left).map(|(c, l)| c * l).sum::<f64>().powi(2);
+    fit_of(search, at, whitener).probability.min(chi_square_tail(common.iter().map(pull).sum(), common.len()))
+}
+
+/// What a fit leaves under a covariance.
+struct Fit {
+    /// Of the data alone.
+    information: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+    misfit: f64,
+    freedom: usize,
+    probability: f64,
+}
+
+fn fit_of(search: &Search<'_>, at: &Point, whitener: &Whitener) -> Fit {
+    let jacobian = search.jacobian(at, whitener);
+    let information = jacobian.transpose() * &jacobian;
+    let whole = &information + DMatrix::from_diagonal(&DVector::from_vec(search.prior_information()));
+    let covariance = pseudo_inverse(&whole);
+    let misfit = square(&search.residual(&at.prediction, whitener));
+    let smooth = (&information * &covariance).trace();
+    let freedom = (search.readings.len() as f64 - smooth).round().max(0.0) as usize;
+    Fit { information, covariance, misfit, freedom, probability: chi_square_tail(misfit, freedom) }
+}
+
+/// Where the search ended, and what is known there.
+struct Ended {
+    point: Point,
+    /// Under the covariance that is believed.
+    fit: Fit,
+    /// Curvature of half the misfit that the search descends, and covariance of its slope.
+    curvature: DMatrix<f64>,
+    scatter: DMatrix<f64>,
+    /// The covariance that is believed.
+    whitener: Whitener,
+    /// What the search used.
+    weights: Whitener,
+    learnt: Option<Learnt>,
+}
+
+impl Ended {
+    fn stated(search: &Search<'_>, point: Point, whitener: Whitener) -> Self {
+        let fit = fit_of(search, &point, &whitener);
+        let curvature = &fit.information + DMatrix::from_diagonal(&DVector::from_vec(search.prior_information()));
+        Self { scatter: curvature.clone(), curvature, weights: whitener.clone(), learnt: None, point, fit, whitener }
+    }
+
+    fn learnt(search: &Search<'_>, learnt: Learnt) -> Self {
+        let (point, whitener) = (learnt.point.clone(), learnt.whitener.clone());
+        let mut fit = fit_of(search, &point, &whitener);
+        // Least squares do not end where this covariance would have the parameters: to first order the rest of the way is no misfit.
+        let left = DVector::from_vec(search.residual(&point.prediction, &whitener));
+        let along = search.jacobian(&point, &whitener).tr_mul(&left);
+        fit.misfit = (fit.misfit - along.dot(&(&fit.covariance * &along))).max(0.0);
+        fit.probability = chi_square_tail(fit.misfit, fit.freedom);
+        let (curvature, scatter, weights) = (learnt.curvature.clone(), learnt.scatter.clone(), learnt.weights.clone());
+        Self { point, fit, curvature, scatter, whitener, weights, learnt: Some(learnt) }
+    }
+
+    /// The same at another point.
+    fn at(&self, search: &Search<'_>, point: Point) -> Self {
+        match &self.learnt {
+            Some(learnt) => Self::learnt(search, learnt.at(search, point)),
+            None => Self::stated(search, point, self.whitener.clone()),
+        }
+    }
+
+    /// Covariance of the coordinates where some are kept; zero of these.
+    fn covariance(&self, kept: &[usize]) -> DMatrix<f64> {
+        let n = self.curvature.nrows();
+        let rest: Vec<usize> = (0..n).filter(|k| !kept.contains(k)).collect();
+        let among = |m: &DMatrix<f64>| DMatrix::from_fn(rest.len(), rest.len(), |i, j| m[(rest[i], rest[j])]);
+        let inverse = pseudo_inverse(&among(&self.curvature));
+        let own = match self.learnt {
+            Some(_) => &inverse * among(&self.scatter) * &inverse,
+            None => inverse,
+        };
+        let mut whole = DMatrix::zeros(n, n);
+        rest.iter().enumerate().for_each(|(i, k)| rest.iter().enumerate().for_each(|(j, l)| whole[(*k, *l)] = own[(i, j)]));
+        whole
+    }
+}
+
+/// Puts parameters that the data do not determine back to the file's values, one after another, the least known first, and finds
+/// the others anew: whose 95 % interval is wider than all that is allowed, or which ran to a bound, and without which the misfit
+/// hardly rises.
+fn keep(search: &mut Search<'_>, mut ended: Ended) -> Result<(Ended, Vec<usize>)> {
+    let problem = search.problem;
+    let mut kept: Vec<usize> = Vec::new();
+    let mut tried: Vec<usize> = Vec::new();
+    loop {
+        let covariance = ended.covariance(&kept);
+        let open = |k: usize| -> f64 {
+            let (free, c) = (&problem.free[k], ended.point.coordinates[k]);
+            let (low, high) = free.coordinate_bounds();
+            let width = 2.0 * TWO_SIDED_95 * covariance[(k, k)].max(0.0).sqrt() / (high - low);
+            if is_at_bound(free, c) { width.max(1.0) } else { width }
+        };
+        let may = |k: &usize| {
+            let free = &problem.free[*k];
+            !tried.contains(k) && (free.bounds.0..=free.bounds.1).contains(&free.parameter.value)
+        };
+        let Some(k) = (0..problem.free.len()).filter(may).filter(|k| open(*k) >= 1.0).max_by(|a, b| open(*a).total_cmp(&open(*b))) else {
+            return Ok((ended, kept));
+        };
+        tried.push(k);
+        let mut to = ended.point.coordinates.clone();
+        to[k] = problem.free[k].coordinate(problem.free[k].parameter.value);
+        search.frozen = kept.iter().copied().chain([k]).collect();
+        let Ok(begun) = search.point(to, &ended.weights) else { continue };
+        let back = search.descend(begun, &ended.weights);
+        if back.cost - ended.point.cost < HARDLY {
+            let (point, _) = search.whole(back.coordinates)?;
+            let point = search.under(point, &ended.weights);
+            ended = ended.at(search, point);
+            kept.push(k);
+        }
+    }
+}
+
+fn is_at_bound(free: &Free, coordinate: f64) -> bool {
+    let (low, high) = free.coordinate_bounds();
+    (coordinate - low).abs() < 1e-6 * (high - low) || (high - coordinate).abs() < 1e-6 * (high - low)
 }
 
 fn check(problem: &Problem) -> Result<()> {
@@ -153,70 +344,65 @@ fn around(search: &mut Search<'_>, start: &[f64], whitener: &Whitener, noise: &m
     None
 }
 
-fn summary(search: &Search<'_>, nominal: &Point, best: Point, whitener: Whitener, ends: Vec<f64>) -> Estimate {
+fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>, widens: bool, ends: Vec<f64>) -> Estimate {
     let problem = search.problem;
-    let jacobian = search.jacobian(&best, &whitener);
-    let information = jacobian.transpose() * &jacobian;
-    let values = search.values(&best.coordinates);
-    let undetermined = open_directions(problem, &values, &information);
-    let mut whole = information.clone();
-    for (k, free) in problem.free.iter().enumerate() {
-        if let Some((_, spread)) = prior(free) {
-            whole[(k, k)] += 1.0 / (spread * spread);
-        }
-    }
-    let covariance = pseudo_inverse(&whole);
-    let deviations: Vec<f64> =
-        (0..problem.free.len()).map(|k| if covariance[(k, k)] > 0.0 { covariance[(k, k)].sqrt() } else { f64::INFINITY }).collect();
-    let correlation = DMatrix::from_fn(deviations.len(), deviations.len(), |i, j| {
-        if i == j { 1.0 } else { (covariance[(i, j)] / (deviations[i] * deviations[j])).clamp(-1.0, 1.0) }
-    });
-    let misfit = (square(&search.residual(&nominal.prediction, &whitener)), square(&search.residual(&best.prediction, &whitener)));
-    let smooth = (&information * &covariance).trace();
-    let freedom = (search.readings.len() as f64 - smooth).round().max(0.0) as usize;
+    let n = problem.free.len();
+    let is_held = !widens || ended.fit.freedom == 0 || ended.fit.probability >= HELD;
+    let widened = if is_held { 1.0 } else { (ended.fit.misfit / ended.fit.freedom as f64).sqrt().max(1.0) };
+    let (covariance, given) = (ended.covariance(&[]) * (widened * widened), ended.covariance(&kept) * (widened * widened));
+    let curved = pseudo_inverse(&ended.curvature);
+    let Ended { point: best, fit, whitener, weights, learnt, .. } = ended;
+    let mut values = search.values(&best.coordinates);
+    kept.iter().for_each(|k| values[*k] = problem.free[*k].parameter.value);
+    let stated = match learnt {
+        Some(_) => Whitener::of(&problem.data, &problem.uncertainty, &best.prediction.conditions),
+        None => whitener.clone(),
+    };
+    let beside = fit_of(search, &best, &stated);
+    let undetermined = open_directions(problem, &values, &fit.information);
+    let deviation = |variance: f64| if variance > 0.0 { variance.sqrt() } else { f64::INFINITY };
+    let own = |k: usize| deviation(if kept.contains(&k) { covariance[(k, k)] } else { given[(k, k)] });
+    let deviations: Vec<f64> = (0..n).map(own).collect();
+    let all: Vec<f64> = (0..n).map(|k| deviation(covariance[(k, k)])).collect();
+    let correlation = DMatrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { (covariance[(i, j)] / (all[i] * all[j])).clamp(-1.0, 1.0) });
+    let noise = learnt.as_ref().map_or(&problem.uncertainty.noise, |l| &l.noise);
+    let sensor_errors = sensor_errors(problem, &search.left(&best), &whitener, noise);
+    let model_error =
+        learnt.as_ref().map(|l| ModelError { level: l.level, misfit: fit.misfit, freedom: fit.freedom, probability: fit.probability });
     let interval = |(k, free): (usize, &Free)| {
         let reach = TWO_SIDED_95 * deviations[k];
         let at = |c: f64| free.value(c).clamp(free.bounds.0, free.bounds.1);
         (at(best.coordinates[k] - reach), at(best.coordinates[k] + reach))
     };
-    let at_bound = problem.free.iter().zip(&best.coordinates).map(|(f, c)| {
-        let (low, high) = f.coordinate_bounds();
-        (c - low).abs() < 1e-6 * (high - low) || (high - c).abs() < 1e-6 * (high - low)
-    });
+    let at_bound = problem.free.iter().zip(&best.coordinates).map(|(f, c)| is_at_bound(f, *c));
     Estimate {
         values,
         intervals: problem.free.iter().enumerate().map(interval).collect(),
         at_bound: at_bound.collect(),
+        kept: (0..n).map(|k| kept.contains(&k)).collect(),
         deviations,
-        covariance,
         correlation,
-        misfit,
-        freedom,
-        probability: chi_square_tail(misfit.1, freedom),
+        misfit: (square(&search.residual(&nominal.prediction, &stated)), beside.misfit),
+        freedom: beside.freedom,
+        probability: beside.probability,
+        model_error,
+        widened,
+        sensor_errors,
+        least: best.cost,
+        rises: (0..n).map(|k| if curved[(k, k)] > 0.0 { covariance[(k, k)] / curved[(k, k)] } else { 1.0 }).collect(),
         undetermined,
         predictions: (nominal.prediction.values.clone(), best.prediction.values),
         ends,
-        whitener,
+        whitener: weights,
+        covariance,
+        given,
         evaluations: search.evaluations,
     }
 }
 
 /// Directions along which the data alone leave too large a standard deviation.
 fn open_directions(problem: &Problem, values: &[f64], information: &DMatrix<f64>) -> Vec<Undetermined> {
-    let typical = |(free, value): (&Free, &f64)| {
-        let p = &free.parameter;
-        let size = value.abs().max(p.value.abs());
-        if free.is_logarithmic {
-            1.0
-        } else if p.dimension.is_absolute() || p.kind == Kind::Offset {
-            OPEN_KELVIN
-        } else if size > 0.0 {
-            size
-        } else {
-            0.1 * (free.bounds.1 - free.bounds.0)
-        }
-    };
-    let scale: Vec<f64> = problem.free.iter().zip(values).map(typical).collect();
+    let scale: Vec<f64> = problem.free.iter().zip(values).map(|(free, value)| free.size(*value)).collect();
     let scaled = DMatrix::from_fn(scale.len(), scale.len(), |i, j| information[(i, j)] * scale[i] * scale[j]);
     let eigen = SymmetricEigen::new(scaled);
     let largest = eigen.eigenvalues.max().max(1e-300);
@@ -249,16 +435,6 @@ fn in_words(problem: &Problem, weights: &[f64]) -> String {
         format!("{way} '{name}' ({:.2})", w.abs())
     });
     format!("together: {}", moves.collect::<Vec<_>>().join(", "))
-}
-
-/// Inverse where there is information, infinite variance where there is none.
-fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let scale: Vec<f64> = matrix.diagonal().iter().map(|d| if *d > 0.0 { d.sqrt() } else { 1.0 }).collect();
-    let unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] / (scale[i] * scale[j]));
-    let eigen = SymmetricEigen::new(unit);
-    let inverse = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-12));
-    let unit = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
-    DMatrix::from_fn(scale.len(), scale.len(), |i, j| unit[(i, j)] / (scale[i] * scale[j]))
 }
 
 /// Probability of a chi-square of `freedom` degrees of freedom above `value`.

@@ -4,11 +4,14 @@
 //! Levenberg and Marquardt's method with the solver's own derivatives. Σ holds reading noise, each sensor's own error and
 //! the errors of every condition ([`crate::evidence::measurement::Whitener`]). Positive parameters vary by their logarithm.
 //! Intervals come from the curvature at the optimum, and from the profile likelihood where the model is refitted along
-//! each parameter. Directions that the data leave open are named.
+//! each parameter. Directions that the data leave open are named. Where the stated errors do not explain what is left, the model
+//! has an error of its own ([`crate::evidence::discrepancy`]): its size is learnt from the residual beside the parameters, and
+//! the intervals widen with it.
 
 mod advice;
 mod estimate;
 mod interval;
+mod learnt;
 mod predict;
 mod profile;
 pub mod record;
@@ -20,20 +23,28 @@ use rayon::prelude::*;
 
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
-use crate::evidence::measurement::{Data, Uncertainty};
+use crate::evidence::measurement::{Data, Uncertainty, thinned_evenly};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::{Kind, Parameter, Study};
 use crate::units;
 
 pub use advice::{Advice, next_tests};
-pub use estimate::{Estimate, IdentifyOptions, Undetermined, chi_square_tail, identify};
+pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, chi_square_tail, identify, identify_and_learn};
 pub use interval::{Interval, axis};
+pub use learnt::{SensorError, in_words};
 pub use predict::{
     Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, values, values_within,
 };
 pub use profile::{Profile, profile, profile_heard};
 pub use scan::{Scan, scan};
 pub use write::write_machine;
+
+/// How far a positive parameter goes where its bounds are not given: this many times its value, and as many times less.
+const FARTHEST: f64 = 100.0;
+/// Readings of logs that are looked at: with more, rows between others say the same again.
+pub const MOST_READINGS: usize = 1200;
+/// Size of a temperature for what counts as known of it, K.
+const OPEN_KELVIN: f64 = 10.0;
 
 /// A parameter that is to be found.
 #[derive(Debug, Clone, PartialEq)]
@@ -67,7 +78,7 @@ impl Free {
         let is_logarithmic = parameter.value > 0.0 && !parameter.dimension.is_absolute() && parameter.kind != Kind::Offset;
         let v = parameter.value;
         let reach = if parameter.dimension.is_absolute() || parameter.kind == Kind::Offset { 100.0 } else { (10.0 * v.abs()).max(100.0) };
-        let bounds = if is_logarithmic { (1e-3 * v, 1e3 * v) } else { (v - reach, v + reach) };
+        let bounds = if is_logarithmic { (v / FARTHEST, v * FARTHEST) } else { (v - reach, v + reach) };
         let mut free = Self { parameter, test: test.map(String::from), bounds, prior: None, is_logarithmic };
         let mut is_bounded = false;
         for part in rest.split(',').map(str::trim).filter(|p| !p.is_empty()) {
@@ -194,6 +205,21 @@ impl Free {
         (self.coordinate(self.bounds.0), self.coordinate(self.bounds.1))
     }
 
+    /// What counts as its size at a value, as a step of its coordinate: a logarithm of one, ten kelvin, or the value.
+    fn size(&self, value: f64) -> f64 {
+        let p = &self.parameter;
+        let size = value.abs().max(p.value.abs());
+        if self.is_logarithmic {
+            1.0
+        } else if p.dimension.is_absolute() || p.kind == Kind::Offset {
+            OPEN_KELVIN
+        } else if size > 0.0 {
+            size
+        } else {
+            0.1 * (self.bounds.1 - self.bounds.0)
+        }
+    }
+
     /// The value at a coordinate.
     pub fn value(&self, coordinate: f64) -> f64 {
         if self.is_logarithmic { coordinate.exp() } else { coordinate }
@@ -228,6 +254,11 @@ pub struct Problem {
 }
 
 impl Problem {
+    /// The same with logs thinned to about [`MOST_READINGS`].
+    pub fn thinned(self) -> Self {
+        Self { data: thinned_evenly(&self.data, MOST_READINGS), ..self }
+    }
+
     /// The machine with other values of the free parameters; those of one test alone are left out.
     ///
     /// # Errors

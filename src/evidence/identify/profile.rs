@@ -2,7 +2,7 @@
 
 use super::Problem;
 use super::estimate::Estimate;
-use super::search::{Search, priors};
+use super::search::Search;
 use crate::error::Result;
 use crate::foundation::progress::{Progress, Silent};
 
@@ -18,7 +18,7 @@ pub struct Profile {
     pub parameter: usize,
     /// Values (SI) and the misfit there (priors included) above the least one, in the order of values.
     pub points: Vec<(f64, f64)>,
-    /// Where the misfit rises by 3.84, SI; `None` where it does not within the bounds.
+    /// Where the misfit rises by 3.84 (times [`Estimate::rises`]), SI; `None` where it does not within the bounds.
     pub interval: (Option<f64>, Option<f64>),
 }
 
@@ -40,9 +40,9 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
     let best: Vec<f64> = problem.free.iter().zip(&estimate.values).map(|(f, v)| f.coordinate(*v)).collect();
     let (low, high) = free.coordinate_bounds();
     let spread = estimate.deviations[parameter].min((high - low) / 4.0);
-    let least = estimate.misfit.1 + priors(&problem.free, &best);
+    let rise = RISE_95 * estimate.rises[parameter];
     let mut search = Search::new(problem, progress);
-    search.frozen = Some(parameter);
+    search.frozen = (0..problem.free.len()).filter(|k| *k == parameter || estimate.kept[*k]).collect();
     let mut points = vec![(best[parameter], 0.0)];
     for side in [-1.0, 1.0] {
         let mut last = best.clone();
@@ -53,16 +53,16 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
             }
             // The others go where the curvature sends them, if their variances are finite; from there they are refitted.
             let moved = coordinate - last[parameter];
-            let own = estimate.covariance[(parameter, parameter)];
+            let own = estimate.given[(parameter, parameter)];
             let from = |(k, f): (usize, &super::Free)| {
                 let (low, high) = f.coordinate_bounds();
-                let along = estimate.covariance[(k, parameter)] / own * moved;
+                let along = estimate.given[(k, parameter)] / own * moved;
                 if k == parameter { coordinate } else { (last[k] + along.clamp(-1.0, 1.0)).clamp(low, high) }
             };
             let from: Vec<f64> = problem.free.iter().enumerate().map(from).collect();
             let Ok(start) = search.point(from, &estimate.whitener) else { break };
-            let end = if problem.free.len() > 1 { search.descend(start, &estimate.whitener) } else { start };
-            points.push((coordinate, end.cost - least));
+            let end = if search.frozen.len() < problem.free.len() { search.descend(start, &estimate.whitener) } else { start };
+            points.push((coordinate, end.cost - estimate.least));
             last = end.coordinates;
         }
     }
@@ -70,10 +70,10 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
     let crossing = |upwards: bool| -> Option<f64> {
         let at = points.iter().position(|p| p.0 == best[parameter])?;
         let side: Vec<&(f64, f64)> = if upwards { points[at..].iter().collect() } else { points[..=at].iter().rev().collect() };
-        side.windows(2).find(|pair| pair[0].1 < RISE_95 && pair[1].1 >= RISE_95).map(|pair| {
+        side.windows(2).find(|pair| pair[0].1 < rise && pair[1].1 >= rise).map(|pair| {
             // Between two places the root of the rise runs nearly straight.
             let (a, b) = (pair[0].1.max(0.0).sqrt(), pair[1].1.sqrt());
-            let share = (RISE_95.sqrt() - a) / (b - a);
+            let share = (rise.sqrt() - a) / (b - a);
             free.value(pair[0].0 + share * (pair[1].0 - pair[0].0))
         })
     };

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Advice, Estimate, Free, Problem, Profile};
+use super::{Advice, Estimate, Free, Problem, Profile, in_words};
 use crate::evidence::measurement::faults::FaultRecord;
 use crate::evidence::measurement::{Data, whiten};
 use crate::units::celsius;
@@ -17,7 +17,14 @@ use crate::units::celsius;
 pub struct IdentifyRecord {
     pub parameters: BTreeMap<String, ParameterRecord>,
     pub correlation: CorrelationRecord,
+    /// Under the stated errors.
     pub misfit: MisfitRecord,
+    /// The model error that was learnt where the stated ones do not explain what is left.
+    pub model_error: Option<ModelErrorRecord>,
+    /// What the intervals were widened by where even so more is left than there should be; 1 otherwise.
+    pub widened: f64,
+    /// What the fit takes each sensor's own error to be.
+    pub sensor_errors: BTreeMap<String, SensorErrorRecord>,
     /// Combinations that the readings do not determine.
     pub undetermined: Vec<UndeterminedRecord>,
     pub readings: Vec<ReadingRecord>,
@@ -43,6 +50,8 @@ pub struct ParameterRecord {
     pub low: f64,
     pub high: f64,
     pub at_bound: bool,
+    /// Not determined by these data: the file's value.
+    pub kept: bool,
     pub profile: Option<ProfileRecord>,
 }
 
@@ -73,6 +82,36 @@ pub struct MisfitRecord {
     /// Degrees of freedom.
     pub dof: usize,
     pub p: f64,
+}
+
+/// How far the model is off beside its parameters.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct ModelErrorRecord {
+    /// In words; empty where the stated errors of a log's clock explain what is left.
+    pub text: String,
+    /// Standard deviation of an error of each sensor; it wanders in logs.
+    pub wandering_K: f64,
+    /// Its correlation time over the length of a test.
+    pub memory: f64,
+    /// Standard deviation of a factor on all heats between tests.
+    pub between_tests: f64,
+    /// Chi-square with it.
+    pub misfit: f64,
+    pub dof: usize,
+    pub p: f64,
+}
+
+/// The own error of a sensor.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct SensorErrorRecord {
+    /// It reads higher by this.
+    pub value_K: f64,
+    /// Standard deviation that is stated.
+    pub stated_K: f64,
+    /// Noise from reading to reading: as stated, or as large as its readings scatter where a model error was learnt.
+    pub noise_K: f64,
 }
 
 /// A combination of parameters that the readings do not determine.
@@ -142,6 +181,7 @@ impl Estimate {
                 low: p.shown(self.intervals[k].0),
                 high: p.shown(self.intervals[k].1),
                 at_bound: self.at_bound[k],
+                kept: self.kept[k],
                 profile,
             };
             (problem.free[k].name(), record)
@@ -160,6 +200,22 @@ impl Estimate {
                 matrix: (0..n).map(|i| (0..n).map(|j| self.correlation[(i, j)]).collect()).collect(),
             },
             misfit: MisfitRecord { before: self.misfit.0, after: self.misfit.1, dof: self.freedom, p: self.probability },
+            model_error: self.model_error.as_ref().map(|m| ModelErrorRecord {
+                text: in_words(&m.level, problem.data.is_transient()),
+                wandering_K: m.level.wandering,
+                memory: m.level.memory,
+                between_tests: m.level.between_tests,
+                misfit: m.misfit,
+                dof: m.freedom,
+                p: m.probability,
+            }),
+            widened: self.widened,
+            sensor_errors: (self.sensor_errors.iter())
+                .map(|e| {
+                    let record = SensorErrorRecord { value_K: e.value, stated_K: e.stated, noise_K: e.noise };
+                    (problem.data.names[e.sensor].clone(), record)
+                })
+                .collect(),
             undetermined: open
                 .map(|u| UndeterminedRecord { text: u.text.clone(), weights: u.weights.clone(), deviation: u.deviation })
                 .collect(),

@@ -1,6 +1,6 @@
 //! Levenberg and Marquardt's method on the whitened misfit.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::{Free, Prediction, Problem};
 use crate::error::Result;
@@ -31,14 +31,14 @@ pub(super) struct Search<'a> {
     pub problem: &'a Problem,
     pub readings: Vec<f64>,
     pub evaluations: usize,
-    /// A coordinate that stays where it is.
-    pub frozen: Option<usize>,
+    /// Coordinates that stay where they are.
+    pub frozen: Vec<usize>,
     progress: &'a dyn Progress,
 }
 
 impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
-        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: None, progress }
+        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: Vec::new(), progress }
     }
 
     pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
@@ -56,7 +56,7 @@ impl<'a> Search<'a> {
 
     /// A point under a covariance that is known.
     pub fn point(&mut self, coordinates: Vec<f64>, whitener: &Whitener) -> Result<Point> {
-        let moves = (0..coordinates.len()).any(|k| Some(k) != self.frozen);
+        let moves = (0..coordinates.len()).any(|k| !self.frozen.contains(&k));
         let prediction = self.problem.predict_free(&self.values(&coordinates), moves)?;
         self.evaluations += 1;
         let cost = self.cost(&coordinates, &prediction, whitener);
@@ -70,18 +70,51 @@ impl<'a> Search<'a> {
         whitener.apply(&apart)
     }
 
+    /// Readings less predictions, K.
+    pub fn left(&self, at: &Point) -> Vec<f64> {
+        self.readings.iter().zip(&at.prediction.values).map(|(r, p)| r - p).collect()
+    }
+
+    /// A point under another covariance.
+    pub fn under(&self, at: Point, whitener: &Whitener) -> Point {
+        Point { cost: self.cost(&at.coordinates, &at.prediction, whitener), ..at }
+    }
+
+    /// Derivatives of the readings with respect to each coordinate, K.
+    pub fn slopes(&self, at: &Point) -> Vec<Vec<f64>> {
+        let of = |(k, free): (usize, &Free)| {
+            let scale = if free.is_logarithmic { free.value(at.coordinates[k]) } else { 1.0 };
+            at.prediction.slopes.iter().map(|row| row[k] * scale).collect()
+        };
+        self.problem.free.iter().enumerate().map(of).collect()
+    }
+
+    /// One over the variance of each coordinate's prior; zero without one.
+    pub fn prior_information(&self) -> Vec<f64> {
+        self.problem.free.iter().map(|f| prior(f).map_or(0.0, |(_, spread)| 1.0 / (spread * spread))).collect()
+    }
+
+    /// What each parameter changes in the readings when it moves as far as it well may, K: its prior's standard deviation, or its
+    /// size.
+    pub fn broad_columns(&self, at: &Point) -> Vec<Vec<f64>> {
+        let mut columns = self.slopes(at);
+        for (k, (free, column)) in self.problem.free.iter().zip(&mut columns).enumerate() {
+            let reach = prior(free).map_or_else(|| free.size(free.value(at.coordinates[k])), |(_, spread)| spread);
+            column.iter_mut().for_each(|c| *c *= reach);
+        }
+        columns
+    }
+
     fn cost(&self, coordinates: &[f64], prediction: &Prediction, whitener: &Whitener) -> f64 {
         square(&self.residual(prediction, whitener)) + priors(&self.problem.free, coordinates)
     }
 
     /// Whitened derivatives with respect to the coordinates.
     pub fn jacobian(&self, at: &Point, whitener: &Whitener) -> DMatrix<f64> {
-        let n = at.prediction.values.len();
-        let mut jacobian = DMatrix::zeros(n, self.problem.free.len());
-        for (k, free) in self.problem.free.iter().enumerate() {
-            let scale = if free.is_logarithmic { free.value(at.coordinates[k]) } else { 1.0 };
-            let column: Vec<f64> = at.prediction.slopes.iter().map(|row| row[k] * scale).collect();
-            jacobian.set_column(k, &DVector::from_vec(whitener.apply(&column)));
+        let slopes = self.slopes(at);
+        let mut jacobian = DMatrix::zeros(at.prediction.values.len(), slopes.len());
+        for (k, column) in slopes.iter().enumerate() {
+            jacobian.set_column(k, &DVector::from_vec(whitener.apply(column)));
         }
         jacobian
     }
@@ -126,7 +159,7 @@ impl<'a> Search<'a> {
     /// Coordinates at a bound whose step leads outside stay there.
     fn is_stuck(&self, k: usize, coordinate: f64, downhill: f64) -> bool {
         let (low, high) = self.problem.free[k].coordinate_bounds();
-        self.frozen == Some(k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
+        self.frozen.contains(&k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
     }
 
     /// Whether no coordinate moves by more than a share of its standard deviation.
@@ -198,4 +231,14 @@ pub(super) fn priors(free: &[Free], coordinates: &[f64]) -> f64 {
 
 pub(super) fn square(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum()
+}
+
+/// Inverse where there is information, infinite variance where there is none.
+pub(super) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let scale: Vec<f64> = matrix.diagonal().iter().map(|d| if *d > 0.0 { d.sqrt() } else { 1.0 }).collect();
+    let unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] / (scale[i] * scale[j]));
+    let eigen = SymmetricEigen::new(unit);
+    let inverse = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-12));
+    let unit = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| unit[(i, j)] / (scale[i] * scale[j]))
 }

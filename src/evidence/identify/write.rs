@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Estimate, Problem};
+use super::{Estimate, Problem, in_words};
 use crate::error::Result;
 use crate::foundation::document::name_of;
 
@@ -23,10 +23,17 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
             estimate.misfit.1
         ),
     ];
+    if let Some(learnt) = estimate.model_error.map(|m| in_words(&m.level, problem.data.is_transient())).filter(|text| !text.is_empty()) {
+        remarks.push(format!("model error learnt from the readings: {learnt}"));
+    }
     let mut sets = Vec::new();
     for (k, free) in problem.free.iter().enumerate() {
         let p = &free.parameter;
         let shown = |v: f64| format!("{:.6} {}", p.shown(v), if p.unit == "1" { "" } else { &p.unit }).trim().to_string();
+        if estimate.kept[k] {
+            remarks.push(format!("{}: not determined by these data, kept at {}", free.name(), shown(p.value)));
+            continue;
+        }
         remarks.push(format!(
             "{}: {} -> {}, 95 % interval {} to {}",
             free.name(),

@@ -24,6 +24,28 @@ impl Wandering {
             span: self.span,
         }
     }
+
+    /// Adds the covariance of its error, each standard deviation wider by `more` (K, as a sum of squares), times a vector; the
+    /// correlation time is a share `memory` of the test.
+    pub fn add_product(&self, more: f64, memory: f64, vector: &[f64], product: &mut [f64]) {
+        let n = self.readings.len();
+        let deviation = |k: usize| self.deviations[k].hypot(more);
+        let loaded: Vec<f64> = (0..n).map(|k| deviation(k) * vector[self.readings[k]]).collect();
+        // exp(-|t - t'| / tau) is a product of steps: one pass over what came before, one over what comes after.
+        let step = |k: usize| match memory * self.span {
+            tau if tau > 0.0 => (-(self.times[k] - self.times[k - 1]).abs() / tau).exp(),
+            _ => 0.0,
+        };
+        let (mut before, mut after) = (0.0, 0.0);
+        for k in 0..n {
+            before = loaded[k] + if k > 0 { step(k) * before } else { 0.0 };
+            product[self.readings[k]] += deviation(k) * before;
+        }
+        for k in (0..n.saturating_sub(1)).rev() {
+            after = step(k + 1) * (after + loaded[k + 1]);
+            product[self.readings[k]] += deviation(k) * after;
+        }
+    }
 }
 
 /// One reading in a [`Filter`].
@@ -102,6 +124,12 @@ mod tests {
             deviations[i] * deviations[j] * (-(f64::abs(times[i] - times[j])) / tau).exp() + diagonal
         });
         let series = Wandering { readings: (0..n).collect(), times: times.to_vec(), deviations, span: 40.0 };
+        for j in 0..n {
+            let unit: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i == j))).collect();
+            let mut column: Vec<f64> = unit.iter().zip(&noise).map(|(u, n)| u * n * n).collect();
+            series.add_product(0.0, tau / 40.0, &unit, &mut column);
+            assert!((0..n).all(|i| (column[i] - sigma[(i, j)]).abs() < 1e-12), "{column:?}");
+        }
         let filter = Filter::new(&series, &noise, tau);
         let mut whitened = nalgebra::DMatrix::<f64>::identity(n, n);
         for mut column in whitened.column_iter_mut() {

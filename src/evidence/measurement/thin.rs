@@ -11,10 +11,49 @@ const BENT: f64 = 0.01;
 /// The rows of logs so thinned that about `most` readings are left: evenly, but for every row at which a condition turns. Steady
 /// tables, and logs with no more readings, stay as they are.
 pub fn thinned(data: &Data, most: usize) -> Data {
-    let stride = data.count().div_ceil(most.max(1));
-    if !data.is_transient() || stride < 2 {
-        return data.clone();
+    match stride(data, most) {
+        None => data.clone(),
+        Some(stride) => only(data, &kept(data, stride)),
     }
+}
+
+/// The same with readings evenly in time alone: a row that is there for its condition has none. So no test and no time weighs more
+/// because conditions turn there.
+pub fn thinned_evenly(data: &Data, most: usize) -> Data {
+    let Some(stride) = stride(data, most) else { return data.clone() };
+    let mut rows = kept(data, stride);
+    let mut even = data.clone();
+    even.rows.iter_mut().for_each(|row| row.readings.fill(None));
+    for test in data.tests() {
+        for sensor in 0..data.sensors.len() {
+            let own = (0..data.rows.len()).filter(|r| data.rows[*r].test == test && data.rows[*r].readings[sensor].is_some());
+            for r in own.step_by(stride) {
+                even.rows[r].readings[sensor] = data.rows[r].readings[sensor];
+                rows[r] = true;
+            }
+        }
+    }
+    // A start from readings takes those of the first row.
+    for test in data.tests() {
+        let first = (0..data.rows.len()).find(|r| data.rows[*r].test == test);
+        first.into_iter().for_each(|r| even.rows[r].readings.clone_from(&data.rows[r].readings));
+    }
+    only(&even, &rows)
+}
+
+/// Of every so many readings one is kept; `None` where all are.
+fn stride(data: &Data, most: usize) -> Option<usize> {
+    let stride = data.count().div_ceil(most.max(1));
+    (data.is_transient() && stride >= 2).then_some(stride)
+}
+
+fn only(data: &Data, kept: &[bool]) -> Data {
+    let rows = data.rows.iter().zip(kept).filter(|(_, kept)| **kept).map(|(row, _)| row.clone()).collect();
+    Data { rows, ..data.clone() }
+}
+
+/// Which rows are kept: every so many, the last of each test, and those at which a condition turns.
+fn kept(data: &Data, stride: usize) -> Vec<bool> {
     let mut kept = vec![false; data.rows.len()];
     for test in data.tests() {
         let own: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
@@ -26,8 +65,7 @@ pub fn thinned(data: &Data, most: usize) -> Data {
         ends.iter().for_each(|i| kept[own[*i]] = true);
         ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], &ranges, &mut kept));
     }
-    let rows = data.rows.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(row, _)| row.clone()).collect();
-    Data { rows, ..data.clone() }
+    kept
 }
 
 /// Largest less smallest value of each condition, SI.
@@ -86,5 +124,10 @@ mod tests {
         assert!((101..105).contains(&times.len()), "{}", times.len());
         assert!([0.0, 436.0, 437.0, 999.0].iter().all(|t| times.contains(t)), "{times:?}");
         assert_eq!(thinned(&data, 2000), data);
+        // The row before the step is there for its condition alone.
+        let even = thinned_evenly(&data, 100);
+        let read: Vec<f64> = even.rows.iter().filter(|r| r.readings[0].is_some()).filter_map(|r| r.time).collect();
+        assert!(read.len() == 100 && read.windows(2).all(|w| w[1] - w[0] == 10.0), "{read:?}");
+        assert!(even.rows.iter().any(|r| r.time == Some(436.0) && r.readings[0].is_none()));
     }
 }
