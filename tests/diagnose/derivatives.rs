@@ -68,7 +68,7 @@ impl Case {
             rows: shares.iter().map(row).collect(),
             notes: Vec::new(),
         };
-        let heated = machine.parts[0].name.clone();
+        let heated = machine.parts.first().map(|p| &p.name).or(machine.nodes.first().map(|n| &n.name)).unwrap().clone();
         let expression = "2 + 0.01 * ambient_temperature_degC".to_string();
         let user = vec![UserKind { name: "own".into(), places: vec![heated], expression, scale: 1.0, is_signed: true }];
         let name = sets.iter().fold(name.to_string(), |name, (key, value)| format!("{name} with {key} = {value}"));

@@ -83,6 +83,8 @@ fn asked(cells: Option<usize>) -> String {
         let quote = if one.contains(' ') { "\"" } else { "" };
         text += &format!("        --free {quote}{one}{quote}{}\n", if i + 1 == free.len() { "" } else { " \\" });
     }
+    text += "\nThe figures here are those of the stated errors. The command also learns a model error where these do not explain what is left \
+             ([identification](identify.md)), which moves the numbers within their intervals and widens these.\n";
     text += "\nWhat a number may be, beforehand (a heat as a factor on the machine file's own law at the printed condition):\n\n";
     let rows = NUMBERS.iter().map(|n| vec![n.what.to_string(), format!("`{}`", n.key), n.bounds.to_string(), n.because.to_string()]);
     text += &table(&["number", "key", "bounds", "because"], &rows.collect::<Vec<_>>());
