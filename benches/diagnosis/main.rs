@@ -1,7 +1,8 @@
 //! Hidden effects, found or not: the goals of a diagnosis over many seeded cases.
 //!
-//!     cargo bench --bench diagnosis -- [CASES] [FIRST SEED] [MACHINE 0..2] [FAMILY]
+//!     cargo bench --bench diagnosis -- [CASES] [FIRST SEED] [MACHINE 0..2] [FAMILY] [stated=FACTOR]
 //!
+//! with the noise of readings and sensors stated FACTOR times as large as it is,
 //! prints a line per case that went wrong, then the table of goals with 95 % confidence limits and the reliability of the
 //! stated probabilities.
 
@@ -51,12 +52,15 @@ fn main() {
     let (count, first) = (args.first().copied().unwrap_or(500), args.get(1).copied().unwrap_or(100_000));
     let machine = args.get(2).map(|m| *m as usize);
     let only = std::env::args().skip(1).find_map(|a| FAMILIES.into_iter().find(|f| format!("{f:?}") == a));
+    let stated: f64 = std::env::args().find_map(|a| a.strip_prefix("stated=")?.parse().ok()).unwrap_or(1.0);
     let clock = Instant::now();
     let mut outcomes: Vec<Outcome> = Vec::new();
     for i in 0..count {
         let seed = first + i;
         let family = only.unwrap_or(FAMILIES[(i % FAMILIES.len() as u64) as usize]);
-        let case = twin::case(seed, family, machine);
+        let mut case = twin::case(seed, family, machine);
+        let uncertainty = &mut case.problem.uncertainty;
+        uncertainty.noise.iter_mut().chain(&mut uncertainty.bias).for_each(|deviation| *deviation *= stated);
         let found = match diagnose(&case.problem, &Silent) {
             Ok(found) => found,
             Err(e) => {

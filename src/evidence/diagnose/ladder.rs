@@ -38,6 +38,8 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
         // A further cause must show on data kept out.
         let is_further = |rung: &Rung| next.verdict == Verdict::Explained && rung.gain.is_some();
         let Some(mut rung) = next.rungs.first().filter(|rung| is_further(rung)).cloned() else { break };
+        // Shares of the machine as it was given, not of the extended one.
+        rung.alone.clear();
         rung.share = 1.0 - square(&rung.predicted, problem) / square(&found.residuals.predicted, problem);
         found.sets.get_or_insert_default().extend(rung.sets.iter().cloned());
         found.explained = Some(rung.predicted.clone());

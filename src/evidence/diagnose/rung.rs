@@ -29,7 +29,7 @@ pub struct Rung {
     pub rms: f64,
     /// Share of the squared residual of the machine as it was given that is explained up to here.
     pub share: f64,
-    /// The same of each cause by itself, in the order of the causes, where there are two.
+    /// The same of each cause by itself, in the order of the causes, where there are two on the first rung.
     pub alone: Vec<f64>,
     /// The discrepancy that is left.
     pub left: Level,
