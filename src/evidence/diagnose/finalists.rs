@@ -112,10 +112,7 @@ impl Finalists<'_> {
     /// Fits the most probable causes and pairs, looks for a second cause where one alone leaves too much, and puts the
     /// evidence of the fits in place of the linear one. Covariance and mesh are taken anew about the best explanation: what
     /// is common to all films or heats acts on what the cause adds too.
-    ///
-    /// # Errors
-    /// As [`signatures`].
-    pub fn fit(&self, posterior: Posterior, progress: &dyn Progress) -> Result<Outcome> {
+    pub fn fit(&self, posterior: Posterior, progress: &dyn Progress) -> Outcome {
         progress.say("fitting the most probable causes through the full solver");
         let mut now =
             Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), view: self.base.clone(), ground: self.ground };
@@ -136,7 +133,12 @@ impl Finalists<'_> {
         for round in 0..ROUNDS {
             let Some(best) = self.best(&now).filter(|best| best.0 != about) else { break };
             about.clone_from(&best.0);
-            if let Some(view) = self.about(&best, round)? {
+            // A machine that cannot be solved with a cause in force says nothing more of it; the others stand.
+            let found = self.about(&best, round).unwrap_or_else(|e| {
+                progress.say(&format!("the covariance about the best cause could not be had: {e}"));
+                None
+            });
+            if let Some(view) = found {
                 now.screened = self.screened_by(&view);
                 now.ground = Ground { screen: view.deviance(&self.base.found.residual), ..self.ground };
                 now.view = view.clone();
@@ -152,7 +154,10 @@ impl Finalists<'_> {
             self.settle(&mut now, &view);
             if round == 0 && self.leaves_much(&now) {
                 progress.say("looking for a second cause beside the best ones");
-                let pairs = self.seconds(&now, &view)?;
+                let pairs = self.seconds(&now, &view).unwrap_or_else(|e| {
+                    progress.say(&format!("a second cause could not be looked for: {e}"));
+                    Vec::new()
+                });
                 let more = self.solve(&pairs, &[], &view);
                 now.posterior.candidates.retain(|c| !more.iter().any(|(m, _)| *m == c.members));
                 now.posterior.candidates.extend(pairs.into_iter().filter(|c| more.iter().any(|(m, _)| *m == c.members)));
@@ -161,7 +166,7 @@ impl Finalists<'_> {
                 self.settle(&mut now, &view);
             }
         }
-        Ok(now)
+        now
     }
 
     /// Covariance and mesh with an explanation in force; `None` where they are those already taken, or the machine file has no words

@@ -94,7 +94,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         places: whiten::places(data),
     };
     let outcome = match is_wrong {
-        true => finals.fit(posterior, progress)?,
+        true => finals.fit(posterior, progress),
         false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), view: base.clone(), ground },
     };
     let mut explanations = finals.explanations(&outcome, MOST_EXPLANATIONS);
