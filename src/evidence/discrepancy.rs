@@ -13,6 +13,7 @@ use crate::describe::machine::Machine;
 use crate::evidence::measurement::filter::Wandering;
 use crate::evidence::measurement::whiten::{self, Noise, Whitener};
 use crate::evidence::measurement::{Data, Uncertainty, wander};
+use crate::foundation::numbers::significant;
 use crate::units::Dimension;
 
 /// What the room and the water's temperature may differ by from test to test, K, beside a factor of one on all heats.
@@ -64,6 +65,25 @@ impl Level {
 
     fn is_within(&self, most: &Self) -> bool {
         self.wandering <= most.wandering && self.between_tests <= most.between_tests && self.numbers <= most.numbers
+    }
+
+    /// In words: "0.8 K wandering over 12 % of a test, 7 % from test to test"; nothing where it is nothing. In steady readings nothing
+    /// wanders.
+    pub fn in_words(&self, is_log: bool) -> String {
+        let (size, percent) = (significant(self.wandering, 2), |share: f64| significant(100.0 * share, 2));
+        let mut parts = Vec::new();
+        match (self.wandering > 0.0, is_log) {
+            (true, true) => parts.push(format!("{size} K wandering over {} % of a test", percent(self.memory))),
+            (true, false) => parts.push(format!("{size} K in every reading and {size} K of every sensor")),
+            (false, _) => {}
+        }
+        if self.between_tests > 0.0 {
+            parts.push(format!("{} % from test to test", percent(self.between_tests)));
+        }
+        if self.numbers > 0.0 {
+            parts.push(format!("numbers of the file off by {} %", percent(self.numbers)));
+        }
+        parts.join(", ")
     }
 
     /// Minus twice the logarithm of its prior.
@@ -144,13 +164,22 @@ impl ErrorParts {
     /// The whitening of some readings at a level.
     pub fn whitener(&self, level: &Level, readings: &[usize]) -> Whitener {
         let part = self.among(readings);
-        let mut common: Vec<Vec<f64>> = part.stated.iter().chain(&part.uncertain).cloned().collect();
-        for (columns, scale) in [(&part.sensors, level.wandering), (&part.tests, level.between_tests), (&part.numbers, level.numbers)] {
-            if scale > 0.0 {
-                common.extend(columns.iter().map(|c| c.iter().map(|v| scale * v).collect()));
-            }
+        let mut common: Vec<Vec<f64>> = Vec::new();
+        for (columns, scale) in part.common(level).into_iter().filter(|(_, scale)| *scale > 0.0) {
+            common.extend(columns.iter().map(|c| c.iter().map(|v| scale * v).collect()));
         }
         Whitener::with(part.noise_at(level), &common)
+    }
+
+    /// Errors that readings share, with the standard deviation that each column has at a level.
+    fn common(&self, level: &Level) -> [(&Vec<Vec<f64>>, f64); 5] {
+        [
+            (&self.stated, 1.0),
+            (&self.uncertain, 1.0),
+            (&self.sensors, level.wandering),
+            (&self.tests, level.between_tests),
+            (&self.numbers, level.numbers),
+        ]
     }
 
     /// The covariance of all readings at a level times a vector of one entry per reading, K² times its unit.
@@ -159,13 +188,7 @@ impl ErrorParts {
         let mut product: Vec<f64> = vector.iter().zip(&self.noise).map(|(v, n)| v * (n * n + own * own)).collect();
         let memory = if level.wandering > 0.0 { level.memory } else { wander::CORRELATION };
         self.wandering.iter().for_each(|series| series.add_product(level.wandering, memory, vector, &mut product));
-        for (columns, scale) in [
-            (&self.stated, 1.0),
-            (&self.uncertain, 1.0),
-            (&self.sensors, level.wandering),
-            (&self.tests, level.between_tests),
-            (&self.numbers, level.numbers),
-        ] {
+        for (columns, scale) in self.common(level) {
             for column in columns {
                 let along: f64 = scale * scale * column.iter().zip(vector).map(|(c, v)| c * v).sum::<f64>();
                 product.iter_mut().zip(column).for_each(|(p, c)| *p += along * c);
@@ -177,13 +200,7 @@ impl ErrorParts {
     /// Standard deviation of each reading at a level, K.
     pub fn marginal(&self, level: &Level) -> Vec<f64> {
         let mut squares: Vec<f64> = self.noise.iter().map(|n| n * n).collect();
-        for (columns, scale) in [
-            (&self.stated, 1.0),
-            (&self.uncertain, 1.0),
-            (&self.sensors, level.wandering),
-            (&self.tests, level.between_tests),
-            (&self.numbers, level.numbers),
-        ] {
+        for (columns, scale) in self.common(level) {
             columns.iter().for_each(|c| squares.iter_mut().zip(c).for_each(|(s, v)| *s += (scale * v).powi(2)));
         }
         if self.wandering.is_empty() {

@@ -31,9 +31,12 @@ fn bad_input_is_refused_with_its_place() {
         kinds("k2.toml", "[kind.a]\nheat_into = [\"braket\"]\nper_unit = \"1\"\n"),
         kinds("k3.toml", "[kind.a]\nheat_into = [\"bracket\"]\nper_unit = \"1\"\nscale = -1.0\n"),
     );
+    let (no_picture, picture_below) = (folder.join("ladder.pdf"), folder.join("good.csv").join("ladder.svg"));
     let below = file_below.to_str().unwrap();
     let cases: Vec<Refused<'_>> = vec![
         ("no such machine", "nowhere.toml", good.clone(), vec![], vec!["nowhere.toml", "check the path"]),
+        ("no picture", &machine, good.clone(), vec!["--chart", no_picture.to_str().unwrap()], vec!["ladder.pdf", ".svg"]),
+        ("no folder", &machine, good.clone(), vec!["--chart", picture_below.to_str().unwrap()], vec!["--chart"]),
         ("no such table", &machine, missing, vec![], vec!["missing.csv"]),
         ("empty file", &machine, table("empty.csv", String::new()), vec![], vec!["empty.csv"]),
         ("header only", &machine, table("header.csv", format!("{HEADER},motor [degC]\n")), vec![], vec!["header.csv"]),

@@ -244,8 +244,8 @@ fn one_machine_and_the_heats_of_each_table() {
         free.parameter.value = value;
     }
     let found = tables::search::found(problem).unwrap();
-    // 27 at 5000 cells; at least 24 were to be reached.
-    assert!(found.agreeing() >= 24, "{}", found.agreeing());
+    // 27 at 5000 cells; at least 24 were to be reached, and this is a coarser mesh.
+    assert!(found.agreeing() >= 25, "{}", found.agreeing());
     for sensor in ["Y motor plate", "Y reducer"] {
         assert!(found.curves.iter().any(|c| c.sensor == sensor && c.difference.agrees()));
     }
@@ -258,7 +258,7 @@ fn one_machine_and_the_heats_of_each_table() {
     };
     // By hand a ninth: 0.56 K for 5.15 K; the base that it warms too makes it a sixth.
     let (value, (low, high)) = number("source.y_motor.power", 9);
-    assert!((0.08..0.3).contains(&value) && low < value && high < 1.0, "{value} ({low} to {high})");
+    assert!((0.08..0.3).contains(&value) && low > 0.05 && high < 0.5, "{value} ({low} to {high})");
     // Friction of 2500 r/min in Table 10: at a tenth of the speed a factor ten times that of Table 9.
     let ratio = number("define.y_nut_and_screw_W", 10).0 / number("define.y_nut_and_screw_W", 9).0;
     assert!((7.0..13.0).contains(&ratio), "{ratio}");

@@ -46,7 +46,7 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         for line in ladder::refitted(rung) {
             text += &format!("   refitted beside it: {line}\n");
         }
-        text += &format!("   {}\n", ladder::left(rung));
+        text += &format!("   {}\n", ladder::left(rung, data.is_transient()));
         if let Some(gain) = rung.gain.as_ref().filter(|_| diagnosis.rungs.len() > 1) {
             text += &format!("   on data kept out: error {:.3} K before, {:.3} K after\n", gain.before, gain.after);
         }

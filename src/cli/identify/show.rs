@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::super::text::table;
 use crate::evidence::identify::record::{HeldOut, IdentifyRecord};
-use crate::evidence::identify::{Advice, Estimate, Problem, Profile, in_words};
+use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
 use crate::evidence::measurement::faults::{self, Fault};
 use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::numbers::significant;
@@ -124,7 +124,7 @@ impl Found<'_> {
         let (data, estimate) = (&self.problem.data, self.estimate);
         let mut text = String::new();
         if let Some(m) = &estimate.model_error {
-            let words = in_words(&m.level, data.is_transient());
+            let words = m.level.in_words(data.is_transient());
             text += &match words.is_empty() {
                 true => "  the stated timing of the log explains what is left".to_string(),
                 false => format!("  model error learnt from the readings: {words}"),

@@ -27,8 +27,11 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
         && leaves_much(last)
     {
         progress.say(&format!("{} explained; looking for what is left", percent(last.share)));
-        here.study = here.study.edited(&last.sets)?;
-        let next = match once(&here, progress) {
+        let extended = here.study.edited(&last.sets).and_then(|study| {
+            here.study = study;
+            once(&here, progress)
+        });
+        let next = match extended {
             Ok(next) => next,
             Err(e) => {
                 progress.say(&format!("the extended machine could not be diagnosed again: {e}"));

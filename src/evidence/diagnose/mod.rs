@@ -33,7 +33,7 @@ use crate::error::Result;
 use crate::evidence::discrepancy;
 use crate::evidence::faulty::{Cleared, cleared};
 use crate::evidence::measurement::faults::Fault;
-use crate::evidence::measurement::{Data, Uncertainty, Whitener, thinned};
+use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
 use crate::foundation::numbers::TWO_SIDED_90;
 use crate::solve::sensitivity::{Parameter, Study};
@@ -51,8 +51,6 @@ pub use trial::{ExtraSensor, Next, Trial};
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
-/// Readings of logs that are looked at: with more, rows between others say the same again.
-pub const MOST_READINGS: usize = 1200;
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 200;
 

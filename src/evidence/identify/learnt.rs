@@ -14,7 +14,6 @@ use super::search::{Point, Search, pseudo_inverse};
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
 use crate::evidence::measurement::{Uncertainty, Whitener, whiten};
-use crate::foundation::numbers::significant;
 
 /// A misfit less probable than this is no longer put down to chance alone: the data are asked for more.
 pub(super) const ALLOWED: f64 = 0.05;
@@ -179,20 +178,4 @@ pub(super) fn sensor_errors(problem: &Problem, residual: &[f64], whitener: &Whit
         SensorError { sensor, value: stated * along, stated: *stated, noise: noise[sensor] }
     };
     problem.uncertainty.bias.iter().enumerate().map(of).collect()
-}
-
-/// A model error in words: "0.8 K wandering over 12 % of a test, 7 % from test to test".
-pub fn in_words(level: &Level, is_transient: bool) -> String {
-    let mut parts = Vec::new();
-    if level.wandering > 0.0 {
-        let size = significant(level.wandering, 2);
-        parts.push(match is_transient {
-            true => format!("{size} K wandering over {} % of a test", significant(100.0 * level.memory, 2)),
-            false => format!("{size} K in every reading and {size} K of every sensor"),
-        });
-    }
-    if level.between_tests > 0.0 {
-        parts.push(format!("{} % from test to test", significant(100.0 * level.between_tests, 2)));
-    }
-    parts.join(", ")
 }

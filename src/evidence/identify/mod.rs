@@ -23,7 +23,7 @@ use rayon::prelude::*;
 
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
-use crate::evidence::measurement::{Data, Uncertainty, thinned_evenly};
+use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, thinned_evenly};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::{Kind, Parameter, Study};
 use crate::units;
@@ -31,7 +31,7 @@ use crate::units;
 pub use advice::{Advice, next_tests};
 pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, chi_square_tail, identify, identify_and_learn};
 pub use interval::{Interval, axis};
-pub use learnt::{SensorError, in_words};
+pub use learnt::SensorError;
 pub use predict::{
     Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, values, values_within,
 };
@@ -41,8 +41,6 @@ pub use write::write_machine;
 
 /// How far a positive parameter goes where its bounds are not given: this many times its value, and as many times less.
 const FARTHEST: f64 = 100.0;
-/// Readings of logs that are looked at: with more, rows between others say the same again.
-pub const MOST_READINGS: usize = 1200;
 /// Size of a temperature for what counts as known of it, K.
 const OPEN_KELVIN: f64 = 10.0;
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Advice, Estimate, Free, Problem, Profile, in_words};
+use super::{Advice, Estimate, Free, Problem, Profile};
 use crate::evidence::measurement::faults::FaultRecord;
 use crate::evidence::measurement::{Data, whiten};
 use crate::units::celsius;
@@ -201,7 +201,7 @@ impl Estimate {
             },
             misfit: MisfitRecord { before: self.misfit.0, after: self.misfit.1, dof: self.freedom, p: self.probability },
             model_error: self.model_error.as_ref().map(|m| ModelErrorRecord {
-                text: in_words(&m.level, problem.data.is_transient()),
+                text: m.level.in_words(problem.data.is_transient()),
                 wandering_K: m.level.wandering,
                 memory: m.level.memory,
                 between_tests: m.level.between_tests,

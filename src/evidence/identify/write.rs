@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Estimate, Problem, in_words};
+use super::{Estimate, Problem};
 use crate::error::Result;
 use crate::foundation::document::name_of;
 
@@ -23,7 +23,7 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
             estimate.misfit.1
         ),
     ];
-    if let Some(learnt) = estimate.model_error.map(|m| in_words(&m.level, problem.data.is_transient())).filter(|text| !text.is_empty()) {
+    if let Some(learnt) = estimate.model_error.map(|m| m.level.in_words(problem.data.is_transient())).filter(|text| !text.is_empty()) {
         remarks.push(format!("model error learnt from the readings: {learnt}"));
     }
     let mut sets = Vec::new();

@@ -19,7 +19,7 @@ use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::table::{Column, Table};
 use crate::units::{self, Celsius, Dimension, Kelvin, celsius};
 
-pub use thin::{thinned, thinned_evenly};
+pub use thin::{MOST_READINGS, thinned, thinned_evenly};
 pub use uncertainty::{Uncertainty, VariableUncertainty};
 pub use whiten::Whitener;
 

@@ -5,6 +5,8 @@
 
 use super::{Data, Row};
 
+/// Readings of logs that are looked at: with more, rows between others say the same again.
+pub const MOST_READINGS: usize = 1200;
 /// A condition that is off a straight line between two rows by more than this share of its range in the log is kept.
 const BENT: f64 = 0.01;
 

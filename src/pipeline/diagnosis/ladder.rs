@@ -1,7 +1,6 @@
 //! The rungs of a diagnosis in words.
 
 use crate::evidence::diagnose::{Cause, Rung, WhereLeft, sentence};
-use crate::evidence::discrepancy::Level;
 use crate::foundation::numbers::significant;
 
 /// What a rung names, and its share of the misfit.
@@ -30,30 +29,15 @@ fn in_words(number: &Cause) -> String {
     format!("{}{pulled}", sentence(number))
 }
 
-/// What a rung leaves, and where.
-pub fn left(rung: &Rung) -> String {
+/// What a rung leaves, and where; of logs or of steady readings.
+pub fn left(rung: &Rung, is_log: bool) -> String {
     let place = match &rung.where_left {
         Some(WhereLeft { sensor, share }) => format!(", {:.0} % of its square at {sensor}", 100.0 * share),
         None => String::new(),
     };
-    format!("left: {:.3} K{place}; {}", rung.rms, level(&rung.left))
-}
-
-/// A discrepancy in words.
-pub fn level(level: &Level) -> String {
-    let mut parts = Vec::new();
-    if level.wandering > 0.0 {
-        parts.push(format!(
-            "an error of {} K that wanders over {} % of a test",
-            significant(level.wandering, 2),
-            significant(100.0 * level.memory, 2)
-        ));
-    }
-    if level.between_tests > 0.0 {
-        parts.push(format!("{} % between tests", significant(100.0 * level.between_tests, 2)));
-    }
-    if level.numbers > 0.0 {
-        parts.push(format!("numbers of the file off by {} %", significant(100.0 * level.numbers, 2)));
-    }
-    if parts.is_empty() { "what the stated uncertainty explains".into() } else { format!("learnt: {}", parts.join(", ")) }
+    let learnt = match rung.left.in_words(is_log) {
+        words if words.is_empty() => "what the stated uncertainty explains".into(),
+        words => format!("learnt: {words}"),
+    };
+    format!("left: {:.3} K{place}; {learnt}", rung.rms)
 }

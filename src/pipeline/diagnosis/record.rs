@@ -290,7 +290,7 @@ impl Findings<'_> {
             certainty: diagnosis.certainties.iter().map(LevelRecord::of).collect(),
             probabilities: OtherwiseRecord { nothing: diagnosis.others.nothing, something_else: diagnosis.others.something_else },
             causes: diagnosis.explanations.first().filter(|_| has_cause).map(|e| causes(self, e)).unwrap_or_default(),
-            rungs: diagnosis.rungs.iter().map(RungRecord::of).collect(),
+            rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(rung, self.problem.data.is_transient())).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
                 others: Some(others.iter().map(|n| NextRecord::of(machine, n)).collect()),
@@ -333,7 +333,7 @@ impl GainRecord {
 }
 
 impl RungRecord {
-    fn of(rung: &Rung) -> Self {
+    fn of(rung: &Rung, is_log: bool) -> Self {
         let Level { wandering, memory, between_tests, numbers } = rung.left;
         Self {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
@@ -345,7 +345,7 @@ impl RungRecord {
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
             discrepancy: DiscrepancyRecord { wandering_K: wandering, memory, between_tests, numbers },
             gain: rung.gain.as_ref().map(GainRecord::of),
-            text: format!("{}; {}", ladder::words(rung), ladder::left(rung)),
+            text: format!("{}; {}", ladder::words(rung), ladder::left(rung, is_log)),
         }
     }
 }

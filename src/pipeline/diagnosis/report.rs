@@ -392,7 +392,7 @@ fn steps(section: &mut Section, found: &Findings<'_>, figure: &GainsFigure) -> R
             text(format!("{}", i + 1)),
             text(capital(&ladder::words(rung))),
             text(ladder::refitted(rung).join("; ")),
-            text(ladder::left(rung)),
+            text(ladder::left(rung, found.problem.data.is_transient())),
             text(kept_out),
         ]);
     }
