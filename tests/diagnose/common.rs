@@ -173,3 +173,31 @@ fn derivatives_of_lumped_causes() {
         assert!(seen.contains(&kind), "{kind}: {seen:?}");
     }
 }
+
+/// A machine file takes the lines of every cause, also where one circuit feeds another.
+#[test]
+fn causes_of_circuits_in_series() {
+    let path = format!("{}/benches/diagnosis/machines/spindle.toml", env!("CARGO_MANIFEST_DIR"));
+    let study = Study::new(Document::read(path).unwrap(), Some(200)).unwrap();
+    let machine = &study.model.machine;
+    let row = |i: usize| Row {
+        test: format!("test {i}"),
+        time: None,
+        condition: machine.condition(&[("motor_speed", &format!("{} rpm", 1000 * i)), ("coolant_flow", &format!("{i} L/min"))]).unwrap(),
+        readings: vec![Some(300.0); machine.sensors.len()],
+        line: None,
+    };
+    let data = Data {
+        source: "a table".into(),
+        sensors: (0..machine.sensors.len()).collect(),
+        names: machine.sensors.iter().map(|s| s.name.clone()).collect(),
+        rows: (2..6).map(row).collect(),
+        notes: Vec::new(),
+    };
+    let scales = Scales::of(&data, machine);
+    for h in hypotheses(&study, &data, &[]) {
+        if let Some(sets) = h.sets(&study, &scales, &[], 0.1 * h.scale).unwrap() {
+            study.edited(&sets).unwrap_or_else(|e| panic!("{} at {}: {e}", h.kind(), h.place));
+        }
+    }
+}

@@ -29,7 +29,7 @@ use twin::{Family, case};
 fn silence_on_clean_data() {
     let mut alarms = Vec::new();
     for seed in 1..=30 {
-        let case = case(seed, Family::Clean, Some(0));
+        let case = case(seed, Family::Clean);
         let found = diagnose(&case.problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         if found.verdict != Verdict::Consistent {
             alarms.push((seed, found.misfit));
@@ -47,7 +47,7 @@ fn silence_on_clean_data() {
 fn one_hidden_effect() {
     let (mut missed, mut misplaced, mut wrong, mut large) = (Vec::new(), Vec::new(), Vec::new(), 0);
     for seed in 201..=230 {
-        let case = case(seed, Family::One, Some(0));
+        let case = case(seed, Family::One);
         let found = diagnose(&case.problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
         let score = score(&case, &found);
         println!(
@@ -80,7 +80,7 @@ fn one_hidden_effect() {
 /// The signature of every cause, by adjoints, is the slope of what its lines of the machine file do, by solving again.
 #[test]
 fn signatures_are_slopes_of_the_edits() {
-    let case = case(5, Family::Clean, Some(0));
+    let case = case(5, Family::Clean);
     let (study, data) = (&case.problem.study, &case.problem.data);
     let scales = Scales::of(data, &study.model.machine);
     let all = hypotheses(study, data, &[]);

@@ -3,13 +3,13 @@
 //! The truth has another mesh, perturbed films, heats and emissivities, and an effect written as lines of a machine file;
 //! readings get noise of every kind in the covariance, and some sensors are lost. What was hidden stays here.
 
-mod effects;
+pub mod effects;
 pub mod score;
 
-use coldplate::describe::machine::Condition;
+use coldplate::describe::machine::{Condition, Variable};
 use coldplate::evidence::diagnose::{Law, Problem, Scales};
 use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, Whitener};
+use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
 use coldplate::foundation::document::Document;
 use coldplate::foundation::random::Random;
@@ -18,7 +18,7 @@ use coldplate::solve::sensitivity::Study;
 /// What was hidden.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
-    /// Kind, in the words of the catalogue, or `outside`.
+    /// Kind, in the words of the catalogue; of what the catalogue does not have, the nearest.
     pub kind: String,
     /// Place.
     pub place: String,
@@ -26,11 +26,25 @@ pub struct Hidden {
     pub law: Law,
     /// Amplitude in the catalogue's unit, where there is one; with a law, at 2500 rpm.
     pub amplitude: f64,
-    lines: Vec<(String, String)>,
-    sensor: Option<(usize, f64, usize)>,
+    /// Lines of the machine file that make it so.
+    pub lines: Vec<(String, String)>,
+    /// What a sensor does: which (a column of the data), how much, and with which other it is exchanged.
+    pub sensor: Option<(usize, f64, usize)>,
+    /// In words, where it is none of the catalogue.
+    pub outside: Option<String>,
 }
 
 impl Hidden {
+    /// A constant effect that lines of the machine file make.
+    pub fn new(kind: &str, place: impl Into<String>, amplitude: f64, lines: Vec<(String, String)>) -> Self {
+        Self { kind: kind.into(), place: place.into(), law: Law::Constant, amplitude, lines, sensor: None, outside: None }
+    }
+
+    /// What a sensor does to readings; the machine stays as it is.
+    pub fn of_sensor(kind: &str, place: impl Into<String>, law: Law, sensor: (usize, f64, usize)) -> Self {
+        Self { law, sensor: Some(sensor), ..Self::new(kind, place, sensor.1, Vec::new()) }
+    }
+
     /// The amplitude as the catalogue counts it, whose laws are one at the largest speed of the data.
     pub fn amplitude_in(&self, scales: &Scales) -> f64 {
         let share = scales.speed * 60.0 / std::f64::consts::TAU / 2500.0;
@@ -42,31 +56,27 @@ impl Hidden {
     }
 
     /// What a sensor's own error does to readings, row by row of `width` sensors.
-    fn read(&self, values: &mut [f64], width: usize) {
+    pub fn read(&self, values: &mut [f64], width: usize) {
         let Some((k, amplitude, other)) = self.sensor else { return };
         for row in values.chunks_mut(width) {
             match self.kind.as_str() {
                 "sensor offset" => row[k] += amplitude,
                 "sensor gain" => row[k] += amplitude * (row[k] - 293.15),
-                _ => row.swap(k, other),
+                "all sensors" => row.iter_mut().for_each(|t| *t += amplitude),
+                "swapped sensors" => row.swap(k, other),
+                _ => {}
             }
         }
     }
 }
 
-/// Families of cases.
+/// Families of the quick cases.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Family {
     /// Nothing is hidden.
     Clean,
     /// One effect.
     One,
-    /// Two effects at different places.
-    Two,
-    /// One effect of a kind that the catalogue does not have.
-    Outside,
-    /// One of two causes that these data cannot tell apart: a source's own heat or other heat at its place, at one speed.
-    Inseparable,
 }
 
 /// A case: what the program sees, and what was hidden.
@@ -75,10 +85,10 @@ pub struct Case {
     pub problem: Problem,
     /// What was hidden.
     pub hidden: Vec<Hidden>,
-    /// Each effect alone, K, reading by reading.
+    /// What is off beside it, which an answer may name or not.
+    pub beside: Vec<Hidden>,
+    /// Each effect alone, K, reading by reading of the problem's data.
     pub shifts: Vec<Vec<f64>>,
-    /// Name of the machine.
-    pub machine: &'static str,
 }
 
 /// A motor and a gear on two cold plates in series, a bracket with a bearing that only radiates and conducts.
@@ -192,49 +202,41 @@ part = "bracket"
 outlet = "second"
 "#;
 
-/// Machines of the benchmark: name, cells of the model and least and most cells of the truth.
-const MACHINES: [(&str, usize, f64, f64); 3] =
-    [("small", 600, 900.0, 1600.0), ("rig", 1500, 2200.0, 3500.0), ("five_axis", 6000, 7500.0, 10000.0)];
-
-fn document(machine: &str) -> Document {
-    match machine {
-        "small" => Document::parse(SMALL, "small.toml").unwrap(),
-        name => Document::read(format!("{}/machines/{name}.toml", env!("CARGO_MANIFEST_DIR"))).unwrap(),
-    }
-}
-
-fn between(random: &mut Random, low: f64, high: f64) -> f64 {
+/// Evenly between two numbers.
+pub fn between(random: &mut Random, low: f64, high: f64) -> f64 {
     low + (high - low) * random.unit()
 }
 
-fn choose<'a, T>(random: &mut Random, list: &'a [T]) -> &'a T {
+/// One of a list that is not empty.
+pub fn choose<'a, T>(random: &mut Random, list: &'a [T]) -> &'a T {
     &list[((random.unit() * list.len() as f64) as usize).min(list.len() - 1)]
 }
 
-/// Makes a case; the same seed makes the same case.
-pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
+/// What the makers state of the conditions of tests in such a laboratory.
+pub fn stated(variable: &Variable) -> VariableUncertainty {
+    match variable.name.as_str() {
+        "coolant_temperature" => VariableUncertainty { absolute: 0.06, relative: 0.0 },
+        "coolant_flow" => VariableUncertainty { absolute: 0.0, relative: 0.015 },
+        "ambient_temperature" => VariableUncertainty { absolute: 0.15, relative: 0.0 },
+        "motor_speed" => VariableUncertainty { absolute: 0.0, relative: 0.001 },
+        _ => VariableUncertainty::default(),
+    }
+}
+
+/// Makes a case on the small machine; the same seed makes the same case.
+pub fn case(seed: u64, family: Family) -> Case {
     let mut random = Random::new(seed.wrapping_mul(7919).wrapping_add(13));
-    let which = machine.unwrap_or_else(|| [0, 0, 0, 1, 1, 2][(random.unit() * 6.0) as usize]);
-    let (name, cells, low, high) = MACHINES[which];
-    let study = Study::new(document(name), Some(cells)).unwrap();
+    let document = || Document::parse(SMALL, "small.toml").unwrap();
+    let study = Study::new(document(), Some(600)).unwrap();
     // Conditions: 4 to 40, anywhere in the ranges.
     let count = (4.0 * 10f64.powf(random.unit())).round() as usize;
-    let count = if name == "five_axis" { count.min(16) } else { count };
     let variables = &study.model.machine.variables;
-    let mut stated: Vec<Vec<f64>> = (0..count)
-        .map(|_| {
-            let values = variables.iter().map(|v| match v.range {
-                Some((low, high)) => between(&mut random, low, high),
-                None => v.default.unwrap_or(0.0),
-            });
-            values.collect()
-        })
-        .collect();
-    if let Some(speed) = variables.iter().position(|v| v.name == "motor_speed").filter(|_| family == Family::Inseparable) {
-        let one = between(&mut random, 1500.0, 2500.0) * std::f64::consts::TAU / 60.0;
-        stated.iter_mut().for_each(|c| c[speed] = one);
-    }
-    let stated: Vec<Condition> = stated.into_iter().map(Condition::from_si).collect();
+    let anywhere = |random: &mut Random, v: &Variable| match v.range {
+        Some((low, high)) => between(random, low, high),
+        None => v.default.unwrap_or(0.0),
+    };
+    let conditions: Vec<Condition> =
+        (0..count).map(|_| Condition::from_si(variables.iter().map(|v| anywhere(&mut random, v)).collect())).collect();
     // Sensors: some are lost.
     let all = study.model.machine.sensors.len();
     let mut sensors: Vec<usize> = (0..all).filter(|_| random.unit() > 0.12).collect();
@@ -243,111 +245,66 @@ pub fn case(seed: u64, family: Family, machine: Option<usize>) -> Case {
     }
     let noise = between(&mut random, 0.03, 0.1);
     let bias = between(&mut random, 0.03, 0.1);
-    let spread = |v: &coldplate::describe::machine::Variable| match v.name.as_str() {
-        "coolant_temperature" => VariableUncertainty { absolute: 0.06, relative: 0.0 },
-        "coolant_flow" => VariableUncertainty { absolute: 0.0, relative: 0.015 },
-        "ambient_temperature" => VariableUncertainty { absolute: 0.15, relative: 0.0 },
-        "motor_speed" => VariableUncertainty { absolute: 0.0, relative: 0.001 },
-        _ => VariableUncertainty::default(),
-    };
     let uncertainty = Uncertainty {
         noise: vec![noise; sensors.len()],
         bias: vec![bias; sensors.len()],
-        variables: variables.iter().map(spread).collect(),
+        variables: variables.iter().map(stated).collect(),
         model: 0.0,
         timing: 0.0,
         file: None,
     };
     // The truth: another mesh, other films, heats, emissivities.
-    let perturbed = perturbed(&study, &mut random);
-    let mut truth = document(name);
-    for (key, value) in &perturbed {
-        truth.apply_set(key, value).unwrap();
+    let mut truth = document();
+    for (key, value) in perturbed(&study, &mut random) {
+        truth.apply_set(&key, &value).unwrap();
     }
-    let truth = Study::new(truth, Some(between(&mut random, low, high) as usize)).unwrap();
-    let names: Vec<String> = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
-    let rows = |conditions: &[Condition]| -> Vec<Row> {
-        let row = |(i, c): (usize, &Condition)| Row {
+    let truth = Study::new(truth, Some(between(&mut random, 900.0, 1600.0) as usize)).unwrap();
+    let row = |(i, condition): (usize, &Condition)| {
+        let real = condition.si().iter().zip(uncertainty.at(condition)).map(|(v, d)| v + d * random.normal()).collect();
+        Row {
             test: format!("test {}", i + 1),
             time: None,
-            condition: c.clone(),
+            condition: Condition::from_si(real),
             readings: vec![Some(300.0); sensors.len()],
             line: None,
-        };
-        conditions.iter().enumerate().map(row).collect()
+        }
     };
-    let real: Vec<Condition> = stated
-        .iter()
-        .map(|c| {
-            let deviations = uncertainty.at(c);
-            Condition::from_si(c.si().iter().zip(deviations).map(|(v, d)| v + d * random.normal()).collect())
-        })
-        .collect();
-    let data = Data { source: "a twin".into(), sensors: sensors.clone(), names, rows: rows(&real), notes: Vec::new() };
-    let own = |k: usize| (0..data.count()).map(|i| if i % sensors.len() == k { bias } else { 0.0 }).collect();
-    let instruments = Whitener::new(&vec![noise; data.count()], &(0..sensors.len()).map(own).collect::<Vec<_>>());
+    let rows = conditions.iter().enumerate().map(row).collect();
+    let names: Vec<String> = sensors.iter().map(|s| study.model.machine.sensors[*s].name.clone()).collect();
+    let mut data = Data { source: "a twin".into(), sensors: sensors.clone(), names, rows, notes: Vec::new() };
     let with = |hidden: &[Hidden]| -> Option<Vec<f64>> {
         let lines: Vec<(String, String)> = hidden.iter().flat_map(|h| h.lines.clone()).collect();
         let affected = truth.edited(&lines).unwrap_or_else(|e| panic!("{hidden:?}: {e}"));
         let mut values = identify::values(&affected, &data, Start::Steady).ok()?;
-        // A gain or an offset belongs to the sensor: wires are exchanged behind it.
-        let (exchanged, own): (Vec<&Hidden>, Vec<&Hidden>) = hidden.iter().partition(|h| h.kind == "swapped sensors");
-        own.iter().chain(&exchanged).for_each(|h| h.read(&mut values, sensors.len()));
+        hidden.iter().for_each(|h| h.read(&mut values, sensors.len()));
         Some(values)
     };
     let clean = with(&[]).expect("the machine as it is");
-    let alone = |h: &Hidden| -> Option<Vec<f64>> { Some(with(std::slice::from_ref(h))?.iter().zip(&clean).map(|(a, b)| a - b).collect()) };
-    let mut draw = |taken: &[Hidden]| -> (Hidden, Vec<f64>) {
-        loop {
-            let one = match family {
-                Family::Outside => effects::outside(&truth, &mut random),
-                Family::Inseparable => effects::inseparable(&truth, &mut random),
-                _ => effects::effect(&truth, &sensors, &mut random),
-            };
-            if taken.iter().all(|h| h.place != one.place && h.kind != one.kind)
-                && let Some(shift) = alone(&one)
-            {
-                return (one, shift);
-            }
-        }
-    };
-    let (mut hidden, mut shifts): (Vec<Hidden>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-    let values = loop {
-        hidden.clear();
-        shifts.clear();
-        let wanted = match family {
-            Family::Clean => 0,
-            Family::Two => 2,
-            Family::One | Family::Outside | Family::Inseparable => 1,
+    let (hidden, values) = loop {
+        let hidden = match family {
+            Family::Clean => Vec::new(),
+            Family::One => vec![effects::effect(&truth, &sensors, effects::STEADY, &mut random)],
         };
-        for _ in 0..wanted {
-            let (one, shift) = draw(&hidden);
-            hidden.push(one);
-            shifts.push(shift);
-        }
-        // Two that cannot both show are one: drawn again until each stands out of the instruments' errors beside the other.
-        if family == Family::Two && score::least_of_two(&shifts, &instruments) < 12.0 {
-            continue;
-        }
+        // Drawn again where the machine cannot be solved with it.
         if let Some(values) = with(&hidden) {
-            break values;
+            break (hidden, values);
         }
     };
+    let shifts = hidden.iter().map(|_| values.iter().zip(&clean).map(|(a, b)| a - b).collect()).collect();
     let errors: Vec<f64> = sensors.iter().map(|_| bias * random.normal()).collect();
-    let mut data = data;
     for (r, row) in data.rows.iter_mut().enumerate() {
-        row.condition = stated[r].clone();
+        row.condition = conditions[r].clone();
         for k in 0..sensors.len() {
             row.readings[k] = Some(values[r * sensors.len() + k] + errors[k] + noise * random.normal());
         }
     }
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.seed) = (uncertainty, seed);
-    Case { problem, hidden, shifts, machine: name }
+    Case { problem, hidden, beside: Vec::new(), shifts }
 }
 
 /// Films, heats and emissivities a little off, each by a common factor.
-fn perturbed(study: &Study, random: &mut Random) -> Vec<(String, String)> {
+pub fn perturbed(study: &Study, random: &mut Random) -> Vec<(String, String)> {
     let mut lines = Vec::new();
     let machine = &study.model.machine;
     let films = 1.0 + 0.05 * random.normal();

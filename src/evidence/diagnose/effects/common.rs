@@ -33,7 +33,11 @@ impl Common {
             Self::Heats => (0..machine.sources.len()).map(|s| Heat::Source(s).into()).collect(),
             Self::Emissivities => Radiation::emissivities(study).into_iter().map(Effect::from).collect(),
             Self::Contacts => Contact::scalable(study).into_iter().map(Effect::from).collect(),
-            Self::Inlets => (0..machine.circuits.len()).map(|c| Flow::Inlet(c).into()).collect(),
+            // What another circuit feeds has no inlet temperature of its own.
+            Self::Inlets => {
+                let fed_from_without = |c: &usize| machine.circuits[*c].intake.feeders().is_empty();
+                (0..machine.circuits.len()).filter(fed_from_without).map(|c| Flow::Inlet(c).into()).collect()
+            }
         }
     }
 

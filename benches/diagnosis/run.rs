@@ -1,0 +1,178 @@
+//! One case: drawn, diagnosed, and held beside what was hidden.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Instant;
+
+use coldplate::evidence::diagnose::{Cause, Diagnosis, Problem, diagnose, sentence};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, whiten};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::progress::Silent;
+use serde::{Deserialize, Serialize};
+
+use crate::draw::{Drawn, Family, draw};
+use crate::twin::Hidden;
+use crate::twin::score::{Score, score};
+use crate::unkind::Unkindness;
+
+/// A case that is done, as the journal has it.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Record {
+    pub seed: u64,
+    /// Why there is no answer.
+    pub error: Option<String>,
+    pub seconds: f64,
+    pub answer: Option<Answer>,
+}
+
+/// What was asked and answered.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Answer {
+    pub machine: String,
+    pub family: Family,
+    pub unkind: Vec<Unkindness>,
+    /// What was hidden, in words.
+    pub hidden: Vec<String>,
+    /// What was off beside it.
+    pub beside: Vec<String>,
+    /// Which law it was where the catalogue has it not.
+    pub outside: Option<String>,
+    pub rows: usize,
+    pub verdict: String,
+    /// What was named, rung by rung; the first explanation where none was.
+    pub named: Vec<String>,
+    /// Faulty readings that were found, in words.
+    pub faults: Vec<String>,
+    pub d: f64,
+    pub detected: bool,
+    pub group: bool,
+    pub exact: bool,
+    pub right: bool,
+    /// How many of what was hidden were named.
+    pub found: usize,
+    pub in_set: bool,
+    pub confident: bool,
+    pub misnamed: bool,
+    pub misplaced: bool,
+    pub stated: f64,
+    pub covered: Option<bool>,
+    pub off: Option<f64>,
+    /// Error on unseen data, K: of the machine as it is, of the extended one, and what is left where everything hidden is known.
+    pub before: f64,
+    pub after: f64,
+    pub floor: f64,
+    /// Whether a machine was written.
+    pub extended: bool,
+    /// The gain that the program states itself, K.
+    pub own_gain: Option<f64>,
+}
+
+/// The case of a seed; told in full where `is_shown`.
+pub fn case(seed: u64, is_shown: bool) -> Record {
+    let clock = Instant::now();
+    let done = catch_unwind(AssertUnwindSafe(|| {
+        let drawn = draw(seed);
+        let found = diagnose(&drawn.case.problem, &Silent).map_err(|e| e.to_string())?;
+        if is_shown {
+            show(seed, &drawn, &found);
+        }
+        Ok::<Answer, String>(answer(&drawn, &found))
+    }));
+    let (answer, error) = match done {
+        Ok(Ok(answer)) => (Some(answer), None),
+        Ok(Err(error)) => (None, Some(error)),
+        Err(panic) => {
+            let text = panic.downcast_ref::<String>().cloned().or_else(|| panic.downcast_ref::<&str>().map(|s| s.to_string()));
+            (None, Some(format!("panic: {}", text.unwrap_or_default())))
+        }
+    };
+    let record = Record { seed, error, seconds: clock.elapsed().as_secs_f64(), answer };
+    if is_shown {
+        println!("{record:#?}");
+    }
+    record
+}
+
+fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
+    let Drawn { case, family, setting, unkind, unseen, floor } = drawn;
+    let Score { detected, group, exact, right, named, in_set, confident, misnamed, misplaced, stated, covered, d, off } =
+        score(case, found);
+    let told = |h: &Hidden| match &h.outside {
+        Some(words) => format!("{words} at {}", h.place),
+        None => format!("{} at {} ({:.4})", h.kind, h.place, h.amplitude),
+    };
+    let causes = |causes: &[Cause]| -> String {
+        let each = |c: &Cause| format!("{} {} ({:.4})", c.hypothesis.kind_and_place(), c.hypothesis.law_words(), c.amplitude);
+        causes.iter().map(each).collect::<Vec<_>>().join(" + ")
+    };
+    let before = error(&case.problem, &[], unseen).unwrap_or(f64::NAN);
+    let after = found.sets.as_ref().and_then(|sets| error(&case.problem, sets, unseen));
+    Answer {
+        machine: setting.name.into(),
+        family: *family,
+        unkind: unkind.clone(),
+        hidden: case.hidden.iter().map(told).collect(),
+        beside: case.beside.iter().map(told).collect(),
+        outside: case.hidden.first().and_then(|h| h.outside.clone()),
+        rows: case.problem.data.rows.len(),
+        verdict: found.verdict.code().into(),
+        named: match found.rungs.as_slice() {
+            [] => found.explanations.iter().take(usize::from(detected)).map(|e| causes(&e.causes)).collect(),
+            rungs => rungs.iter().map(|rung| causes(&rung.causes)).collect(),
+        },
+        faults: case.problem.faults.iter().map(|fault| fault.text()).collect(),
+        d,
+        detected,
+        group,
+        exact,
+        right,
+        found: named,
+        in_set,
+        confident,
+        misnamed,
+        misplaced,
+        stated,
+        covered,
+        off,
+        before,
+        after: after.unwrap_or(before),
+        floor: *floor,
+        extended: after.is_some(),
+        own_gain: found.gain.as_ref().map(|gain| gain.before - gain.after),
+    }
+}
+
+/// Error on unseen data with lines of the machine file in force, K: root mean square.
+fn error(problem: &Problem, sets: &[(String, String)], unseen: &Data) -> Option<f64> {
+    let study = problem.study.edited(sets).ok()?;
+    let predicted = identify::values(&study, unseen, Start::Steady).ok()?;
+    Some(whiten::rmse(unseen, &predicted))
+}
+
+fn show(seed: u64, drawn: &Drawn, found: &Diagnosis) {
+    let misfit = &found.misfit;
+    println!(
+        "seed {seed}, {:?} on {}: chi-square {:.0} of {}, p {:.1e} and {:.1e}, level of the machine as it is: {:?}",
+        drawn.family, drawn.setting.name, misfit.chi2, misfit.freedom, misfit.probability, misfit.look_elsewhere, found.unexplained
+    );
+    for hidden in drawn.case.hidden.iter().chain(&drawn.case.beside) {
+        println!("  hidden: {hidden:?}");
+    }
+    for (i, e) in found.explanations.iter().enumerate().take(8) {
+        let words: Vec<String> = e.causes.iter().map(sentence).collect();
+        let mark = if found.set.contains(&i) { "set" } else { "   " };
+        println!("  {mark} {:.3}, deviance {:.1}, misfit {:.1}, {:?}: {}", e.probability, e.deviance, e.misfit, e.level, words.join("; "));
+    }
+    for rung in &found.rungs {
+        let words: Vec<String> = rung.causes.iter().map(sentence).collect();
+        println!(
+            "  rung: {}, share {:.3}, left {:?}, p {:.2e}, gain {:?}",
+            words.join("; "),
+            rung.share,
+            rung.left,
+            rung.probability_left,
+            rung.gain.as_ref().map(|g| [g.before, g.after, g.low, g.high])
+        );
+    }
+    println!("  others {:?}, gain {:?}", found.others, found.gain.as_ref().map(|g| [g.before, g.after, g.low, g.high]));
+}
