@@ -67,9 +67,7 @@ fn one(study: &Study, is_log: bool, random: &mut Random) -> Option<Outside> {
             let material = machine.materials.get(random.below(machine.materials.len().max(1)))?;
             let p = study.parameter(&format!("material.{}.conductivity", material.name)).ok()?;
             let lines = p.to_set(p.value * [0.15, 0.3, 3.0][random.below(3)], machine).ok()?.into_iter().collect();
-            let parts: Vec<&str> =
-                machine.parts.iter().filter(|p| machine.materials[p.material].name == material.name).map(|p| p.name.as_str()).collect();
-            plain("conductivity", parts.join(" - "), "another conductivity of a material".into(), lines)
+            plain("thermal conductivity", material.name.clone(), "another conductivity of a material".into(), lines)
         }
         5 => {
             let watts = between(random, 5.0, 30.0);

@@ -49,7 +49,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("figures::chart", &["error", "units", "foundation::atomic_file"]),
     ("figures::report", &["error", "units", "foundation::atomic_file", "figures::chart"]),
     ("evidence::measurement", &["error", "units", "foundation::*", "describe::machine"]),
-    ("evidence::discrepancy", &["units", "describe::machine", "evidence::measurement"]),
+    ("evidence::discrepancy", &["foundation::numbers", "units", "describe::machine", "evidence::measurement"]),
     (
         "evidence::identify",
         &[

@@ -1,4 +1,4 @@
-//! Kinds that the twins do not draw: an uneven split of parallel channels, losses that follow the temperature, and surfaces that see
+//! Kinds that the twins do not draw: an uneven split of parallel channels, another conductivity of a material, losses that follow the temperature, and surfaces that see
 //! each other.
 
 use coldplate::evidence::diagnose::{Diagnosis, Law, Verdict, diagnose};
@@ -42,6 +42,36 @@ fn an_uneven_split() {
     assert!(low < 20.0 && 20.0 < high && low > 10.0, "{low} {high}");
     let sets = found.sets.unwrap();
     assert_eq!(sets[0].0, "channel.second.minor_loss");
+}
+
+/// Steel that conducts less than its handbook says: one material, four parts. The same where a library states it.
+#[test]
+fn a_conductivity_of_a_material() {
+    let own = Document::parse(SMALL, "small.toml").unwrap();
+    let table = "[material.steel]\nconductivity = \"45 W/(m K)\"\ndensity = \"7800 kg/m3\"\nspecific_heat = \"470 J/(kg K)\"\n";
+    assert!(SMALL.contains(table));
+    let of_library = Document::parse(&SMALL.replace(table, "").replace("\"steel\"", "\"alloy steel\""), "small.toml").unwrap();
+    let made = "{ base = \"alloy steel\", conductivity = \"16 W/(m K)\" }";
+    let other: Vec<(String, String)> =
+        ["motor", "gear", "bracket", "bearing"].map(|p| (format!("part.{p}.material"), "other".into())).into();
+    let mut lines = vec![("material.other", made)];
+    lines.extend(other.iter().map(|(key, value)| (key.as_str(), value.as_str())));
+    let plain = [("material.steel.conductivity", "\"16 W/(m K)\"")];
+    for (machine, lines, place, key) in [
+        (&own, &plain[..], "steel", "material.steel.conductivity"),
+        (&of_library, &lines[..], "alloy steel", "material.\"alloy steel as diagnosed\""),
+    ] {
+        let hidden = Hidden { machine, cells: (300, 500), lines, conditions: Hidden::conditions(machine, 10, 5, &[]), seed: 6 };
+        let problem = hidden.problem();
+        let stated = problem.study.model.machine.materials.iter().find(|m| m.name == place).unwrap().conductivity[0].at(300.0);
+        let found = diagnose(&problem, &Silent).unwrap();
+        let best = &found.explanations[0];
+        println!("{:?} {:?} {:?} {stated}", found.verdict, found.level, best);
+        assert_eq!((best.causes[0].hypothesis.kind(), best.causes[0].hypothesis.place.as_str()), ("thermal conductivity", place));
+        let shown = best.causes[0].shown();
+        assert!(shown.low * stated < 16.0 && 16.0 < shown.high * stated && shown.value * stated < 0.6 * stated, "{shown:?}");
+        assert!(found.gain.unwrap().after < 0.1 && found.sets.unwrap()[0].0 == key);
+    }
 }
 
 /// Scale on one channel, at several flows: in series with the film it counts most where the film is best, which neither a factor

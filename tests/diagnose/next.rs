@@ -1,6 +1,7 @@
 //! What is proposed to be measured next tells apart what could not be told apart.
 
-use coldplate::evidence::diagnose::{Diagnosis, Law, Problem, Trial, Verdict, diagnose};
+use coldplate::evidence::diagnose::{Diagnosis, ExtraSensor, Law, Problem, Trial, Verdict, diagnose};
+use coldplate::evidence::measurement::Uncertainty;
 use coldplate::foundation::document::Document;
 use coldplate::foundation::progress::Silent;
 
@@ -33,7 +34,8 @@ fn the_proposed_test_decides() {
     }
     let is_intervention = |t: &Trial| !matches!(t, Trial::Steady);
     assert!(before.next.iter().any(|n| is_intervention(&n.trial)) && before.next.iter().any(|n| !is_intervention(&n.trial)));
-    assert!(before.next.windows(2).all(|w| w[0].mean >= w[1].mean), "not in order");
+    let settles = |n: &coldplate::evidence::diagnose::Next| n.worth.wrong_name.drop() / n.cost;
+    assert!(before.next.windows(2).all(|w| settles(&w[0]) >= settles(&w[1]) - 0.01), "not in order");
     assert!(before.next.iter().all(|n| n.trial == Trial::Steady || n.mean >= 1.0), "not worth while");
     // The same heat is the same at every flow, pressure and with any heater: only another speed tells.
     let variables = &problem.study.model.machine.variables;
@@ -58,4 +60,78 @@ fn the_proposed_test_decides() {
     assert!(stays(&before) && !stays(&after));
     let best = &after.explanations[0].causes[0].hypothesis;
     assert_eq!(best.place, "bearing", "{best:?}");
+}
+
+/// Where flow and speed cannot be changed, heat into a plate and scale in its channel are the same data. A thermometer in the water that
+/// leaves would tell them apart, and does.
+#[test]
+fn a_sensor_that_does_not_exist_is_proposed_and_settles() {
+    let mut bare = SMALL.replace("range = [\"2 L/min\", \"8 L/min\"]\n", "").replace("range = [\"250 rpm\", \"2500 rpm\"]\n", "");
+    for sensor in [
+        "[sensor.plate]\npoint = [\"20 mm\", \"80 mm\", \"10 mm\"]\nin = \"plate\"\n",
+        "[sensor.\"second plate\"]\npoint = [\"10 mm\", \"80 mm\", \"10 mm\"]\nin = \"second_plate\"\n",
+        "[sensor.outlet]\noutlet = \"second\"\n",
+    ] {
+        assert!(bare.contains(sensor));
+        bare = bare.replace(sensor, "");
+    }
+    let machine = Document::parse(&bare, "small.toml").unwrap();
+    let lines = [("channel.second.film_factor", "0.15")];
+    let held = [("motor_speed", SPEED), ("coolant_flow", 4.0 / 60_000.0)];
+    let mut hidden =
+        Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions: Hidden::conditions(&machine, 6, 3, &held), seed: 4 };
+    // Thermometers of a workshop: limits of 0.1 K.
+    let of_workshop = |mut problem: Problem| {
+        problem.uncertainty = Uncertainty::usual(&problem.data, &problem.study.model.machine);
+        problem.costs.new_sensor = 0.25;
+        problem
+    };
+    let problem = of_workshop(hidden.problem());
+    let before = found(&problem);
+    let is_heat = |d: &Diagnosis| d.set.iter().any(|i| d.explanations[*i].causes[0].hypothesis.kind() == "heat source");
+    let is_wall = |d: &Diagnosis| {
+        d.set.iter().any(|i| {
+            let h = &d.explanations[*i].causes[0].hypothesis;
+            h.place == "second" && matches!(h.kind(), "scale" | "film coefficient")
+        })
+    };
+    assert!(before.verdict == Verdict::CannotTell && is_heat(&before) && is_wall(&before));
+    let best = &before.next[0];
+    let Some(ExtraSensor { name, entry: Some(entry), .. }) = &best.sensor else { panic!("no new sensor: {best:?}") };
+    assert_eq!((name.as_str(), entry.as_str()), ("water leaving second", "{ outlet = \"second\" }"));
+    assert!(best.trial == Trial::Steady && best.cost == 1.25, "{best:?}");
+    let wrong = best.worth.wrong_name;
+    assert!(wrong.before > 0.1 && wrong.after < 0.06 && best.worth.prediction.after < 0.6 * best.worth.prediction.before, "{best:?}");
+    assert!(best.worth.wrong_verdict.is_none(), "a machine without limits");
+    // A sensor that costs too much is not asked for.
+    let mut dear = problem.clone();
+    dear.costs.sensors.insert(name.clone(), 100.0);
+    assert!(found(&dear).next.iter().all(|n| n.sensor.as_ref().is_none_or(|s| s.name != *name)));
+    // Fitted and read, it refutes the heat.
+    let mut fitted = machine.clone();
+    fitted.apply_set("sensor.\"water leaving second\"", entry).unwrap();
+    hidden = Hidden { machine: &fitted, ..hidden };
+    hidden.conditions.push(best.condition.si().to_vec());
+    let mut problem = of_workshop(hidden.problem());
+    let own = problem.data.names.iter().position(|n| n == name).unwrap();
+    problem.data.rows[..6].iter_mut().for_each(|row| row.readings[own] = None);
+    let after = found(&problem);
+    assert!(!is_heat(&after) && is_wall(&after), "{:?}", after.explanations[0].causes);
+}
+
+/// At one flow a film at a third of its value and scale look alike; the slope of the film alone would need an amplitude that nobody believes.
+#[test]
+fn a_film_at_a_third_is_not_called_scale() {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let held = [("motor_speed", SPEED), ("coolant_flow", 4.0 / 60_000.0)];
+    let hidden = Hidden {
+        machine: &machine,
+        cells: (300, 500),
+        lines: &[("channel.first.film_factor", "0.3")],
+        conditions: Hidden::conditions(&machine, 6, 3, &held),
+        seed: 4,
+    };
+    let found = found(&hidden.problem());
+    let open: Vec<&str> = found.set.iter().map(|i| found.explanations[*i].causes[0].hypothesis.kind()).collect();
+    assert!(open.contains(&"film coefficient"), "{open:?}");
 }

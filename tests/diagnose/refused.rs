@@ -32,6 +32,8 @@ fn bad_input_is_refused_with_its_place() {
         kinds("k3.toml", "[kind.a]\nheat_into = [\"bracket\"]\nper_unit = \"1\"\nscale = -1.0\n"),
     );
     let (no_picture, picture_below) = (folder.join("ladder.pdf"), folder.join("good.csv").join("ladder.svg"));
+    let costs = |name: &str, text: &str| write(&folder, name, text);
+    let (dear, unknown) = (costs("c1.toml", "[test]\nsteady = -4\n"), costs("c2.toml", "[test]\nsteddy = 4\n"));
     let below = file_below.to_str().unwrap();
     let cases: Vec<Refused<'_>> = vec![
         ("no such machine", "nowhere.toml", good.clone(), vec![], vec!["nowhere.toml", "check the path"]),
@@ -94,6 +96,8 @@ fn bad_input_is_refused_with_its_place() {
         ("kinds formula", &machine, good.clone(), vec!["--kinds", &unreadable], vec!["k1.toml", "kind.a"]),
         ("kinds place", &machine, good.clone(), vec!["--kinds", &nowhere], vec!["k2.toml", "kind.a", "bracket"]),
         ("kinds scale", &machine, good.clone(), vec!["--kinds", &negative], vec!["k3.toml", "kind.a.scale"]),
+        ("negative cost", &machine, good.clone(), vec!["--costs", &dear], vec!["c1.toml:2", "test.steady", "positive"]),
+        ("unknown cost", &machine, good.clone(), vec!["--costs", &unknown], vec!["c2.toml:2", "steddy", "steady"]),
         ("start", &machine, good.clone(), vec!["--from", "warm"], vec!["--from"]),
     ];
     let before = files(&folder);

@@ -12,7 +12,7 @@ use crate::evidence::diagnose::Problem;
 use crate::figures::chart::draw_as;
 use crate::figures::chart::output::check_name;
 use crate::foundation::atomic_file;
-use crate::pipeline::diagnosis::input::{kind_named, uncertain, user_kinds};
+use crate::pipeline::diagnosis::input::{costs, kind_named, uncertain, user_kinds};
 use crate::pipeline::{diagnosis, refit};
 use crate::solve::sensitivity::Study;
 
@@ -29,6 +29,9 @@ pub struct Args {
     /// Causes of your own: a file of [kind.NAME] tables
     #[arg(long, value_name = "FILE")]
     kinds: Option<PathBuf>,
+    /// What further tests and sensors cost, in any unit: a file with [test] and [sensor] tables
+    #[arg(long, value_name = "FILE")]
+    costs: Option<PathBuf>,
     /// Do not try a kind of cause, for example "radiative link"; may be repeated
     #[arg(long, value_name = "KIND")]
     without: Vec<String>,
@@ -99,6 +102,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.uncertain, problem.user) = (uncertainty, uncertain, user);
     (problem.start, problem.without) = (start, without);
+    if let Some(path) = &args.costs {
+        problem.costs = costs(path)?;
+    }
     if !args.keep_all {
         problem = problem.cleared()?;
     }

@@ -4,7 +4,7 @@ use super::super::text::table;
 use crate::evidence::diagnose::{ExtraSensor, Verdict};
 use crate::evidence::measurement::faults;
 use crate::foundation::numbers::short;
-use crate::pipeline::diagnosis::{Findings, ladder, next_test_in_words, probability, words};
+use crate::pipeline::diagnosis::{Findings, ladder, next_test_in_words, probability, words, worth_in_words};
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Findings<'_>) -> String {
@@ -69,11 +69,11 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     for (i, next) in diagnosis.next.iter().enumerate() {
         let test = next_test_in_words(&problem.study.model.machine, next);
         let before = if i == 0 { "\nwhat to measure next:\n  " } else { "  or " };
-        text += &format!("{before}{test}: sets them {:.1} standard deviations apart", next.mean);
-        if let Some(ExtraSensor { name, separation }) = &next.sensor {
-            text += &format!("; a sensor at {name} alone {separation:.1}");
+        text += &format!("{before}{test}: sets them {:.1} standard deviations apart\n", next.mean);
+        text += &format!("     {}\n", worth_in_words(next, &problem.costs));
+        if let Some(ExtraSensor { name, entry: Some(entry), .. }) = &next.sensor {
+            text += &format!("     in the machine file: sensor.\"{name}\" = {entry}\n");
         }
-        text += "\n";
     }
     if diagnosis.verdict == Verdict::CannotTell && diagnosis.next.is_empty() {
         text += "\nno test within the machine's ranges would set these explanations one standard deviation apart\n";

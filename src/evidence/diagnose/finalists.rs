@@ -19,6 +19,9 @@ use crate::foundation::progress::Progress;
 const FINALISTS: usize = 6;
 /// Least probability of a finalist, once there is one.
 const LEAST: f64 = 3e-3;
+/// A cause that takes away more than this share of the misfit that the best one takes looks like it, and how many such are fitted.
+const ALIKE: f64 = 0.97;
+const MOST_ALIKE: usize = 3;
 /// A misfit left that is less probable than this is looked into for a second cause.
 const LEFT: f64 = 0.05;
 /// A misfit left that is more probable than this is too small.
@@ -397,5 +400,14 @@ pub fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<C
             chosen.push(single.clone());
         }
     }
+    // What looks the same to slopes, but needs an amplitude that its prior makes improbable, may bend: a film at a third of its value is three
+    // standard deviations off and not the six that its slope needs.
+    let is_single = |c: &&Candidate| c.members.len() == 1;
+    let most_gain = chosen.iter().filter(is_single).map(|c| c.gain).fold(0.0, f64::max);
+    let looks_alike = |c: &&Candidate| c.gain > ALIKE * most_gain && !chosen.iter().any(|other| other.members == c.members);
+    let mut alike: Vec<Candidate> = candidates.iter().filter(is_single).filter(looks_alike).cloned().collect();
+    alike.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    alike.truncate(MOST_ALIKE);
+    chosen.extend(alike);
     chosen
 }

@@ -9,7 +9,6 @@
 //! condition, and the discrepancy of any such model ([`Discrepancy`]). Numbers of the machine that the user calls uncertain
 //! join it with their priors. So no cause is named for what calibration may still move.
 
-mod advice;
 mod decide;
 mod effects;
 mod finalists;
@@ -18,13 +17,12 @@ mod history;
 mod joint;
 mod ladder;
 mod missing;
-mod outlook;
+mod next;
 mod probability;
 mod refine;
 mod rung;
 mod screen;
 mod signature;
-mod trial;
 mod view;
 
 use std::path::Path;
@@ -39,15 +37,15 @@ use crate::foundation::numbers::TWO_SIDED_90;
 use crate::solve::sensitivity::{Parameter, Study};
 
 pub use decide::{Certainty, Level, Verdict};
-pub use effects::{Common, Contact, Flow, Heat, Leak, Radiation, Sensor, Storage, User};
+pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
 pub use effects::{CommonFactor, Effect, Hypothesis, Law, LawForm, Scales, Shown, UserKind, hypotheses, sentence};
 pub use gain::{Gain, HeldOutReading};
 pub use ladder::diagnose;
 pub use missing::MissingHeat;
+pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};
 pub use refine::{Extended, Fitted, Predictor, fit};
 pub use rung::{Rung, WhereLeft};
 pub use signature::Signatures;
-pub use trial::{ExtraSensor, Next, Trial};
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
@@ -106,6 +104,8 @@ pub struct Problem {
     pub seed: u64,
     /// Kinds that are not tried.
     pub without: Vec<String>,
+    /// What further tests and sensors cost.
+    pub costs: Costs,
     /// Faulty readings that were found in the data; see [`Problem::cleared`].
     pub faults: Vec<Fault>,
 }
@@ -124,6 +124,7 @@ impl Problem {
             start: Start::Steady,
             seed: 1,
             without: Vec::new(),
+            costs: Costs::default(),
             faults: Vec::new(),
         }
     }

@@ -9,8 +9,8 @@ use super::refine::Predictor;
 use super::screen::Screened;
 use super::view::Comparison;
 use super::{
-    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, advice, decide, gain, history,
-    missing, probability,
+    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, decide, gain, history, missing,
+    next, probability,
 };
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
@@ -123,7 +123,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
         progress.say("what to measure next");
         let open: Vec<&Explanation> = answer.set.iter().map(|i| &explanations[*i]).collect();
-        advice::next(&predictor, problem, answer.verdict, &open)?
+        next::next(&predictor, problem, answer.verdict, &open)?
     } else {
         Vec::new()
     };

@@ -1,11 +1,11 @@
-//! What a user writes about a diagnosis: kinds of cause of their own, kinds to leave out, and uncertain numbers.
+//! What a user writes about a diagnosis: kinds of cause of their own, kinds to leave out, uncertain numbers, and what tests cost.
 
 use std::path::Path;
 
 use crate::error::{Error, Result, did_you_mean};
-use crate::evidence::diagnose::{UncertainNumber, UserKind, hypotheses};
+use crate::evidence::diagnose::{Costs, UncertainNumber, UserKind, hypotheses};
 use crate::evidence::measurement::Data;
-use crate::foundation::document::{Document, quoted};
+use crate::foundation::document::{Document, Value, quoted};
 use crate::solve::sensitivity::Study;
 use crate::units::{Dimension, parse};
 
@@ -83,4 +83,49 @@ pub fn user_kinds(path: &Path, study: &Study) -> Result<Vec<UserKind>> {
     }
     root.finish()?;
     Ok(found)
+}
+
+/// What tests and sensors cost: `unit`, `[test]` with `steady`, `step`, `heater_pulse`, `chamber_pressure`, and `[sensor]` with `existing`,
+/// `new` and sensors by name. What is not stated is as in [`Costs::default`].
+///
+/// # Errors
+/// The file cannot be read, a key is unknown or of the wrong type, or a cost is not positive.
+pub fn costs(path: &Path) -> Result<Costs> {
+    let document = Document::read(path)?;
+    let root = document.root();
+    let mut costs = Costs::default();
+    let positive = |value: Value<'_>| -> Result<f64> {
+        let cost = value.number()?;
+        if cost > 0.0 { Ok(cost) } else { Err(value.error("a cost is positive").help("write a number above 0, in one unit for all")) }
+    };
+    if let Some(unit) = root.opt("unit") {
+        costs.unit = unit.text()?;
+    }
+    if let Some(test) = root.opt_section("test")? {
+        let tests = [
+            ("steady", &mut costs.steady),
+            ("step", &mut costs.step),
+            ("heater_pulse", &mut costs.heater_pulse),
+            ("chamber_pressure", &mut costs.chamber_pressure),
+        ];
+        for (key, cost) in tests {
+            if let Some(value) = test.opt(key) {
+                *cost = positive(value)?;
+            }
+        }
+        test.finish()?;
+    }
+    if let Some(sensor) = root.opt_section("sensor")? {
+        for key in sensor.keys() {
+            let cost = positive(sensor.value(key)?)?;
+            match key {
+                "existing" => costs.existing_sensor = cost,
+                "new" => costs.new_sensor = cost,
+                _ => _ = costs.sensors.insert(key.to_string(), cost),
+            }
+        }
+        sensor.finish()?;
+    }
+    root.finish()?;
+    Ok(costs)
 }

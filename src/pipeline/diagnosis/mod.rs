@@ -23,7 +23,7 @@ use crate::foundation::atomic_file;
 use crate::foundation::progress::Progress;
 use energy::EnergyBalances;
 use extended::ExtendedMachine;
-pub use next::in_words as next_test_in_words;
+pub use next::{in_words as next_test_in_words, worth_in_words};
 use refit::Refitted;
 
 /// What was found, and what was made of it.

@@ -10,7 +10,7 @@ use super::extended::Change;
 use super::refit::{AgainstReadings, Fitted};
 use super::{Findings, ladder, name, next};
 use crate::describe::machine::Machine;
-use crate::evidence::diagnose::{self, Cause, Explanation, Gain, Next, Rung, Trial, Verdict, sentence};
+use crate::evidence::diagnose::{self, Cause, Costs, Expected, Explanation, Gain, Next, Rung, Trial, Verdict, sentence};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::faults::{Fault, FaultRecord};
 use crate::evidence::measurement::whiten;
@@ -155,7 +155,7 @@ pub struct DiscrepancyRecord {
 
 /// A test worth making.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs)]
+#[allow(missing_docs, non_snake_case)]
 pub struct NextRecord {
     pub condition: BTreeMap<String, String>,
     pub intervention: InterventionRecord,
@@ -163,12 +163,31 @@ pub struct NextRecord {
     /// Mean distance of open explanations in standard deviations of what would be read.
     pub separation_sigma: f64,
     pub least_sigma: f64,
-    /// The sensor that would tell most by itself.
+    /// A sensor that the data lack and that the test needs.
     pub sensor: Option<String>,
+    /// How far it sets the two most probable explanations apart by itself.
     pub sensor_sigma: Option<f64>,
+    /// Its entry in the machine file where it does not exist yet.
+    pub sensor_entry: Option<String>,
+    pub cost: f64,
+    pub cost_unit: String,
+    /// Probability that the name is wrong.
+    pub wrong_name: ExpectedRecord,
+    /// Root mean square of what is open in predictions over the ranges.
+    pub prediction_K: ExpectedRecord,
+    /// Probability of a wrong verdict about the limits over the ranges.
+    pub wrong_verdict: Option<ExpectedRecord>,
     /// The next best tests; only the best test has them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub others: Option<Vec<NextRecord>>,
+}
+
+/// A quantity now, and as it is expected after a test.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[allow(missing_docs)]
+pub struct ExpectedRecord {
+    pub before: f64,
+    pub after: f64,
 }
 
 /// What is done in a test.
@@ -280,7 +299,7 @@ impl Findings<'_> {
     pub fn record(&self) -> DiagnosisRecord {
         let diagnosis = &self.diagnosis;
         let misfit = &diagnosis.misfit;
-        let machine = &self.problem.study.model.machine;
+        let (machine, costs) = (&self.problem.study.model.machine, &self.problem.costs);
         let has_cause = matches!(diagnosis.verdict, Verdict::Explained | Verdict::CannotTell);
         DiagnosisRecord {
             misfit: MisfitRecord { chi2: misfit.chi2, dof: misfit.freedom, p: misfit.probability, p_look_elsewhere: misfit.look_elsewhere },
@@ -293,8 +312,8 @@ impl Findings<'_> {
             rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(rung, self.problem.data.is_transient())).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
-                others: Some(others.iter().map(|n| NextRecord::of(machine, n)).collect()),
-                ..NextRecord::of(machine, best)
+                others: Some(others.iter().map(|n| NextRecord::of(machine, n, costs)).collect()),
+                ..NextRecord::of(machine, best, costs)
             }),
             gain: diagnosis.gain.as_ref().map(GainRecord::of),
             extended_machine: self.extended.as_ref().map(|e| e.path.display().to_string()),
@@ -392,7 +411,8 @@ fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
 }
 
 impl NextRecord {
-    fn of(machine: &Machine, next: &Next) -> Self {
+    fn of(machine: &Machine, next: &Next, costs: &Costs) -> Self {
+        let change = |c: &Expected| ExpectedRecord { before: c.before, after: c.after };
         Self {
             condition: next.condition.by_name(machine),
             intervention: InterventionRecord::of(machine, &next.trial),
@@ -401,6 +421,12 @@ impl NextRecord {
             least_sigma: next.separation,
             sensor: next.sensor.as_ref().map(|s| s.name.clone()),
             sensor_sigma: next.sensor.as_ref().map(|s| s.separation),
+            sensor_entry: next.sensor.as_ref().and_then(|s| s.entry.clone()),
+            cost: next.cost,
+            cost_unit: costs.unit.clone(),
+            wrong_name: change(&next.worth.wrong_name),
+            prediction_K: change(&next.worth.prediction),
+            wrong_verdict: next.worth.wrong_verdict.as_ref().map(change),
             others: None,
         }
     }

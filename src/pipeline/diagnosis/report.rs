@@ -335,11 +335,13 @@ fn next(section: &mut Section, found: &Findings<'_>) {
         return;
     }
     section.paragraph(
-        "The tests that set the open explanations furthest apart, in standard deviations of what would be read; 4 and more decide.",
+        "Ranked by how much less probable each makes a wrong name, for its cost. How far a test sets the open explanations apart is counted in \
+         standard deviations of what would be read; 4 and more decide. What it would settle is a mean over what it may show.",
     );
+    let (machine, costs) = (&found.problem.study.model.machine, &found.problem.costs);
     section.list(next.iter().map(|n| {
-        let sensor = n.sensor.as_ref().map_or(String::new(), |s| format!("; a sensor at {} alone would give {:.1}", s.name, s.separation));
-        format!("{}: {:.1}{sensor}", capital(&next::in_words(&found.problem.study.model.machine, n)), n.mean)
+        let worth = next::worth_in_words(n, costs);
+        format!("{}: {:.1} standard deviations apart; {worth}", capital(&next::in_words(machine, n)), n.mean)
     }));
 }
 

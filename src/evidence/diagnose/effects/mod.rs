@@ -64,6 +64,8 @@ families! {
     heat: Heat,
     /// What parts store.
     storage: Storage,
+    /// Conductivities of materials.
+    material: Material,
     /// Contacts between parts.
     contact: Contact,
     /// Coolant and the films it has, and films of boundaries.
@@ -287,9 +289,10 @@ impl Hypothesis {
             _ if self.law != Law::Constant => None,
             Effect::Storage(storage) => Some(storage.own(network)).filter(|own| *own > 0.0),
             Effect::Heat(Heat::Source(_)) => Some(1.0),
-            Effect::Contact(_) | Effect::Flow(Flow::Film(_) | Flow::BoundaryFilm(_)) | Effect::Radiation(Radiation::Emissivity(_)) => {
-                Some(1.0)
-            }
+            Effect::Material(_)
+            | Effect::Contact(_)
+            | Effect::Flow(Flow::Film(_) | Flow::BoundaryFilm(_))
+            | Effect::Radiation(Radiation::Emissivity(_)) => Some(1.0),
             _ => None,
         }
     }
@@ -441,6 +444,8 @@ enum Prepared {
     Heat { shares: Vec<(u32, f64)>, machine: Box<Machine>, source: usize },
     /// Surfaces that an effect opens.
     Surfaces(Vec<Surface>),
+    /// Networks with less and with more of an effect, and how far apart they are in its amplitude.
+    Networks { less: Box<Network>, more: Box<Network>, apart: f64 },
 }
 
 /// A state of the machine, and what is known of an effect there.

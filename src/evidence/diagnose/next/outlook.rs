@@ -1,8 +1,7 @@
 //! What a test that was not made yet would show of the explanations.
 
-use super::Problem;
-use super::effects::{Effect, Hypothesis, hypotheses};
 use crate::describe::machine::Condition;
+use crate::evidence::diagnose::{Effect, Hypothesis, Problem, hypotheses};
 use crate::evidence::measurement::{Data, Row, Whitener};
 
 /// What a test would show of the explanations, reading by reading, K.

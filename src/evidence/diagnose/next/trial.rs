@@ -3,14 +3,14 @@
 
 use rayon::prelude::*;
 
-use super::history::TIME_TOLERANCE;
 use super::outlook::{Outlook, all_sensors, moved, open_causes};
-use super::refine::{Extended, Predictor, in_order};
-use super::view::open_factors;
-use super::{Explanation, Hypothesis, Problem, signatures};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
+use crate::evidence::diagnose::history::TIME_TOLERANCE;
+use crate::evidence::diagnose::refine::{Extended, Predictor, in_order};
+use crate::evidence::diagnose::view::open_factors;
+use crate::evidence::diagnose::{Explanation, Hypothesis, Problem, signatures};
 use crate::evidence::identify;
 use crate::evidence::measurement::Data;
 use crate::explore::simulate::Start;
@@ -111,54 +111,27 @@ impl Trial {
     }
 }
 
-/// A test worth making.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Next {
+/// An intervention as it would go.
+pub(super) struct Solved {
     /// What is done.
     pub trial: Trial,
-    /// The condition it is done at, or begins with.
+    /// The condition it begins with.
     pub condition: Condition,
-    /// Distance of the two explanations it tells apart least, in standard deviations, over all sensors of the data.
-    pub separation: f64,
-    /// The probability-weighted mean distance.
-    pub mean: f64,
-    /// A sensor of the machine that the data lack and that would add most there.
-    pub sensor: Option<ExtraSensor>,
+    /// Time of each row, s.
+    pub times: Vec<Option<f64>>,
+    /// What it would show: rows, then all of the machine's sensors.
+    pub outlook: Outlook,
 }
 
-/// A sensor that the data lack.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ExtraSensor {
-    /// Its name in the machine file.
-    pub name: String,
-    /// Distance of the two most probable explanations by it alone, in standard deviations.
-    pub separation: f64,
-}
-
-/// Interventions with what each tells; those that cannot be run with an explanation in force are left out.
-pub(super) fn trials(predictor: &Predictor<'_>, problem: &Problem, alive: &[&Explanation]) -> Vec<Next> {
+/// Interventions as they would go; those that cannot be run with an explanation in force are left out.
+pub(super) fn trials(predictor: &Predictor<'_>, problem: &Problem, alive: &[&Explanation]) -> Vec<Solved> {
     let alive = &alive[..alive.len().min(MOST)];
     let base = &problem.data.rows[problem.data.rows.len() / 2].condition;
-    let rate =
-        |trial: Trial| outlook(predictor, problem, alive, &trial, base).map(|outlook| rated(problem, alive, trial, base, &outlook)).ok();
-    candidates(problem, alive, base).into_par_iter().filter_map(rate).collect()
-}
-
-fn rated(
-    problem: &Problem,
-    alive: &[&Explanation],
-    trial: Trial,
-    base: &Condition,
-    (times, outlook): &(Vec<Option<f64>>, Outlook),
-) -> Next {
-    let sensors = problem.study.model.machine.sensors.len();
-    let probabilities: Vec<f64> = alive.iter().map(|e| e.probability).collect();
-    // The row before a step shows what the step's own row shows.
-    let is_once = |row: usize| times.get(row + 1).is_none_or(|next| *next != times[row] || next.is_none());
-    let is_own = |i: &usize| problem.data.sensors.contains(&(i % sensors)) && is_once(i / sensors);
-    let own: Vec<usize> = (0..outlook.deviation.len()).filter(is_own).collect();
-    let (separation, mean) = outlook.apart(&probabilities, &own);
-    Next { trial, condition: base.clone(), separation, mean, sensor: None }
+    let solved = |trial: Trial| {
+        let (times, outlook) = outlook(predictor, problem, alive, &trial, base).ok()?;
+        Some(Solved { trial, condition: base.clone(), times, outlook })
+    };
+    candidates(problem, alive, base).into_par_iter().filter_map(solved).collect()
 }
 
 /// What can be done with this machine: steps to the farther end of what flow and speed may be, a heater at the parts in question.
