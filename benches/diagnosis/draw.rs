@@ -36,7 +36,7 @@ pub enum Family {
 impl Family {
     /// All of them, with their share of the cases in per cent.
     pub const ALL: [(Self, f64); 6] =
-        [(Self::Clean, 22.0), (Self::One, 36.0), (Self::Two, 16.0), (Self::Three, 6.0), (Self::Four, 4.0), (Self::Outside, 16.0)];
+        [(Self::Clean, 25.0), (Self::One, 40.0), (Self::Two, 14.0), (Self::Three, 3.0), (Self::Four, 2.0), (Self::Outside, 16.0)];
 
     fn count(self) -> usize {
         match self {
@@ -301,11 +301,11 @@ fn table(study: &Study, width: usize, random: &mut Random) -> Vec<Row> {
     (0..seen + UNSEEN).map(row).collect()
 }
 
-/// Two to four logs of two or three conditions each, 60 to 200 rows in all, and one more that the program never sees. A change of
+/// Two to four logs of two or three conditions each, 60 to 100 rows in all, and one more that the program never sees. A change of
 /// condition takes a second; each begins in its steady state.
 fn logs(study: &Study, length: f64, width: usize, random: &mut Random) -> Vec<Row> {
     let tests = 2 + random.below(3);
-    let each = between(random, 60.0, 200.0) / tests as f64;
+    let each = between(random, 60.0, 100.0) / tests as f64;
     let mut rows = Vec::new();
     for test in 0..=tests {
         let turns: Vec<f64> = (1..2 + random.below(2)).map(|i| (length * i as f64 * between(random, 0.2, 0.4)).round()).collect();

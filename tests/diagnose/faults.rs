@@ -156,6 +156,48 @@ fn a_stuck_sensor() {
     assert_eq!(found.data.count(), data.count() - 18);
 }
 
+/// A sensor that stops early in a log and never moves again is no sensor, however many readings that are.
+#[test]
+fn a_sensor_that_stops_for_good() {
+    let (study, mut data, uncertainty) = log(&[], 2);
+    let last = data.rows[40].readings[0];
+    (40..181).for_each(|r| data.rows[r].readings[0] = last);
+    let found = cleared(&study, &data, &uncertainty, Start::Steady).unwrap();
+    assert!(
+        !found.faults.is_empty() && found.faults.iter().all(|f| f.kind == FaultKind::StuckSensor && f.is_left_out),
+        "{:#?}",
+        found.faults
+    );
+    assert!(found.data.count() <= data.count() - 135, "{} of {}", found.data.count(), data.count());
+    assert!(found.data.rows.iter().all(|row| row.readings[1].is_some() && row.readings[2].is_some()));
+}
+
+/// Two wrong readings of one sensor in a table hide each other from a look at one after the other.
+#[test]
+fn two_wrong_readings_of_one_sensor() {
+    let mut problem = steady(&[], 12, 6);
+    for (r, off) in [(3, 14.0), (8, -11.0)] {
+        problem.data.rows[r].readings[2] = problem.data.rows[r].readings[2].map(|t| t + off);
+    }
+    let sensor = Some(problem.data.names[2].clone());
+    let problem = problem.cleared().unwrap();
+    let wanted = [(FaultKind::WrongReading, 3, sensor.clone()), (FaultKind::WrongReading, 8, sensor)];
+    assert_eq!(names(&problem.faults), wanted, "{:#?}", problem.faults);
+}
+
+/// What a sensor shows in the two hottest tests alone may be the machine: it stays.
+#[test]
+fn two_readings_at_the_end_of_a_range_stay() {
+    let mut problem = steady(&[], 12, 6);
+    let speed = problem.study.model.machine.variables.iter().position(|v| v.name == "motor_speed").unwrap();
+    let mut rows: Vec<usize> = (0..12).collect();
+    rows.sort_by(|a, b| problem.data.rows[*b].condition.si()[speed].total_cmp(&problem.data.rows[*a].condition.si()[speed]));
+    for r in &rows[..2] {
+        problem.data.rows[*r].readings[2] = problem.data.rows[*r].readings[2].map(|t| t + 2.5);
+    }
+    assert!(problem.cleared().unwrap().faults.is_empty());
+}
+
 /// A sensor without a cable: 85 degC in every row, in a table and in a log.
 #[test]
 fn a_dead_sensor() {

@@ -212,20 +212,29 @@ pub fn find(data: &Data, predicted: &[f64], noise: &[f64]) -> Vec<Fault> {
 
 /// The data without the readings of some faults, each of which is then marked. Single readings, stretches and rows are left out
 /// only as long as they are no more than a tenth of all readings, or one row of six: else none of them is, for then it is the
-/// machine that is wrong about the data. Sensors that are dead or stuck throughout, and copies, are left out in any case.
+/// machine that is wrong about the data. Sensors that are dead, or stuck in half of their readings, and copies are left out in any case.
 pub fn without(data: &Data, faults: &mut [Fault]) -> Data {
-    let is_whole = |fault: &Fault| match (fault.kind, &fault.sensor) {
-        (FaultKind::DuplicateRow | FaultKind::DeadSensor, _) => true,
-        (_, Some(name)) => {
-            let k = data.names.iter().position(|n| n == name).unwrap_or(0);
-            fault.readings.len() > 1 && fault.readings.len() == data.rows.iter().filter(|row| row.readings[k].is_some()).count()
-        }
-        _ => false,
+    let of_sensor = |name: &str| {
+        let k = data.names.iter().position(|n| n == name).unwrap_or(0);
+        data.rows.iter().filter(|row| row.readings[k].is_some()).count()
     };
-    let counted: usize = faults.iter().filter(|fault| !is_whole(fault)).map(Fault::count).sum();
+    let stuck = |name: &str| -> usize {
+        let own = faults.iter().filter(|fault| fault.kind == FaultKind::StuckSensor && fault.sensor.as_deref() == Some(name));
+        own.map(Fault::count).sum()
+    };
+    let whole: Vec<bool> = faults
+        .iter()
+        .map(|fault| match (fault.kind, &fault.sensor) {
+            (FaultKind::DuplicateRow | FaultKind::DeadSensor, _) => true,
+            (FaultKind::StuckSensor, Some(name)) => 2 * stuck(name) >= of_sensor(name),
+            (_, Some(name)) => fault.count() > 1 && fault.count() == of_sensor(name),
+            _ => false,
+        })
+        .collect();
+    let counted: usize = faults.iter().zip(&whole).filter(|(_, is_whole)| !**is_whole).map(|(fault, _)| fault.count()).sum();
     let one_row = if data.rows.len() >= 6 { data.names.len() } else { 1 };
     let is_few = counted as f64 <= (MOST * data.count() as f64).max(one_row as f64);
-    faults.iter_mut().for_each(|fault| fault.is_left_out = is_few || is_whole(fault));
+    faults.iter_mut().zip(whole).for_each(|(fault, is_whole)| fault.is_left_out = is_few || is_whole);
     let mut rest = blanked(data, faults.iter().filter(|fault| fault.is_left_out));
     // Rows of a log also say what the conditions were.
     if !rest.is_transient() {

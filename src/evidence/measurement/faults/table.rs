@@ -15,6 +15,8 @@ const PLAIN: f64 = 15.0;
 const SIGN: f64 = 3.0;
 /// Rows and sensors that a judgement needs.
 const LEAST: [usize; 2] = [3, 2];
+/// Rows that two wrong readings of one sensor need.
+const LEAST_OF_PAIRS: usize = 6;
 /// The same for a row of wrong conditions.
 const LEAST_OF_ROWS: [usize; 2] = [6, 3];
 /// Such a row is off by this many deviations of its sensors, and this many times as much as any other.
@@ -27,44 +29,79 @@ fn deviations(sensors: usize, rows: usize, residual: impl Fn(usize, usize) -> Op
     (0..rows).map(|r| medians.iter().enumerate().map(|(k, median)| Some(residual(r, k)? - median)).collect()).collect()
 }
 
-/// Readings off all others of their row and of their column.
+/// Readings off all others of their row and of their column; two of one sensor that hide each other are looked for where there is
+/// no single one.
 pub fn wrong_readings(grid: &Grid<'_>) -> Vec<Fault> {
-    let (sensors, rows) = (grid.data.names.len(), grid.data.rows.len());
-    let all = deviations(sensors, rows, |r, k| grid.residual(r, k));
-    let at = |r: usize, k: usize| all[r][k].map(f64::abs);
-    let mut found = Vec::new();
-    for k in 0..sensors {
+    let judge = Judge::new(grid);
+    let places: Vec<(usize, usize)> = (0..grid.data.names.len()).flat_map(|k| grid.rows_of(k).into_iter().map(move |r| (r, k))).collect();
+    let mut wrong: Vec<(usize, usize)> = places.iter().copied().filter(|(r, k)| judge.is_wrong(&[*r], *k)).collect();
+    if wrong.is_empty() {
+        let largest = |k: usize| -> Option<(usize, Vec<usize>)> {
+            let mut rows = grid.rows_of(k);
+            rows.sort_by(|a, b| judge.off(*b, k).total_cmp(&judge.off(*a, k)));
+            (rows.len() >= LEAST_OF_PAIRS).then(|| (k, rows[..2].to_vec()))
+        };
+        let pairs = (0..grid.data.names.len()).filter_map(largest).filter(|(k, rows)| judge.is_wrong(rows, *k));
+        wrong = pairs.flat_map(|(k, rows)| rows.into_iter().map(move |r| (r, k))).collect();
+    }
+    let fault = |(r, k): (usize, usize)| {
+        let read = grid.read[r][k].map_or(f64::NAN, celsius);
+        let words = format!("{read:.1} degC is {} off what its sensor and its row show elsewhere", kelvin(judge.off(r, k)));
+        Fault::new(grid.data, FaultKind::WrongReading, vec![(r, k)], Some(k), words)
+    };
+    wrong.into_iter().map(fault).collect()
+}
+
+/// Deviations of a table, and what is too much of them.
+struct Judge<'a> {
+    grid: &'a Grid<'a>,
+    /// From the median of the sensor, K, by row and sensor.
+    deviation: Vec<Vec<Option<f64>>>,
+}
+
+impl<'a> Judge<'a> {
+    fn new(grid: &'a Grid<'a>) -> Self {
+        let deviation = deviations(grid.data.names.len(), grid.data.rows.len(), |r, k| grid.residual(r, k));
+        Self { grid, deviation }
+    }
+
+    /// How far a reading is off, K.
+    fn off(&self, row: usize, sensor: usize) -> f64 {
+        self.deviation[row][sensor].map_or(0.0, f64::abs)
+    }
+
+    /// Whether all of some readings of a sensor are off as nothing else of their rows and of the sensor is.
+    fn is_wrong(&self, rows: &[usize], k: usize) -> bool {
+        let grid = self.grid;
         let own = grid.rows_of(k);
-        for r in own.iter().copied() {
-            let (Some(off), Some(read), Some(predicted)) = (at(r, k), grid.read[r][k], grid.predicted[r][k]) else { continue };
-            let beside: Vec<f64> = (0..sensors).filter(|j| *j != k).filter_map(|j| at(r, j)).collect();
+        let is_edge = is_at_edge(grid.data, rows, &own);
+        let elsewhere = own.iter().filter(|r| !rows.contains(r)).map(|r| self.off(*r, k)).fold(0.0, f64::max);
+        rows.iter().all(|r| {
+            let beside: Vec<f64> = (0..grid.data.names.len()).filter(|j| *j != k).filter_map(|j| self.deviation[*r][j]).collect();
+            let (Some(read), Some(predicted)) = (grid.read[*r][k], grid.predicted[*r][k]) else { return false };
             if own.len() < LEAST[0] || beside.len() + 1 < LEAST[1] {
-                continue;
+                return false;
             }
-            let others = own.iter().filter(|other| **other != r).filter_map(|other| at(*other, k)).chain(beside).fold(0.0, f64::max);
-            let is_wrong = if is_sign(read, predicted) {
+            let off = self.off(*r, k);
+            let others = beside.iter().map(|v| v.abs()).fold(elsewhere, f64::max);
+            if is_sign(read, predicted) {
                 off > SIGN * others && off > SIGN * grid.noise[k]
-            } else if is_at_edge(grid.data, r, &own) {
+            } else if is_edge {
                 off > (EDGE[0] * grid.noise[k]).min(PLAIN.max(INSIDE[0] * grid.noise[k])) && off > EDGE[1] * others
             } else {
                 off > INSIDE[0] * grid.noise[k] && off > INSIDE[1] * others
-            };
-            if is_wrong {
-                let words = format!("{:.1} degC is {} off what its sensor and its row show elsewhere", celsius(read), kelvin(off));
-                found.push(Fault::new(grid.data, FaultKind::WrongReading, vec![(r, k)], Some(k), words));
             }
-        }
+        })
     }
-    found
 }
 
-/// Whether a row alone has the least or the largest value of some variable that varies.
-fn is_at_edge(data: &Data, row: usize, rows: &[usize]) -> bool {
-    (0..data.rows[row].condition.si().len()).any(|v| {
+/// Whether some rows alone have the least or the largest values of some variable that varies.
+fn is_at_edge(data: &Data, chosen: &[usize], rows: &[usize]) -> bool {
+    (0..data.rows[chosen[0]].condition.si().len()).any(|v| {
         let at = |r: usize| data.rows[r].condition.si()[v];
-        let others = || rows.iter().filter(|r| **r != row).map(|r| at(*r));
+        let others = || rows.iter().filter(|r| !chosen.contains(r)).map(|r| at(*r));
         let (low, high) = (others().fold(f64::INFINITY, f64::min), others().fold(f64::NEG_INFINITY, f64::max));
-        at(row) < low || at(row) > high
+        chosen.iter().all(|r| at(*r) < low) || chosen.iter().all(|r| at(*r) > high)
     })
 }
 
