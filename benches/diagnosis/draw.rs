@@ -36,7 +36,7 @@ pub enum Family {
 impl Family {
     /// All of them, with their share of the cases in per cent.
     pub const ALL: [(Self, f64); 6] =
-        [(Self::Clean, 25.0), (Self::One, 40.0), (Self::Two, 14.0), (Self::Three, 3.0), (Self::Four, 2.0), (Self::Outside, 16.0)];
+        [(Self::Clean, 27.0), (Self::One, 43.0), (Self::Two, 11.0), (Self::Three, 2.0), (Self::Four, 1.0), (Self::Outside, 16.0)];
 
     fn count(self) -> usize {
         match self {
@@ -53,7 +53,7 @@ impl Family {
 const SHOWS: (f64, f64) = (4.0, 300.0);
 const BESIDE: f64 = 8.0;
 /// Draws after which the last is taken as it is.
-const MOST_DRAWS: usize = 40;
+const MOST_DRAWS: usize = 15;
 /// Rows of a table that the program never sees; of logs it is a test.
 const UNSEEN: usize = 8;
 
@@ -232,7 +232,7 @@ fn made(
     for (key, value) in sizes.into_iter().chain(perturbed(study, random)) {
         document.apply_set(&key, &value).expect("a key of the machine");
     }
-    let finer = if unkind.contains(&Unkindness::Mesh) { 3.0 } else { 1.0 };
+    let finer = if unkind.contains(&Unkindness::Mesh) { 2.0 } else { 1.0 };
     let cells = setting.cells.map(|c| (finer * between(random, c[1] as f64, c[2] as f64)) as usize);
     let truth = Study::new(document, cells).expect("the truth of a machine of the benchmark");
     let names: Vec<&str> = study.model.machine.variables.iter().map(|v| v.name.as_str()).collect();
@@ -288,9 +288,9 @@ fn anywhere(study: &Study, random: &mut Random) -> Condition {
     Condition::from_si(study.model.machine.variables.iter().map(of).collect())
 }
 
-/// A table of 5 to 20 rows, and some that the program never sees.
+/// A table of 5 to 16 rows, and some that the program never sees.
 fn table(study: &Study, width: usize, random: &mut Random) -> Vec<Row> {
-    let seen = (5.0 * 4f64.powf(random.unit())).round() as usize;
+    let seen = (5.0 * 3.2f64.powf(random.unit())).round() as usize;
     let row = |i: usize| Row {
         test: if i < seen { format!("test {}", i + 1) } else { format!("unseen {}", i + 1 - seen) },
         time: None,
@@ -301,11 +301,11 @@ fn table(study: &Study, width: usize, random: &mut Random) -> Vec<Row> {
     (0..seen + UNSEEN).map(row).collect()
 }
 
-/// Two to four logs of two or three conditions each, 60 to 100 rows in all, and one more that the program never sees. A change of
+/// Two or three logs of two or three conditions each, 60 to 80 rows in all, and one more that the program never sees. A change of
 /// condition takes a second; each begins in its steady state.
 fn logs(study: &Study, length: f64, width: usize, random: &mut Random) -> Vec<Row> {
-    let tests = 2 + random.below(3);
-    let each = between(random, 60.0, 100.0) / tests as f64;
+    let tests = 2 + random.below(2);
+    let each = between(random, 60.0, 80.0) / tests as f64;
     let mut rows = Vec::new();
     for test in 0..=tests {
         let turns: Vec<f64> = (1..2 + random.below(2)).map(|i| (length * i as f64 * between(random, 0.2, 0.4)).round()).collect();

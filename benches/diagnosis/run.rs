@@ -72,6 +72,9 @@ pub fn case(seed: u64, is_shown: bool) -> Record {
     let clock = Instant::now();
     let done = catch_unwind(AssertUnwindSafe(|| {
         let drawn = draw(seed);
+        if is_shown {
+            println!("drawn in {:.1} s", clock.elapsed().as_secs_f64());
+        }
         let found = diagnose(&drawn.case.problem, &Silent).map_err(|e| e.to_string())?;
         if is_shown {
             show(seed, &drawn, &found);

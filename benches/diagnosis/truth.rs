@@ -10,9 +10,9 @@ use crate::outside::Memory;
 use crate::twin::Hidden;
 
 /// Parts that the time between two rows of a log is cut into.
-const FINE: usize = 4;
-/// Error allowed in each time step of a log, K: a tenth of what a diagnosis allows.
-const TIME_TOLERANCE: f64 = 5e-4;
+const FINE: usize = 2;
+/// Error allowed in each time step of a log, K.
+const TIME_TOLERANCE: f64 = 2e-3;
 /// What all heats are raised by to learn what a factor on them does.
 const HEATS: f64 = 0.05;
 

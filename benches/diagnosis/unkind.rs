@@ -11,7 +11,7 @@ use crate::twin::{Hidden, between};
 /// What makes a case unkind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Unkindness {
-    /// The truth is made on a mesh three times as fine.
+    /// The truth is made on a mesh twice as fine.
     Mesh,
     /// Every size is off by up to 5 %.
     Geometry,
@@ -54,7 +54,7 @@ impl Unkindness {
     /// In words.
     pub fn words(self) -> &'static str {
         match self {
-            Self::Mesh => "a mesh three times as fine",
+            Self::Mesh => "a mesh twice as fine",
             Self::Geometry => "geometry off by up to 5 %",
             Self::Scatter => "scatter from test to test",
             Self::StatedHalf => "noise stated half",

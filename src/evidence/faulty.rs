@@ -19,6 +19,8 @@ const MOST_ROWS: usize = 3;
 const LEFT: [f64; 2] = [0.1, 3.0];
 /// Stated standard deviations that the value must be wrong by.
 const OFF: f64 = 5.0;
+/// Noises that half of the sensors of a row without any such value must be off by.
+const FAR: f64 = 20.0;
 /// Steps towards the value that fits.
 const STEPS: usize = 6;
 
@@ -45,7 +47,8 @@ pub fn cleared(study: &Study, data: &Data, uncertainty: &Uncertainty, start: Sta
         let is_kept = |(place, told): (&(usize, usize), &f64)| rest.rows[place.0].readings[place.1].map(|_| *told);
         let told: Vec<f64> = places.iter().zip(&predicted).filter_map(is_kept).collect();
         let Some(odd) = faults::odd_row(&rest, &told, &uncertainty.noise) else { break };
-        let Some(fault) = wrong_condition(study, &rest, uncertainty, &odd) else { break };
+        let fault = wrong_condition(study, &rest, uncertainty, &odd).or_else(|| wrong_row(&rest, uncertainty, &odd));
+        let Some(fault) = fault else { break };
         found.push(fault);
     }
     found.sort_by_key(|fault| *fault.rows.start());
@@ -85,6 +88,22 @@ fn wrong_condition(study: &Study, data: &Data, uncertainty: &Uncertainty, odd: &
         shown(best)
     );
     Some(Fault::wrong_condition(data, odd.row, &variables[best.variable].name, words))
+}
+
+/// A row that is off by far, where its stated conditions lie between those of other rows: the machine would show there what it shows
+/// here, so the conditions are others'. At the end of a range it may be the machine.
+fn wrong_row(data: &Data, uncertainty: &Uncertainty, odd: &OddRow) -> Option<Fault> {
+    let far = odd.off.iter().zip(&odd.sensors).filter(|(off, k)| off.abs() > FAR * uncertainty.noise[**k]).count();
+    if !odd.is_inside || 2 * far < odd.sensors.len() {
+        return None;
+    }
+    let most = odd.off.iter().fold(0.0f64, |most, off| if off.abs() > most.abs() { *off } else { most });
+    let words = format!(
+        "all {} sensors are off what they show in other rows, the most by {most:+.1} K, and no other value of one condition explains it: \
+         the readings of other conditions",
+        odd.sensors.len()
+    );
+    Some(Fault::wrong_row(data, odd.row, words))
 }
 
 /// The value of a variable with which the sensors of a row are off least; `None` where the machine cannot be solved so.

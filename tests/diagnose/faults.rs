@@ -236,6 +236,36 @@ fn a_wrong_row_of_conditions() {
     assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
 }
 
+/// A row between all others that was read at quite other conditions is left out; at the end of a range it may be the machine.
+#[test]
+fn a_row_of_other_conditions() {
+    // Between others in every variable, but read at the conditions of another day.
+    let mut problem = steady(&[], 16, 9);
+    let conditions: Vec<Vec<f64>> = problem.data.rows.iter().map(|row| row.condition.si().to_vec()).collect();
+    let is_inside = |r: &usize| {
+        (0..4).all(|v| {
+            let others = || conditions.iter().enumerate().filter(|(other, _)| other != r).map(|(_, si)| si[v]);
+            others().any(|o| o <= conditions[*r][v]) && others().any(|o| o >= conditions[*r][v])
+        })
+    };
+    let row = (0..16).find(is_inside).unwrap();
+    let other =
+        (0..16).max_by(|a, b| (conditions[*a][2] - conditions[row][2]).abs().total_cmp(&(conditions[*b][2] - conditions[row][2]).abs()));
+    problem.data.rows[row].readings = problem.data.rows[other.unwrap()].readings.iter().map(|t| t.map(|t| t + 0.01)).collect();
+    let mut shifted = problem.clone();
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongCondition, row, None)], "{:#?}", problem.faults);
+    println!("{}", problem.faults[0].text());
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+    // At the end of a range the machine may do what it does nowhere else.
+    let hottest = (0..16).max_by(|a, b| conditions[*a][2].total_cmp(&conditions[*b][2])).unwrap();
+    shifted.data.rows[row].readings.iter_mut().for_each(|t| *t = None);
+    for (k, t) in shifted.data.rows[hottest].readings.iter_mut().enumerate() {
+        *t = t.map(|t| t + [6.0, -4.0, 1.5, 3.0, -2.0, 5.0, -3.0][k % 7]);
+    }
+    assert!(shifted.cleared().unwrap().faults.is_empty());
+}
+
 /// The same test copied twice counts once; a test that was really repeated stays.
 #[test]
 fn duplicate_rows() {

@@ -95,6 +95,11 @@ impl Fault {
         Self { variable: Some(variable.into()), ..Self::new(data, FaultKind::WrongCondition, readings, None, words) }
     }
 
+    /// A row of readings that no other value of one condition explains.
+    pub fn wrong_row(data: &Data, row: usize, words: String) -> Self {
+        Self { variable: None, ..Self::wrong_condition(data, row, "", words) }
+    }
+
     /// How many readings it concerns.
     pub fn count(&self) -> usize {
         self.readings.len()

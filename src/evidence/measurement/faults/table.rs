@@ -116,6 +116,8 @@ pub struct OddRow {
     pub off: Vec<f64>,
     /// What the residuals of each scatter in the other rows, K.
     pub scatter: Vec<f64>,
+    /// Whether every stated condition lies between those of other rows: what the machine does, it does there too.
+    pub is_inside: bool,
 }
 
 impl OddRow {
@@ -145,6 +147,7 @@ pub fn odd_row(data: &Data, predicted: &[f64], noise: &[f64]) -> Option<OddRow> 
             off: read.iter().filter_map(|k| all[r][*k]).collect(),
             scatter: read.iter().map(|k| scatter[*k]).collect(),
             sensors: read,
+            is_inside: !is_at_edge(data, &[r], &(0..rows).collect::<Vec<_>>()),
         }
     };
     let mut odd: Vec<(f64, OddRow)> = (0..rows).map(of).map(|row| (row.size(&row.off), row)).collect();
