@@ -75,7 +75,7 @@ pub fn draw(seed: u64) -> Drawn {
     let mut random = Random::new(seed.wrapping_mul(104_729).wrapping_add(17));
     let setting = &SETTINGS[weighted(SETTINGS.iter().map(|s| s.share), &mut random)];
     let family = Family::ALL[weighted(Family::ALL.iter().map(|f| f.1), &mut random)].0;
-    let unkind = Unkindness::some(setting, family == Family::Clean, &mut random);
+    let unkind = Unkindness::some(setting, &mut random);
     let study = Study::new(setting.document(), setting.cells.map(|c| c[0])).expect("a machine of the benchmark");
     let sensors = some_sensors(study.model.machine.sensors.len(), &mut random);
     let mut rows = match setting.log {
@@ -103,8 +103,8 @@ pub fn draw(seed: u64) -> Drawn {
         let own = |k: usize| (0..count).map(|i| if i % width == k { bias } else { 0.0 }).collect();
         Whitener::new(&vec![noise; count], &(0..width).map(own).collect::<Vec<_>>())
     };
-    let Found { hidden, beside, values, shifts, whole } = loop {
-        let found = effects_of(family, setting, &unkind, &truth, &sensors, &mut random, &|shifts| {
+    let Found { hidden, values, shifts, whole } = loop {
+        let found = effects_of(family, setting, &truth, &sensors, &mut random, &|shifts| {
             let seen: Vec<Vec<f64>> = shifts.iter().map(|shift| of_seen(shift)).collect();
             least(&seen, &instruments)
         });
@@ -146,13 +146,12 @@ pub fn draw(seed: u64) -> Drawn {
     };
     let left: Vec<usize> = whiten::places(&problem.data).iter().map(at).collect();
     let shifts = shifts.iter().map(|shift| left.iter().map(|i| shift[*i]).collect()).collect();
-    Drawn { case: Case { problem, hidden, beside, shifts }, family, setting, unkind, unseen, floor }
+    Drawn { case: Case { problem, hidden, shifts }, family, setting, unkind, unseen, floor }
 }
 
 /// What was drawn, with what it does to every row.
 struct Found {
     hidden: Vec<Hidden>,
-    beside: Vec<Hidden>,
     values: Vec<f64>,
     /// Each effect alone, K.
     shifts: Vec<Vec<f64>>,
@@ -164,24 +163,13 @@ struct Found {
 fn effects_of(
     family: Family,
     setting: &Setting,
-    unkind: &[Unkindness],
     truth: &Truth,
     sensors: &[usize],
     random: &mut Random,
     shows: &dyn Fn(&[Vec<f64>]) -> f64,
 ) -> Option<Found> {
     let less = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
-    let beside = loop {
-        match unkind.contains(&Unkindness::MachineWide) {
-            true => match effects::common(&truth.study, random) {
-                Some(common) => break vec![common],
-                None => continue,
-            },
-            false => break Vec::new(),
-        }
-    };
     let clean = truth.values(&[], None)?;
-    let before = truth.values(&beside, None)?;
     let (mut hidden, mut shifts): (Vec<Hidden>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
     let mut memory: Option<Memory> = None;
     let kinds = if setting.log.is_some() { effects::LOGS } else { effects::TABLES };
@@ -195,15 +183,18 @@ fn effects_of(
                 memory = made.memory;
                 made.hidden
             }
+            // Of two, a third have what all members of a kind share.
+            Family::Two if hidden.is_empty() && random.unit() < 0.3 => match effects::common(&truth.study, random) {
+                Some(common) => common,
+                None => continue,
+            },
             _ => effects::effect(&truth.study, sensors, kinds, random),
         };
-        if hidden.iter().chain(&beside).any(|h| h.place == one.place || h.kind == one.kind) {
+        if hidden.iter().any(|h| h.place == one.place || h.kind == one.kind) {
             continue;
         }
-        let mut all = beside.clone();
-        all.push(one.clone());
-        let Some(with) = truth.values(&all, memory) else { continue };
-        shifts.push(less(&with, &before));
+        let Some(with) = truth.values(std::slice::from_ref(&one), memory) else { continue };
+        shifts.push(less(&with, &clean));
         let (alone, together) = (shows(&shifts[shifts.len() - 1..]), shows(&shifts));
         if draws < MOST_DRAWS && !(alone > SHOWS.0 && alone < SHOWS.1 && (shifts.len() == 1 || together > BESIDE)) {
             shifts.pop();
@@ -211,10 +202,9 @@ fn effects_of(
         }
         hidden.push(one);
     }
-    let all: Vec<Hidden> = hidden.iter().chain(&beside).cloned().collect();
-    let values = truth.values(&all, memory)?;
+    let values = truth.values(&hidden, memory)?;
     let whole = less(&values, &clean);
-    Some(Found { hidden, beside, values, shifts, whole })
+    Some(Found { hidden, values, shifts, whole })
 }
 
 /// The truth: other films, heats and emissivities, another mesh, and what unkindness does to it.

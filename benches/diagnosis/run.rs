@@ -33,8 +33,6 @@ pub struct Answer {
     pub unkind: Vec<Unkindness>,
     /// What was hidden, in words.
     pub hidden: Vec<String>,
-    /// What was off beside it.
-    pub beside: Vec<String>,
     /// Which law it was where the catalogue has it not.
     pub outside: Option<String>,
     pub rows: usize,
@@ -115,7 +113,6 @@ fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
         family: *family,
         unkind: unkind.clone(),
         hidden: case.hidden.iter().map(told).collect(),
-        beside: case.beside.iter().map(told).collect(),
         outside: case.hidden.first().and_then(|h| h.outside.clone()),
         rows: case.problem.data.rows.len(),
         verdict: found.verdict.code().into(),
@@ -158,7 +155,7 @@ fn show(seed: u64, drawn: &Drawn, found: &Diagnosis) {
         "seed {seed}, {:?} on {}: chi-square {:.0} of {}, p {:.1e} and {:.1e}, level of the machine as it is: {:?}",
         drawn.family, drawn.setting.name, misfit.chi2, misfit.freedom, misfit.probability, misfit.look_elsewhere, found.unexplained
     );
-    for hidden in drawn.case.hidden.iter().chain(&drawn.case.beside) {
+    for hidden in &drawn.case.hidden {
         println!("  hidden: {hidden:?}");
     }
     for (i, e) in found.explanations.iter().enumerate().take(8) {

@@ -37,6 +37,11 @@ fn is_hidden(a: &Answer) -> bool {
     matches!(a.family, Family::One | Family::Two | Family::Three | Family::Four)
 }
 
+/// One effect that a machine file has words for: exchanged sensors are put right at the cabinet.
+fn is_single_and_writable(a: &Answer) -> bool {
+    is_single(a) && !a.hidden.iter().any(|h| h.starts_with("swapped"))
+}
+
 fn is_near_floor(a: &Answer) -> bool {
     a.after <= NEAR * a.floor
 }
@@ -55,6 +60,12 @@ fn is_wrong_and_confident(a: &Answer) -> bool {
 
 const GOALS: &[Goal] = &[
     Goal { name: "false alarms on clean data", aim: "<= 1 %", of: |a| a.family == Family::Clean, good: |a| a.detected },
+    Goal {
+        name: "the same, all readings sound",
+        aim: "<= 1 %",
+        of: |a| a.family == Family::Clean && !a.unkind.iter().any(|one| one.is_faulty()),
+        good: |a| a.detected,
+    },
     Goal { name: "a cause named for certain on clean data", aim: "<= 1 %", of: |a| a.family == Family::Clean, good: |a| a.confident },
     Goal { name: "one effect detected, d >= 5.5", aim: ">= 98 %", of: |a| is_single(a) && a.d >= 5.5, good: |a| a.detected },
     Goal { name: "any number of effects detected, d >= 5.5", aim: ">= 98 %", of: |a| is_hidden(a) && a.d >= 5.5, good: |a| a.detected },
@@ -100,7 +111,7 @@ const GOALS: &[Goal] = &[
         good: |a| a.detected && !a.misplaced,
     },
     Goal { name: "90 % intervals cover", aim: "87-93 %", of: |a| a.covered.is_some(), good: |a| a.covered == Some(true) },
-    Goal { name: "unseen error <= 1.15 floor, one effect", aim: ">= 90 %", of: is_single, good: is_near_floor },
+    Goal { name: "unseen error <= 1.15 floor, one effect", aim: ">= 90 %", of: is_single_and_writable, good: is_near_floor },
     Goal { name: "the same where a machine was written", aim: "", of: |a| is_single(a) && a.extended, good: is_near_floor },
     Goal { name: "unseen error never worse, all cases", aim: "100 %", of: |_| true, good: is_no_worse },
     Goal { name: "the same where a machine was written", aim: "100 %", of: |a| a.extended, good: is_no_worse },
@@ -178,7 +189,7 @@ fn by_machine(cases: &[Done]) {
             few(of(&own, |a| is_hidden(a) && a.d >= 5.5), |a| a.detected),
             few(of(&own, |a| is_single(a) && a.detected), |a| a.in_set),
             few(own.clone(), is_wrong_and_confident),
-            few(of(&own, is_single), is_near_floor),
+            few(of(&own, is_single_and_writable), is_near_floor),
             few(own.clone(), |a| !is_no_worse(a)),
         );
     }
@@ -221,7 +232,7 @@ const WRONGS: &[Wrong] = &[
     Wrong { name: "truth not in the set", of: |a| is_single(a) && a.detected, is_wrong: |a| !a.in_set },
     Wrong { name: "certain and wrong", of: |_| true, is_wrong: is_wrong_and_confident },
     Wrong { name: "interval misses", of: |a| a.covered.is_some(), is_wrong: |a| a.covered == Some(false) },
-    Wrong { name: "unseen > 1.15 floor", of: is_single, is_wrong: |a| !is_near_floor(a) },
+    Wrong { name: "unseen > 1.15 floor", of: is_single_and_writable, is_wrong: |a| !is_near_floor(a) },
     Wrong { name: "unseen worse", of: |_| true, is_wrong: |a| !is_no_worse(a) },
 ];
 
@@ -243,6 +254,7 @@ fn by_mechanism(cases: &[Done]) {
     ] {
         row(words, &of(cases, |a| a.family == family));
     }
+    row("a machine-wide factor among what is hidden", &of(cases, |a| a.hidden.iter().any(|h| h.starts_with("all "))));
     row("all", cases);
 }
 

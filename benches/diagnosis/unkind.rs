@@ -31,13 +31,11 @@ pub enum Unkindness {
     WrongValue,
     /// One row states the conditions of another.
     WrongRow,
-    /// A factor or offset of all films, heats, emissivities, contacts, inlets or sensors beside what is hidden.
-    MachineWide,
 }
 
 impl Unkindness {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 10] = [
         Self::Mesh,
         Self::Geometry,
         Self::Scatter,
@@ -48,7 +46,6 @@ impl Unkindness {
         Self::StuckSensor,
         Self::WrongValue,
         Self::WrongRow,
-        Self::MachineWide,
     ];
 
     /// In words.
@@ -64,21 +61,24 @@ impl Unkindness {
             Self::StuckSensor => "a stuck sensor",
             Self::WrongValue => "a wrong condition in a row",
             Self::WrongRow => "the conditions of another row",
-            Self::MachineWide => "a machine-wide factor beside",
         }
     }
 
-    fn suits(self, setting: &Setting, is_clean: bool) -> bool {
+    /// Whether readings or rows are wrong.
+    pub fn is_faulty(self) -> bool {
+        matches!(self, Self::Outliers | Self::DeadSensor | Self::StuckSensor | Self::WrongValue | Self::WrongRow)
+    }
+
+    fn suits(self, setting: &Setting) -> bool {
         match self {
             Self::Mesh => setting.cells.is_some(),
             Self::WrongValue | Self::WrongRow => setting.log.is_none(),
-            Self::MachineWide => !is_clean,
             _ => true,
         }
     }
 
     /// None to three of them.
-    pub fn some(setting: &Setting, is_clean: bool, random: &mut Random) -> Vec<Self> {
+    pub fn some(setting: &Setting, random: &mut Random) -> Vec<Self> {
         let count = match random.unit() {
             p if p < 0.15 => 0,
             p if p < 0.55 => 1,
@@ -89,10 +89,10 @@ impl Unkindness {
         while found.len() < count {
             let one = Self::ALL[random.below(Self::ALL.len())];
             let contradicts = |other: &Self| {
-                let stated = [Self::StatedHalf, Self::StatedDouble];
-                *other == one || (stated.contains(other) && stated.contains(&one))
+                let pairs = [[Self::StatedHalf, Self::StatedDouble], [Self::WrongValue, Self::WrongRow]];
+                *other == one || pairs.iter().any(|pair| pair.contains(other) && pair.contains(&one))
             };
-            if one.suits(setting, is_clean) && !found.iter().any(contradicts) {
+            if one.suits(setting) && !found.iter().any(contradicts) {
                 found.push(one);
             }
         }

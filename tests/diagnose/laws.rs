@@ -123,3 +123,23 @@ fn laws_of_variables_that_vary() {
         }
     }
 }
+
+/// What would be in force in one row alone is no law: any wrong reading of that row would be one.
+#[test]
+fn no_threshold_by_one_row() {
+    let mut data = problem(&[], 4).data;
+    let machine = problem(&[], 4).study.model.machine;
+    data.rows.truncate(5);
+    let load = machine.variables.iter().position(|v| v.name == "load").unwrap();
+    let thresholds = |data: &Data| -> Vec<usize> {
+        let above = |law: Law| matches!(law, Law::Of(v, LawForm::Above(_)) if v == load).then_some(law);
+        let level = |law: Law| if let Law::Of(_, LawForm::Above(level)) = law { level } else { usize::MAX };
+        Scales::of(data, &machine).laws(&machine).into_iter().filter_map(above).map(level).collect()
+    };
+    // Five loads: two rows at least on either side.
+    assert_eq!(thresholds(&data), [1, 2]);
+    // The lowest one measured twice.
+    let lowest = (0..5).min_by(|a, b| data.rows[*a].condition.si()[load].total_cmp(&data.rows[*b].condition.si()[load])).unwrap();
+    data.rows.push(Row { test: "again".into(), ..data.rows[lowest].clone() });
+    assert_eq!(thresholds(&data), [0, 1, 2]);
+}

@@ -85,8 +85,6 @@ pub struct Case {
     pub problem: Problem,
     /// What was hidden.
     pub hidden: Vec<Hidden>,
-    /// What is off beside it, which an answer may name or not.
-    pub beside: Vec<Hidden>,
     /// Each effect alone, K, reading by reading of the problem's data.
     pub shifts: Vec<Vec<f64>>,
 }
@@ -300,7 +298,7 @@ pub fn case(seed: u64, family: Family) -> Case {
     }
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.seed) = (uncertainty, seed);
-    Case { problem, hidden, beside: Vec::new(), shifts }
+    Case { problem, hidden, shifts }
 }
 
 /// Films, heats and emissivities a little off, each by a common factor.

@@ -56,10 +56,9 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let machine = &case.problem.study.model.machine;
     let d = if case.shifts.is_empty() { 0.0 } else { least(&case.shifts, &found.whitener) };
     let detected = found.verdict != Verdict::Consistent;
-    let off = || case.hidden.iter().chain(&case.beside);
-    let is_hidden = |p: &Cause| off().any(|h| is_same(machine, h, p));
+    let is_hidden = |p: &Cause| case.hidden.iter().any(|h| is_same(machine, h, p));
     let holds = |e: &Explanation, is: &dyn Fn(&Hidden, &Cause) -> bool| -> bool {
-        case.hidden.iter().all(|h| e.causes.iter().any(|p| is(h, p))) && e.causes.iter().all(|p| off().any(|h| is(h, p)))
+        case.hidden.iter().all(|h| e.causes.iter().any(|p| is(h, p))) && e.causes.iter().all(|p| case.hidden.iter().any(|h| is(h, p)))
     };
     let truth = |e: &Explanation| holds(e, &|h, p| is_same(machine, h, p));
     let touches = |p: &Cause, h: &Hidden| {
@@ -88,7 +87,7 @@ pub fn score(case: &Case, found: &Diagnosis) -> Score {
     let confident = found.verdict == Verdict::Explained;
     Score {
         misnamed: confident && !ladder.iter().all(|p| is_hidden(p)),
-        misplaced: confident && !ladder.iter().all(|p| off().any(|h| touches(p, h) || is_near(machine, h, p))),
+        misplaced: confident && !ladder.iter().all(|p| case.hidden.iter().any(|h| touches(p, h) || is_near(machine, h, p))),
         detected,
         group: first.is_some_and(|e| case.hidden.iter().all(|h| e.causes.iter().any(|p| touches(p, h)))),
         exact,

@@ -75,6 +75,8 @@ struct VariableScale {
     per_unit: f64,
     /// Distinct values in the data, rising.
     levels: Vec<f64>,
+    /// How many rows are at each of them.
+    rows: Vec<usize>,
     /// The middle one of all values.
     median: f64,
 }
@@ -87,8 +89,17 @@ impl VariableScale {
         values.sort_by(f64::total_cmp);
         let median = values.get(values.len() / 2).copied().unwrap_or(0.0);
         let alike = LEVEL * values.iter().fold(0.0f64, |most, v| most.max(v.abs()));
-        values.dedup_by(|b, a| *b - *a <= alike);
-        Self { shown: variable.name.replace('_', " "), name, unit, per_unit, levels: values, median }
+        let (mut levels, mut rows): (Vec<f64>, Vec<usize>) = (Vec::new(), Vec::new());
+        for value in values {
+            match (levels.last(), rows.last_mut()) {
+                (Some(level), Some(count)) if value - level <= alike => *count += 1,
+                _ => {
+                    levels.push(value);
+                    rows.push(1);
+                }
+            }
+        }
+        Self { shown: variable.name.replace('_', " "), name, unit, per_unit, levels, rows, median }
     }
 
     fn largest(&self) -> f64 {
@@ -121,7 +132,12 @@ impl VariableScale {
         }
         // Of nothing and one level, what is above the threshold is in proportion too.
         if (3..=MOST_LEVELS).contains(&n) {
-            forms.extend((0..n - 1).map(Form::Above));
+            // What acts in one row alone, or in all but one, may as well be that row.
+            let is_shown = |level: &usize| {
+                let below: usize = self.rows[..=*level].iter().sum();
+                below >= LEAST_ROWS && self.rows.iter().sum::<usize>() >= below + LEAST_ROWS
+            };
+            forms.extend((0..n - 1).filter(is_shown).map(Form::Above));
         }
         forms
     }
@@ -133,6 +149,8 @@ const LEVEL: f64 = 5e-3;
 const VARIES: f64 = 0.02;
 /// Thresholds are looked for between no more levels than these.
 const MOST_LEVELS: usize = 6;
+/// Rows on either side of a threshold, at least.
+const LEAST_ROWS: usize = 2;
 /// Width of a threshold as written, as a share of the step between two levels.
 const SHARP: f64 = 1e-3;
 /// Variables of every machine.
