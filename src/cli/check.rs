@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::Machine;
 use crate::discretise::network::EnclosureViews;
 use crate::error::{Error, Result};
 use crate::foundation::numbers::significant;
+use crate::solve::meshed::described::UncertainRecord;
 use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
+use crate::solve::sensitivity::{Study, UncertainNumber};
 use crate::units::{self, Dimension};
 
 /// Inventory of a machine file
@@ -36,10 +37,11 @@ pub struct Args {
 /// The machine file cannot be used.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let machine = Machine::read(&args.machine, &sets)?;
+    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let (model, uncertain) = (&study.model, study.uncertain()?);
     // Heats are shown where the condition is complete; an inventory needs none.
     let given = args.condition.values()?;
-    let condition = match args.condition.condition(&machine) {
+    let condition = match args.condition.condition(&model.machine) {
         Ok(condition) => Some(condition),
         Err(error) if given.is_empty() => {
             out.note(&format!("heats and films are not shown: {}", error.what()));
@@ -47,8 +49,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         Err(error) => return Err(error),
     };
-    let model = MeshedMachine::new(machine, args.cells)?;
-    let found = inventory(&model, condition.as_ref())?;
+    let found = inventory(model, condition.as_ref())?;
     let sizing = match (&args.rise, condition.as_ref()) {
         (Some(rise), Some(condition)) => Some(model.flow_for_rise(self::rise(rise)?, condition)?),
         (Some(rise), None) => {
@@ -59,7 +60,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         (None, _) => None,
     };
-    let (mut text, mut record) = (text(&model, &found), model.describe(&found));
+    let (mut text, mut record) = (text(model, &found, &uncertain), model.describe(&found));
+    record.uncertain = uncertain.iter().map(UncertainNumber::record).collect();
     if let Some(s) = sizing {
         text += &format!(
             "\n{:.2} W of all sources warm the water by {} K at {} L/min ({:.4e} m3/s), by more in a chamber warmer than the machine\n",
@@ -84,7 +86,7 @@ fn rise(text: &str) -> Result<f64> {
     }
 }
 
-fn text(model: &MeshedMachine, found: &Inventory) -> String {
+fn text(model: &MeshedMachine, found: &Inventory, uncertain: &[UncertainNumber]) -> String {
     let mut text = format!("{}\n{}\n\n", model.machine.name, model.machine.description.trim());
     let rows: Vec<Vec<String>> = found
         .parts
@@ -180,10 +182,22 @@ fn text(model: &MeshedMachine, found: &Inventory) -> String {
         text += "\n";
         text += &table(&["assumed", "value", "because"], &rows);
     }
+    if !uncertain.is_empty() {
+        text += "\n";
+        text += &table(&["uncertain", "value", "standard deviation", ""], &uncertain.iter().map(uncertain_row).collect::<Vec<_>>());
+    }
     for warning in &found.warnings {
         text += &format!("\nwarning: {warning}");
     }
     text
+}
+
+fn uncertain_row(number: &UncertainNumber) -> Vec<String> {
+    let UncertainRecord { key, value, unit, standard_deviation, limits } = number.record();
+    let unit_after = |unit: &str| if unit == "1" { String::new() } else { format!(" {unit}") };
+    let limits = limits.map_or(String::new(), |[low, high]| format!("limits {} to {}", significant(low, 4), significant(high, 4)));
+    let deviation = format!("{}{}", significant(standard_deviation, 3), unit_after(number.parameter.step_unit()));
+    vec![key, format!("{}{}", significant(value, 4), unit_after(&unit)), deviation, limits]
 }
 
 /// Surfaces of an enclosure with what they see of each other.

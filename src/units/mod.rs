@@ -135,6 +135,11 @@ impl Dimension {
         self.absolute
     }
 
+    /// The dimension of a difference of two such values: kelvin of absolute temperatures.
+    pub const fn of_differences(self) -> Self {
+        Self { absolute: false, ..self }
+    }
+
     /// The unit the value is expected in, as one would write it, with an example.
     pub fn example(self) -> &'static str {
         match self {

@@ -12,3 +12,4 @@ mod printed_schema;
 mod reading;
 mod schema;
 mod spheres;
+mod uncertain;

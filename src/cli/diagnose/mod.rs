@@ -93,7 +93,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let data = measured::data(args.data.as_deref(), machine)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
     let start = measured::start(&args.from)?;
-    let uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
+    let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
+    // What the command says of a number takes the place of what the file says.
+    let of_file = study.uncertain()?.into_iter().filter(|own| uncertain.iter().all(|said| said.parameter.name != own.parameter.name));
+    uncertain.extend(of_file.collect::<Vec<_>>());
     let user = match &args.kinds {
         Some(path) => user_kinds(path, &study)?,
         None => Vec::new(),

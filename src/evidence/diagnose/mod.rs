@@ -34,7 +34,7 @@ use crate::evidence::measurement::faults::Fault;
 use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
 use crate::foundation::numbers::TWO_SIDED_90;
-use crate::solve::sensitivity::{Parameter, Study};
+use crate::solve::sensitivity::{Parameter, Study, UncertainNumber};
 
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
@@ -73,15 +73,6 @@ impl Default for Discrepancy {
     }
 }
 
-/// A number of the machine file that is uncertain itself.
-#[derive(Debug, Clone, PartialEq)]
-pub struct UncertainNumber {
-    /// Which.
-    pub parameter: Parameter,
-    /// Its standard deviation, SI.
-    pub deviation: f64,
-}
-
 /// What is to be diagnosed: [`Problem::new`], then whatever differs from the usual.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
@@ -92,7 +83,7 @@ pub struct Problem {
     pub data: Data,
     /// Standard deviations of readings and conditions.
     pub uncertainty: Uncertainty,
-    /// Numbers of the file that are uncertain.
+    /// Numbers of the file that are uncertain; see [`Study::uncertain`] for those that the file states.
     pub uncertain: Vec<UncertainNumber>,
     /// The model's own discrepancy.
     pub discrepancy: Discrepancy,
@@ -144,7 +135,7 @@ impl Problem {
     }
 
     /// A machine file on about `cells` cells (the file's own number where `None`) against a table of readings, with the
-    /// uncertainty that `DATA.toml` beside the table states.
+    /// uncertainty that `DATA.toml` beside the table states, and the machine file of its numbers.
     ///
     /// # Errors
     /// A file cannot be used.
@@ -153,7 +144,7 @@ impl Problem {
         let study = Study::read(machine.as_ref(), &[], cells)?;
         let table = Data::read(data, &study.model.machine)?;
         let uncertainty = Uncertainty::beside(data, &table, &study.model.machine)?;
-        Ok(Self { uncertainty, ..Self::new(study, table) })
+        Ok(Self { uncertainty, uncertain: study.uncertain()?, ..Self::new(study, table) })
     }
 }
 

@@ -94,6 +94,14 @@ impl Free {
                 return Err(free.malformed(part));
             }
         }
+        if rest.trim().is_empty()
+            && let Some(stated) = study.uncertain()?.into_iter().find(|own| own.parameter.name == free.parameter.name)
+        {
+            match stated.limits {
+                Some(limits) => (free.bounds, is_bounded) = (limits, true),
+                None => free.prior = Some((stated.parameter.value, stated.deviation)),
+            }
+        }
         if free.bounds.0.is_nan() || free.bounds.1.is_nan() || free.bounds.0 >= free.bounds.1 {
             return Err(free.wrong("the lower bound comes first", rest));
         }

@@ -1,6 +1,7 @@
 //! What stands under a key, taken out of the file, changed and written back by `--set`.
 
 use super::Document;
+use super::spread::Uncertain;
 use super::tree::{ASSUMED, Item, Node, Step, join, quoted, split_key};
 use crate::error::{Error, Result};
 
@@ -96,6 +97,28 @@ impl Document {
             for (name, item) in entries.iter().filter(|(name, _)| name != ASSUMED) {
                 let name = if name.contains(['.', '[', ']', '"', '\'']) { quoted(name) } else { name.clone() };
                 walk(item, &if key.is_empty() { name } else { format!("{key}.{name}") }, found);
+            }
+        }
+        let mut found = Vec::new();
+        walk(&self.root, "", &mut found);
+        found
+    }
+
+    /// The numbers that are stated as uncertain, in the order of the file.
+    pub fn uncertain(&self) -> Vec<Uncertain> {
+        fn walk(item: &Item, key: &str, found: &mut Vec<Uncertain>) {
+            if let Some(spread) = &item.spread {
+                found.push(Uncertain { key: key.to_string(), spread: spread.clone() });
+            }
+            match &item.node {
+                Node::List(items) => items.iter().enumerate().for_each(|(i, item)| walk(item, &format!("{key}[{}]", i + 1), found)),
+                Node::Table(entries) => {
+                    for (name, item) in entries.iter().filter(|(name, _)| name != ASSUMED) {
+                        let name = if name.contains(['.', '[', ']', '"', '\'']) { quoted(name) } else { name.clone() };
+                        walk(item, &if key.is_empty() { name } else { format!("{key}.{name}") }, found);
+                    }
+                }
+                _ => {}
             }
         }
         let mut found = Vec::new();

@@ -27,12 +27,14 @@ use toml::de::{DeTable, DeValue};
 mod edit;
 mod leaf;
 mod rewrite;
+mod spread;
 mod tree;
 mod value;
 
 pub use edit::edited;
 pub use leaf::Leaf;
 pub use rewrite::name_of;
+pub use spread::{Spread, Uncertain};
 pub use tree::quoted;
 pub use value::Value;
 
@@ -126,7 +128,7 @@ impl Document {
                         at
                     } else if last || (depth == 0 && steps.len() == 2) || depth > 1 {
                         let node = if last { Node::Flag(false) } else { Node::Table(Vec::new()) };
-                        entries.push((name.clone(), Item { node, origin: Origin::Set, raw: None }));
+                        entries.push((name.clone(), Item { node, origin: Origin::Set, raw: None, spread: None }));
                         entries.len() - 1
                     } else {
                         let known: Vec<&str> = entries.iter().map(|(k, _)| k.as_str()).collect();
@@ -153,7 +155,7 @@ impl Document {
         }
         *node = match DeValue::parse(value) {
             Ok(parsed) => item(parsed.get_ref(), Origin::Set, &|_| Origin::Set),
-            Err(_) => Item { node: Node::Text(value.trim().to_string()), origin: Origin::Set, raw: None },
+            Err(_) => Item::text(value.trim().to_string(), Origin::Set),
         };
         node.raw = Some(value.trim().to_string());
         for part in ["\n--set ", key, " = ", value] {

@@ -4,6 +4,8 @@ use std::fmt;
 
 use toml::de::DeValue;
 
+use super::spread::Spread;
+
 /// The key under which a table marks its numbers as assumed.
 pub(super) const ASSUMED: &str = "assumed";
 
@@ -32,6 +34,18 @@ pub(super) struct Item {
     pub(super) origin: Origin,
     /// The text a `--set` gave, which is also taken where a string is wanted.
     pub(super) raw: Option<String>,
+    /// How uncertain the number is that stands here.
+    pub(super) spread: Option<Spread>,
+}
+
+impl Item {
+    /// A text; a number that is stated as uncertain stands as the number it is, and how uncertain it is beside it.
+    pub(super) fn text(text: String, origin: Origin) -> Self {
+        match Spread::split(&text) {
+            Some((plain, spread)) => Self { node: Node::Text(plain), origin, raw: None, spread: Some(spread) },
+            None => Self { node: Node::Text(text), origin, raw: None, spread: None },
+        }
+    }
 }
 
 /// `key.name`, with quotes where TOML needs them.
@@ -95,7 +109,7 @@ impl fmt::Display for Item {
 /// Copies a parsed value; tables are sorted into the order of the file.
 pub(super) fn item(value: &DeValue<'_>, origin: Origin, origin_of: &dyn Fn(usize) -> Origin) -> Item {
     let node = match value {
-        DeValue::String(text) => Node::Text(text.to_string()),
+        DeValue::String(text) => return Item::text(text.to_string(), origin),
         DeValue::Integer(number) => Node::Integer(number.to_string(), i64::from_str_radix(number.as_str(), number.radix()).ok()),
         DeValue::Float(number) => Node::Float(number.to_string()),
         DeValue::Boolean(flag) => Node::Flag(*flag),
@@ -110,7 +124,7 @@ pub(super) fn item(value: &DeValue<'_>, origin: Origin, origin_of: &dyn Fn(usize
             Node::Table(entries.into_iter().map(|(name, entry)| (name.get_ref().to_string(), copy(name, entry))).collect())
         }
     };
-    Item { node, origin, raw: None }
+    Item { node, origin, raw: None, spread: None }
 }
 
 #[derive(Debug, PartialEq)]

@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use crate::error::{Error, Result, did_you_mean};
-use crate::evidence::diagnose::{Costs, UncertainNumber, UserKind, hypotheses};
+use crate::evidence::diagnose::{Costs, UserKind, hypotheses};
 use crate::evidence::measurement::Data;
 use crate::foundation::document::{Document, Value, quoted};
-use crate::solve::sensitivity::Study;
+use crate::solve::sensitivity::{Study, UncertainNumber};
 use crate::units::{Dimension, parse};
 
 /// A kind that is not to be tried.
@@ -48,7 +48,7 @@ pub fn uncertain(text: &str, study: &Study) -> Result<UncertainNumber> {
         }
     };
     if deviation > 0.0 {
-        Ok(UncertainNumber { parameter, deviation })
+        Ok(UncertainNumber { parameter, deviation, limits: None })
     } else {
         Err(Error::input("a standard deviation is positive").at_key("--uncertain").read(text).help("write KEY=10% or KEY=+-50 W/(m2 K)"))
     }

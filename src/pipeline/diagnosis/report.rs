@@ -4,12 +4,13 @@ use super::energy::Balance;
 use super::next;
 use super::{Findings, capital, figures, ladder, name, words};
 use crate::error::Result;
-use crate::evidence::diagnose::{Certainty, UncertainNumber, Verdict};
+use crate::evidence::diagnose::{Certainty, Verdict};
 use crate::evidence::measurement::whiten;
 use crate::figures::chart::gains::GainsFigure;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::foundation::document::name_of;
 use crate::foundation::numbers::short;
+use crate::solve::sensitivity::UncertainNumber;
 
 /// Rows of a table of residuals; longer ones say little to a reader.
 const ROWS: usize = 60;
@@ -469,7 +470,7 @@ fn provenance(section: &mut Section, found: &Findings<'_>) {
         ("cells".to_string(), format!("{}, corrected by three times as many", problem.study.model.mesh.cells)),
         ("seconds".to_string(), format!("{:.1}", found.diagnosis.seconds)),
     ];
-    for UncertainNumber { parameter, deviation } in &problem.uncertain {
+    for UncertainNumber { parameter, deviation, .. } in &problem.uncertain {
         let share = 100.0 * deviation / parameter.value.abs();
         facts.push(("uncertain".into(), format!("{}, standard deviation {share:.0} %", parameter.name)));
     }

@@ -30,6 +30,8 @@ pub struct MachineRecord<'a> {
     pub sensors: &'a [String],
     pub limits: Vec<&'a str>,
     pub assumptions: Vec<AssumptionRecord<'a>>,
+    /// Numbers that the file states as uncertain.
+    pub uncertain: Vec<UncertainRecord>,
     pub warnings: &'a [String],
     /// The flow that takes up all heat with a given rise, where one was asked for.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -62,6 +64,20 @@ pub struct AssumptionRecord<'a> {
     pub reason: &'a str,
 }
 
+/// A number that the file states as uncertain.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct UncertainRecord {
+    pub key: String,
+    /// In `unit`.
+    pub value: f64,
+    pub unit: String,
+    /// In `unit`, kelvin for temperatures.
+    pub standard_deviation: f64,
+    /// Where the file states limits, these, in `unit`.
+    pub limits: Option<[f64; 2]>,
+}
+
 /// The coolant flow that takes up the heat of all sources: q = P / (rho c dT).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[allow(missing_docs, non_snake_case)]
@@ -91,6 +107,7 @@ impl MeshedMachine {
             sensors: &self.network.sensor_names,
             limits: self.machine.limits.iter().map(|l| l.name.as_str()).collect(),
             assumptions: self.machine.assumptions.iter().map(assumption).collect(),
+            uncertain: Vec::new(),
             warnings: &found.warnings,
             flow_for_rise: None,
         }

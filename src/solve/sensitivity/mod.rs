@@ -25,6 +25,7 @@ mod point;
 mod response;
 mod screen;
 mod study;
+mod uncertain;
 
 pub use difference::{Partial, UNEVEN, Variation};
 pub use parameter::{Kind, Parameter};
@@ -32,3 +33,4 @@ pub use point::{Adjoint, Derivatives, Jacobian, Target};
 pub use response::{Basis, Course, Moment, Moments};
 pub use screen::{Disturbance, Screen};
 pub use study::Study;
+pub use uncertain::UncertainNumber;

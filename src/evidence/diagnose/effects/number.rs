@@ -3,8 +3,7 @@
 use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
 use crate::error::Result;
-use crate::evidence::diagnose::UncertainNumber;
-use crate::solve::sensitivity::Disturbance;
+use crate::solve::sensitivity::{Disturbance, UncertainNumber};
 
 /// A number of the file, SI more than it says; the place of its hypothesis is its key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
