@@ -9,6 +9,8 @@ use crate::evidence::diagnose::{Explanation, Hypothesis, Problem, Scales, signat
 
 /// Most conditions that are tried.
 const CONDITIONS: usize = 40;
+/// Variables whose ranges' corners are tried.
+const CORNERED: usize = 4;
 
 /// What steady tests would show, at each condition, and what rests on them.
 pub(super) struct SteadyTests {
@@ -79,16 +81,18 @@ fn deviations(problem: &Problem) -> Vec<f64> {
     (0..problem.study.model.machine.sensors.len()).map(of).collect()
 }
 
-/// Ends and middle of every range, one variable at a time and in the corners.
+/// The middle of the data; half the corners of the first few ranges, such that no two of them differ in one variable alone; and both ends
+/// of every range, one variable at a time.
 fn candidates(problem: &Problem) -> Vec<Condition> {
     let machine = &problem.study.model.machine;
     let base = problem.data.rows[problem.data.rows.len() / 2].condition.si().to_vec();
     let ranged: Vec<(usize, (f64, f64))> =
         machine.variables.iter().enumerate().filter_map(|(v, variable)| variable.range.map(|r| (v, r))).collect();
     let mut found: Vec<Vec<f64>> = vec![base.clone()];
-    for corner in 0..1usize << ranged.len().min(5) {
+    let cornered = ranged.len().min(CORNERED);
+    for corner in (0..1usize << cornered).filter(|corner| corner.count_ones() % 2 == 0 || cornered < 3) {
         let mut c = base.clone();
-        for (i, (v, (low, high))) in ranged.iter().take(5).enumerate() {
+        for (i, (v, (low, high))) in ranged.iter().take(cornered).enumerate() {
             c[*v] = if corner >> i & 1 == 0 { *low } else { *high };
         }
         found.push(c);

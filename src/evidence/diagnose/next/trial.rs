@@ -7,12 +7,10 @@ use super::outlook::{Outlook, all_sensors, moved, open_causes};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
-use crate::evidence::diagnose::history::TIME_TOLERANCE;
-use crate::evidence::diagnose::refine::{Extended, Predictor, in_order};
+use crate::evidence::diagnose::refine::{Extended, Predictor};
 use crate::evidence::diagnose::view::open_factors;
-use crate::evidence::diagnose::{Explanation, Hypothesis, Problem, signatures};
+use crate::evidence::diagnose::{Cause, Explanation, Hypothesis, Problem, signatures};
 use crate::evidence::identify;
-use crate::evidence::measurement::Data;
 use crate::explore::simulate::Start;
 use crate::foundation::document::{Leaf, quoted};
 use crate::solve::sensitivity::Study;
@@ -29,6 +27,8 @@ const PULSE: f64 = 1800.0;
 const TIMES: [f64; 7] = [120.0, 300.0, 600.0, 1200.0, PULSE, 3600.0, 7200.0];
 /// Pressure let into the chamber, Pa: its gas carries up to 1 W/(m² K), and less to a wall further off than the molecules' free path.
 const PRESSURE: f64 = 1.0;
+/// Error allowed in each time step, K: tests are ranked, and what is found in one is fitted.
+const TOLERANCE: f64 = 0.03;
 /// Name of the heater in the machine file.
 const NAME: &str = "test_heater";
 
@@ -127,8 +127,9 @@ pub(super) struct Solved {
 pub(super) fn trials(predictor: &Predictor<'_>, problem: &Problem, alive: &[&Explanation]) -> Vec<Solved> {
     let alive = &alive[..alive.len().min(MOST)];
     let base = &problem.data.rows[problem.data.rows.len() / 2].condition;
+    let Ok(errors) = errors(predictor, problem, base) else { return Vec::new() };
     let solved = |trial: Trial| {
-        let (times, outlook) = outlook(predictor, problem, alive, &trial, base).ok()?;
+        let (times, outlook) = outlook(predictor, problem, alive, &trial, base, &errors).ok()?;
         Some(Solved { trial, condition: base.clone(), times, outlook })
     };
     candidates(problem, alive, base).into_par_iter().filter_map(solved).collect()
@@ -169,6 +170,7 @@ fn outlook(
     alive: &[&Explanation],
     trial: &Trial,
     base: &Condition,
+    errors: &Errors,
 ) -> Result<(Vec<Option<f64>>, Outlook)> {
     let sets = trial.sets();
     let prepared = |study: &Study| if sets.is_empty() { Ok(study.clone()) } else { study.edited(&sets) };
@@ -176,38 +178,48 @@ fn outlook(
     let rows = trial.rows(&plain, base)?;
     let (count, times) = (rows.len(), rows.iter().map(|(time, _)| *time).collect());
     let data = all_sensors(problem, rows.into_iter().map(|(time, condition)| ("trial".to_string(), time, condition)));
-    let run = |study: &Study| identify::values_within(study, &data, Start::Steady, TIME_TOLERANCE);
+    let run = |study: &Study| identify::values_within(study, &data, Start::Steady, TOLERANCE);
     let without = run(&plain)?;
-    let with = |members: &[(&Hypothesis, f64)]| -> Result<Vec<f64>> {
-        let Some(Extended { study, .. }) = predictor.extended(members)? else {
+    // Each cause is run once, at the first amplitude it has: what it adds grows about in proportion to that, beside whatever acts with it.
+    let mut slopes: Vec<(&Hypothesis, Vec<f64>)> = Vec::new();
+    for cause in alive.iter().flat_map(|e| &e.causes).filter(|c| c.amplitude != 0.0) {
+        if slopes.iter().any(|(h, _)| h.is_same(&cause.hypothesis)) {
+            continue;
+        }
+        let members = [(&cause.hypothesis, cause.amplitude)];
+        let Some(Extended { study, .. }) = predictor.extended(&members)? else {
             return Err(Error::input("the machine file has no words for this cause"));
         };
-        let is_of_sensors = members.iter().all(|(h, _)| h.is_sensor());
-        let values = if is_of_sensors { without.clone() } else { run(&prepared(&study)?)? };
-        Ok(read(&data, values, members, problem))
-    };
+        let values = if cause.hypothesis.is_sensor() { without.clone() } else { run(&prepared(&study)?)? };
+        let with = moved(cause.hypothesis.clone(), problem).read(&data, &values, cause.amplitude);
+        slopes.push((&cause.hypothesis, with.iter().zip(&without).map(|(w, o)| (w - o) / cause.amplitude).collect()));
+    }
+    let slope = |cause: &Cause| slopes.iter().find(|(h, _)| h.is_same(&cause.hypothesis)).map(|(_, slope)| slope.as_slice());
     let (mut shown, mut open) = (Vec::new(), Vec::new());
     for e in alive {
-        let members: Vec<(&Hypothesis, f64)> = e.causes.iter().map(|p| (&p.hypothesis, p.amplitude)).collect();
-        let all = with(&members)?;
-        // What one part adds grows about in proportion to its amplitude.
-        let column = |i: usize| -> Result<Vec<f64>> {
-            let share = if members[i].1 == 0.0 { 0.0 } else { e.causes[i].deviation / members[i].1 };
-            let mut others = members.clone();
-            others.remove(i);
-            let rest = if others.is_empty() { without.clone() } else { with(&others)? };
-            Ok(all.iter().zip(&rest).map(|(a, b)| share * (a - b)).collect())
-        };
-        open.push((0..members.len()).map(column).collect::<Result<Vec<_>>>()?);
-        shown.push(all);
+        let (mut sum, mut columns) = (without.clone(), Vec::new());
+        for cause in &e.causes {
+            let slope = slope(cause).unwrap_or(&[]);
+            sum.iter_mut().zip(slope).for_each(|(s, v)| *s += cause.amplitude * v);
+            columns.push((0..sum.len()).map(|i| slope.get(i).map_or(0.0, |v| cause.deviation * v)).collect());
+        }
+        shown.push(sum);
+        open.push(columns);
     }
-    let (deviation, common) = errors(predictor, problem, base, count)?;
-    Ok((times, Outlook { shown, open, deviation, common }))
+    let common = errors.common.iter().map(|column| column.repeat(count)).collect();
+    Ok((times, Outlook { shown, open, deviation: errors.noise.repeat(count), common }))
 }
 
-/// Noise of each reading in `count` rows of a test, and what all rows share: the sensors' own errors, those of the condition, and what
-/// every model leaves open, as they are in the steady state the test begins with.
-fn errors(predictor: &Predictor<'_>, problem: &Problem, base: &Condition, count: usize) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+/// Errors of the readings of one row, K: these repeat in every row of a test.
+struct Errors {
+    /// Noise of each reading.
+    noise: Vec<f64>,
+    /// What all rows share: the sensors' own errors, those of the condition, and what every model leaves open, as they are in the steady state
+    /// a test begins with.
+    common: Vec<Vec<f64>>,
+}
+
+fn errors(predictor: &Predictor<'_>, problem: &Problem, base: &Condition) -> Result<Errors> {
     let once = all_sensors(problem, std::iter::once(("base".to_string(), None, base.clone())));
     let causes = open_causes(problem, &once);
     let found = signatures(&problem.study, &once, Start::Steady, &[], &causes, predictor.scales, &problem.user)?;
@@ -217,16 +229,10 @@ fn errors(predictor: &Predictor<'_>, problem: &Problem, base: &Condition, count:
     let noise: Vec<f64> = (0..sensors).map(|s| of(&problem.uncertainty.noise, s)).collect();
     let own = (0..sensors).map(|s| {
         let lasting = of(&problem.uncertainty.bias, s).hypot(problem.discrepancy.model);
-        (0..sensors * count).map(|i| if i % sensors == s { lasting } else { 0.0 }).collect()
+        (0..sensors).map(|i| if i == s { lasting } else { 0.0 }).collect()
     });
     let of_condition = problem.uncertainty.at(base).into_iter().enumerate();
-    let of_condition = of_condition.map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect::<Vec<f64>>().repeat(count));
+    let of_condition = of_condition.map(|(v, e)| slopes.iter().map(|row| row[v] * e).collect::<Vec<f64>>());
     let open = open_factors(&problem.discrepancy, &causes, &found.columns, sensors);
-    let open = open.into_iter().map(|f| f.repeat(count));
-    Ok((noise.repeat(count), own.chain(of_condition).chain(open).collect()))
-}
-
-/// Predictions as the sensors of some causes show them.
-fn read(data: &Data, values: Vec<f64>, members: &[(&Hypothesis, f64)], problem: &Problem) -> Vec<f64> {
-    in_order(members).fold(values, |values, (h, amplitude)| moved(h.clone(), problem).read(data, &values, amplitude))
+    Ok(Errors { noise, common: own.chain(of_condition).chain(open).collect() })
 }
