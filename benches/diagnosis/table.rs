@@ -123,7 +123,7 @@ pub fn print(records: &[Record]) {
     let seconds: f64 = records.iter().map(|r| r.seconds).sum();
     let (first, last) = (records.iter().map(|r| r.seed).min(), records.iter().map(|r| r.seed).max());
     println!(
-        "{} cases, seeds {} to {}, {:.1} s each on one thread.\n",
+        "{} cases, seeds {} to {}, {:.1} s each by the clock.\n",
         records.len(),
         first.unwrap_or(0),
         last.unwrap_or(0),
