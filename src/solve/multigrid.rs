@@ -8,6 +8,8 @@
 //! with Applications 30 (2023) e2518), which needs no lower bound of the spectrum. Levels are stored and
 //! applied in single precision: a preconditioner need not be exact, and half the bytes move.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::aggregation::{aggregates, smoothed_prolongation};
@@ -19,6 +21,8 @@ use crate::discretise::network::Block;
 use crate::discretise::network::block::Profile;
 use crate::error::{Error, Result, Stop};
 
+/// Factorisations of the coarsest level that are kept.
+const MOST_KNOWN: usize = 8;
 /// Rows at which the coarsest level is solved directly.
 const COARSEST: usize = 400;
 /// Couplings weaker than this, relative to the geometric mean of the diagonals, do not bind aggregates.
@@ -71,7 +75,17 @@ enum Step {
 struct Coarsest {
     matrix: DMatrix<f64>,
     capacity: Vec<f64>,
-    factor: Cholesky<f64, Dyn>,
+    /// The one in use, and others of late, the last one first: rates come again.
+    factor: Arc<Cholesky<f64, Dyn>>,
+    known: Vec<Shifted>,
+}
+
+/// A factorisation with the capacity over a time on the diagonal.
+#[derive(Debug, Clone)]
+struct Shifted {
+    /// 1/s
+    rate: f64,
+    factor: Arc<Cholesky<f64, Dyn>>,
 }
 
 /// Vectors for one V-cycle; one set per thread.
@@ -143,7 +157,7 @@ impl Multigrid {
             }
         }
         let factor = factorise(dense.clone())?;
-        Ok(Self { levels, coarsest: Coarsest { matrix: dense, capacity: carried, factor } })
+        Ok(Self { levels, coarsest: Coarsest { matrix: dense, capacity: carried, factor: Arc::new(factor), known: Vec::new() } })
     }
 
     /// Vectors for [`Multigrid::apply`].
@@ -199,11 +213,18 @@ impl Multigrid {
         for level in &mut self.levels {
             level.shift(rate);
         }
-        let mut dense = self.coarsest.matrix.clone();
-        for (i, c) in self.coarsest.capacity.iter().enumerate() {
-            dense[(i, i)] += rate * c;
-        }
-        self.coarsest.factor = factorise(dense)?;
+        let Coarsest { matrix, capacity, factor, known } = &mut self.coarsest;
+        let shifted = match known.iter().position(|s| s.rate == rate) {
+            Some(at) => known.remove(at),
+            None => {
+                let mut dense = matrix.clone();
+                capacity.iter().enumerate().for_each(|(i, c)| dense[(i, i)] += rate * c);
+                Shifted { rate, factor: Arc::new(factorise(dense)?) }
+            }
+        };
+        factor.clone_from(&shifted.factor);
+        known.insert(0, shifted);
+        known.truncate(MOST_KNOWN);
         Ok(())
     }
 

@@ -1,7 +1,5 @@
 //! What every machine file may name without defining it: materials and liquids.
 
-use std::sync::Arc;
-
 use serde::Serialize;
 
 use super::{Material, Property, fluids, library};
@@ -122,7 +120,7 @@ fn liquids() -> Result<Vec<LiquidRecord>> {
         ("water".to_string(), Liquid::Water, iapws.to_string()),
         ("paper_water".to_string(), Liquid::PaperWater, format!("1000 kg/m3 and 4200 J/(kg K) as in the source study, else {iapws}")),
     ];
-    let tables = fluids::built_in()?.into_iter().map(|(table, source)| (table.name.clone(), Liquid::Table(Arc::new(table)), source));
+    let tables = fluids::built_in()?.iter().map(|s| (s.fluid.name.clone(), Liquid::Table(s.fluid.clone()), s.source.clone()));
     let of = |(name, liquid, source): (String, Liquid, String)| -> Result<LiquidRecord> {
         let (low, high) = liquid.range();
         let at = liquid.at(SHOWN_AT)?;

@@ -1,6 +1,6 @@
 //! Liquids: those of the file and those every file may name.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use super::Property;
 use super::library::property;
@@ -18,13 +18,11 @@ pub(super) struct Fluids(Vec<Arc<FluidTable>>);
 impl Fluids {
     /// Reads `[fluid.NAME]` and the library.
     pub fn read(root: &Section<'_>) -> Result<Self> {
-        let document = Document::parse(LIBRARY, "the built-in fluids")?;
-        let library = document.root();
         let mut found = Vec::new();
-        for (name, section) in root.sections("fluid")?.into_iter().chain(library.sections("fluid")?) {
+        for (name, section) in root.sections("fluid")? {
             found.push(Arc::new(fluid(name, section)?));
         }
-        library.finish()?;
+        found.extend(built_in()?.iter().map(|shipped| shipped.fluid.clone()));
         Ok(Self(found))
     }
 
@@ -45,20 +43,32 @@ impl Fluids {
     }
 }
 
-/// The liquids every machine file may name beside water, each with its source.
+/// A liquid of the library.
+pub(super) struct Shipped {
+    /// Its properties.
+    pub fluid: Arc<FluidTable>,
+    /// Where they are from.
+    pub source: String,
+}
+
+/// The liquids every machine file may name beside water, read once: a diagnosis reads very many machines.
 ///
 /// # Errors
 /// Never for the library that is shipped.
-pub(super) fn built_in() -> Result<Vec<(FluidTable, String)>> {
+pub(super) fn built_in() -> Result<&'static [Shipped]> {
+    static SHIPPED: OnceLock<Vec<Shipped>> = OnceLock::new();
+    if let Some(known) = SHIPPED.get() {
+        return Ok(known);
+    }
     let document = Document::parse(LIBRARY, "the built-in fluids")?;
     let root = document.root();
     let one = |(name, section): (String, Section<'_>)| {
         let source = section.opt_text("source")?.unwrap_or_default();
-        Ok((fluid(name, section)?, source))
+        Ok(Shipped { fluid: Arc::new(fluid(name, section)?), source })
     };
     let found = root.sections("fluid")?.into_iter().map(one).collect::<Result<_>>()?;
     root.finish()?;
-    Ok(found)
+    Ok(SHIPPED.get_or_init(|| found))
 }
 
 fn fluid(name: String, section: Section<'_>) -> Result<FluidTable> {

@@ -1,5 +1,7 @@
 //! Materials: those of the file and those every file may name.
 
+use std::sync::OnceLock;
+
 use super::{Material, Property};
 use crate::error::Result;
 use crate::foundation::document::{Document, Section, Value, suggestion};
@@ -8,22 +10,26 @@ use crate::units::Dimension;
 /// The materials every machine file may name, with sources.
 const LIBRARY: &str = include_str!("../../../data/materials.toml");
 
-/// The materials every machine file may name.
+/// The materials every machine file may name, read once: a diagnosis reads very many machines.
 ///
 /// # Errors
 /// Never for the library that is shipped.
-pub(super) fn built_in() -> Result<Vec<Material>> {
+pub(super) fn built_in() -> Result<&'static [Material]> {
+    static SHIPPED: OnceLock<Vec<Material>> = OnceLock::new();
+    if let Some(known) = SHIPPED.get() {
+        return Ok(known);
+    }
     let document = Document::parse(LIBRARY, "the built-in materials")?;
     let root = document.root();
     let found = root.sections("material")?.into_iter().map(|(name, section)| material(name, section, &[])).collect::<Result<_>>()?;
     root.finish()?;
-    Ok(found)
+    Ok(SHIPPED.get_or_init(|| found))
 }
 
 /// Every known material; those in use are kept by [`Shelf::take`] in the order of first use.
 pub(super) struct Shelf {
     own: Vec<Material>,
-    library: Vec<Material>,
+    library: &'static [Material],
     /// The materials in use.
     pub(super) used: Vec<Material>,
 }
@@ -34,7 +40,7 @@ impl Shelf {
         let library = built_in()?;
         let mut own: Vec<Material> = Vec::new();
         for (name, section) in root.sections("material")? {
-            let known = [own.as_slice(), library.as_slice()].concat();
+            let known = [own.as_slice(), library].concat();
             own.push(material(name, section, &known)?);
         }
         Ok(Self { own, library, used: Vec::new() })
@@ -46,13 +52,13 @@ impl Shelf {
         if let Some(at) = self.used.iter().position(|m| m.name == name) {
             return Ok(at);
         }
-        match self.own.iter().chain(&self.library).find(|m| m.name == name) {
+        match self.own.iter().chain(self.library).find(|m| m.name == name) {
             Some(material) => {
                 self.used.push(material.clone());
                 Ok(self.used.len() - 1)
             }
             None => {
-                let known: Vec<&str> = self.own.iter().chain(&self.library).map(|m| m.name.as_str()).collect();
+                let known: Vec<&str> = self.own.iter().chain(self.library).map(|m| m.name.as_str()).collect();
                 let help = format!("{}; or define it with [material.{name:?}]", suggestion(&name, &known));
                 Err(value.error(format!("there is no material '{name}'")).help(help))
             }

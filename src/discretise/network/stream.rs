@@ -272,6 +272,11 @@ impl Network {
 }
 
 impl Stream {
+    /// Whether its film follows from a formula of the machine's variables.
+    pub fn has_film_formula(&self) -> bool {
+        matches!(self.film, Film::Formula(_) | Film::Nusselt(_))
+    }
+
     /// Pressure drop (Pa) at a mass flow (kg/s).
     pub(super) fn pressure_drop(&self, mass_flow: f64, liquid: LiquidProperties) -> f64 {
         channel::pressure_drop(mass_flow / liquid.density, self.diameter, self.length, self.minor_loss, self.roughness, &liquid)

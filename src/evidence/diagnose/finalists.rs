@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::effects::{Hypothesis, hypotheses};
 use super::probability::{self, Candidate, Ground, Posterior};
-use super::refine::{Extended, FitData, Fitted, Predictor, fit};
+use super::refine::{Begun, Extended, FitData, Fitted, Predictor, first_look, fit, fit_begun};
 use super::screen::Screened;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, signatures};
@@ -31,6 +31,10 @@ const FIRSTS: usize = 2;
 const SECONDS: usize = 3;
 /// Turns of fitting what leads unfitted.
 const MOST_TURNS: usize = 3;
+/// A cause is fitted no further where its first look promises a deviance worse than another's by this much, and by this share of what
+/// that one is better than the machine as it is.
+const BEHIND: f64 = 100.0;
+const BEHIND_SHARE: f64 = 0.5;
 /// How often covariance and mesh are taken anew about the best explanation.
 const ROUNDS: usize = 2;
 
@@ -248,21 +252,50 @@ impl Finalists<'_> {
         before.iter().filter_map(of).take(FINALISTS / 2).collect()
     }
 
-    /// Fits, from amplitudes found before where there are any.
+    /// Fits, from amplitudes found before where there are any: the most probable first, and of the others only the beginning where
+    /// they are far behind it.
     fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &Comparison) -> Vec<Entry> {
         let all: Vec<usize> = (0..view.readings.len()).collect();
-        let attempt = |c: &Candidate| -> Option<Entry> {
+        let (readings, mesh, places) = (&view.readings, &view.mesh, &self.places);
+        let used = FitData { which: &all, readings, mesh, places, whitener: &view.whitener, level: view.level, without: view.without };
+        let attempt = |c: &Candidate, bar: Option<f64>| -> Option<Entry> {
             let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
             let guess: Vec<f64> = match before.iter().find(|(m, _)| *m == c.members) {
                 Some((_, f)) => f.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            let (readings, mesh, places) = (&view.readings, &view.mesh, &self.places);
-            let used = FitData { which: &all, readings, mesh, places, whitener: &view.whitener, level: view.level, without: view.without };
-            let fitted = fit(self.predictor, &members, &guess, used).ok()?;
+            let begun = bar.and_then(|_| Begun::at(self.predictor, &members, &guess));
+            let look = begun.as_ref().and_then(|begun| first_look(self.predictor, begun, used));
+            if let Some(look) = look.filter(|look| bar.is_some_and(|bar| self.promise(&members, look, used, view) > bar)) {
+                return Some((c.members.clone(), look));
+            }
+            let fitted = fit_begun(self.predictor, &members, &guess, used, begun.as_ref()).ok()?;
             Some((c.members.clone(), self.at_its_level(&members, fitted, used, view)))
         };
-        candidates.par_iter().filter_map(attempt).collect()
+        let [first, others @ ..] = candidates else { return Vec::new() };
+        let first = attempt(first, None);
+        let behind = |(_, fitted): &Entry| fitted.deviance + BEHIND.max(BEHIND_SHARE * (self.ground.any - fitted.deviance));
+        let bar = first.as_ref().map(behind);
+        let others: Vec<Entry> = others.par_iter().filter_map(|c| attempt(c, bar)).collect();
+        first.into_iter().chain(others).collect()
+    }
+
+    /// The deviance that slopes promise a fit, under the discrepancy that suits it.
+    fn promise(&self, members: &[&Hypothesis], look: &Fitted, used: FitData<'_>, view: &Comparison) -> f64 {
+        let (without, free) = look.without_amplitudes(members);
+        let level = view.errors.learn(&without, &free, used.level, None);
+        let learnt = (level != used.level).then(|| view.errors.whitener(&level, used.which));
+        let whitener = learnt.as_ref().unwrap_or(used.whitener);
+        let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let residual = whitener.apply(&without);
+        let explained: f64 = free
+            .iter()
+            .map(|column| {
+                let column = whitener.apply(column);
+                square(&column, &residual).powi(2) / (1.0 + square(&column, &column))
+            })
+            .sum();
+        square(&residual, &residual) - explained + whitener.log_determinant() - used.without + level.price()
     }
 
     /// A fit under the discrepancy that suits it.

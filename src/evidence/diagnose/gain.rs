@@ -6,7 +6,7 @@ use super::effects::Hypothesis;
 use super::finalists::leading;
 use super::joint::Joint;
 use super::probability::{self, Candidate, Ground};
-use super::refine::{FitData, Predictor, fit};
+use super::refine::{Begun, FitData, Predictor, fit_begun};
 use super::view::{Comparison, ScreenInput};
 use super::{Explanation, Problem, decide};
 use crate::evidence::measurement::{Data, whiten};
@@ -37,6 +37,25 @@ pub struct Named<'a> {
     pub joint: Option<&'a Joint>,
     /// The data beside the machine with it in force: its covariance.
     pub view: &'a Comparison,
+}
+
+impl<'a> Named<'a> {
+    /// What is fitted in every fold, in the order of the catalogue, with amplitudes.
+    fn members(&self, catalogue: &'a [Hypothesis]) -> Vec<(&'a Hypothesis, f64)> {
+        let of = |h: &&Hypothesis| self.explanation.causes.iter().find(|cause| cause.hypothesis.is_same(h));
+        let causes = catalogue.iter().filter_map(|h| of(&h).map(|cause| (h, cause.amplitude / h.scale * h.scale)));
+        beside(causes.collect(), self.joint)
+    }
+}
+
+/// Causes with what is fitted beside them.
+fn beside<'a>(mut causes: Vec<(&'a Hypothesis, f64)>, joint: Option<&'a Joint>) -> Vec<(&'a Hypothesis, f64)> {
+    for other in joint.iter().flat_map(|joint| &joint.others) {
+        if !causes.iter().any(|(h, _)| h.is_same(&other.hypothesis)) {
+            causes.push((&other.hypothesis, other.amplitude));
+        }
+    }
+    causes
 }
 
 /// Errors on conditions kept out, K.
@@ -105,6 +124,11 @@ pub fn gain(
     }
     let folds = FOLDS.min(conditions.len());
     let condition_of: Vec<usize> = places.iter().map(|(r, _)| conditions.iter().position(|c| *c == key(*r)).unwrap_or(0)).collect();
+    // In every fold the cause that all data point to is fitted from where all data have it.
+    let begun = named.and_then(|named| {
+        let (members, guess): (Vec<&Hypothesis>, Vec<f64>) = named.members(catalogue).into_iter().unzip();
+        Some(Begun::at(predictor, &members, &guess)?.with_steps(predictor))
+    });
     // Squares by condition: before, after, count.
     let mut readings: Vec<HeldOutReading> = condition_of.iter().map(|c| HeldOutReading { condition: *c, change: 0.0 }).collect();
     let mut sums = vec![(0.0, 0.0, 0.0); conditions.len()];
@@ -112,7 +136,7 @@ pub fn gain(
         let (kept, out): (Vec<usize>, Vec<usize>) = (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
         // Where all data together name no cause nothing is extended, so nothing is gained or lost.
         let seed = problem.seed.wrapping_add(1 + fold as u64);
-        (out, named.and_then(|named| found_without(predictor, catalogue, base, named, &kept, seed)))
+        (out, named.and_then(|named| found_without(predictor, catalogue, base, named, begun.as_ref(), &kept, seed)))
     };
     for (out, change) in (0..folds).into_par_iter().map(without).collect::<Vec<_>>() {
         let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c[*i])).collect();
@@ -185,6 +209,7 @@ fn found_without(
     catalogue: &[Hypothesis],
     base: &Comparison,
     Named { explanation, joint, view }: Named<'_>,
+    begun: Option<&Begun<'_>>,
     kept: &[usize],
     seed: u64,
 ) -> Option<Vec<f64>> {
@@ -218,17 +243,14 @@ fn found_without(
         chosen.push(Candidate { members, amplitudes, gain: 0.0, weight: 0.0, probability: 0.0 });
     }
     let of = |c: &Candidate| -> Option<(f64, Vec<f64>)> {
-        let mut members: Vec<&Hypothesis> = c.members.iter().map(|j| &catalogue[part.visible[*j]]).collect();
-        let mut guess: Vec<f64> = c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect();
-        for other in joint.iter().flat_map(|joint| &joint.others) {
-            if !members.iter().any(|h| h.is_same(&other.hypothesis)) {
-                members.push(&other.hypothesis);
-                guess.push(other.amplitude);
-            }
-        }
+        let causes = c.members.iter().zip(&c.amplitudes).map(|(j, a)| {
+            let h = &catalogue[part.visible[*j]];
+            (h, a * h.scale)
+        });
+        let (members, guess): (Vec<&Hypothesis>, Vec<f64>) = beside(causes.collect(), joint).into_iter().unzip();
         let (readings, mesh, places) = (&readings, &view.mesh, &places);
         let used = FitData { which: kept, readings, mesh, places, whitener: &fitting, level, without: 0.0 };
-        let fitted = fit(predictor, &members, &guess, used).ok()?;
+        let fitted = fit_begun(predictor, &members, &guess, used, begun).ok()?;
         Some((fitted.evidence + probability::prior_of(&c.members, &prior), fitted.values))
     };
     let tried: Vec<(f64, Vec<f64>)> = chosen.par_iter().filter_map(of).collect();

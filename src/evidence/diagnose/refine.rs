@@ -102,24 +102,38 @@ impl Predictor<'_> {
     /// # Errors
     /// The machine file has no words for one of them, or the machine with them cannot be solved.
     pub fn predict(&self, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
-        let (values, _) = self.solve_near(members, self.fields)?;
-        Ok(self.read(members, values))
+        let solved = self.solve_near(members, self.fields)?;
+        Ok(self.read(members, solved.values))
     }
 
     /// What the machine comes to, before its sensors' own errors, with the temperatures of all nodes; from those of a machine
     /// much like it, see [`identify::steady_near`].
-    fn solve_near(&self, members: &[(&Hypothesis, f64)], near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+    fn solve_near(&self, members: &[(&Hypothesis, f64)], near: &[Vec<f64>]) -> Result<Solved> {
         if members.iter().all(|(h, _)| h.is_sensor()) {
-            return Ok((self.predicted.to_vec(), Vec::new()));
+            return Ok(Solved { values: self.predicted.to_vec(), fields: Vec::new() });
         }
         let Some(Extended { study, .. }) = self.extended(members)? else {
             return Err(Error::input("the machine file has no words for this cause"));
         };
         if self.data.is_transient() {
-            Ok((identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, Vec::new()))
+            Ok(Solved { values: identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, fields: Vec::new() })
         } else {
-            identify::steady_near(&study, self.data, near)
+            let (values, fields) = identify::steady_near(&study, self.data, near)?;
+            Ok(Solved { values, fields })
         }
+    }
+
+    /// The step that slopes are made of, as a share of the prior's scale, and whether it is taken to both sides.
+    fn steps(&self) -> (f64, bool) {
+        let is_log = self.data.is_transient();
+        // Fronts bend: to both sides. So do logs of lumped nodes, whose runs cost little.
+        let both = self.fronts || (is_log && self.study.model.mesh.cells == 0);
+        let share = match (self.fronts, is_log) {
+            (true, _) => STEP_OF_FRONTS,
+            (false, true) => STEP_OF_LOGS,
+            (false, false) => STEP,
+        };
+        (share, both)
     }
 
     /// What the sensors make of it.
@@ -193,8 +207,7 @@ pub struct FitData<'a> {
 /// A point of a fit.
 struct Point {
     amplitudes: Vec<f64>,
-    /// Predictions before the sensors' own errors, and temperatures of all nodes, K.
-    solved: (Vec<f64>, Vec<Vec<f64>>),
+    solved: Solved,
     values: Vec<f64>,
     /// Readings less predictions, at the places they belong to, K.
     left: Vec<f64>,
@@ -218,6 +231,70 @@ struct Slope {
     fields: Vec<Vec<f64>>,
 }
 
+/// What a machine comes to before its sensors' own errors.
+#[derive(Debug, Clone)]
+struct Solved {
+    /// Predictions, K.
+    values: Vec<f64>,
+    /// Temperatures of all nodes at each distinct condition, K; none of logs.
+    fields: Vec<Vec<f64>>,
+}
+
+/// Where several fits of the same causes begin: solved once for all of them.
+#[derive(Debug, Clone)]
+pub struct Begun<'a> {
+    members: Vec<&'a Hypothesis>,
+    amplitudes: Vec<f64>,
+    solved: Solved,
+    /// The same a step of each amplitude up and down, as far as they are known.
+    up: Vec<Option<Solved>>,
+    down: Vec<Option<Solved>>,
+}
+
+impl<'a> Begun<'a> {
+    /// The beginning alone; `None` where the machine cannot be solved so, or fits begin elsewhere too.
+    pub fn at(predictor: &Predictor<'_>, members: &[&'a Hypothesis], guess: &[f64]) -> Option<Self> {
+        let amplitudes: Vec<f64> = members.iter().zip(guess).map(|(h, a)| bounded(h, *a)).collect();
+        let with: Vec<(&Hypothesis, f64)> = members.iter().copied().zip(amplitudes.iter().copied()).collect();
+        let solved = if predictor.fronts { None } else { predictor.solve_near(&with, predictor.fields).ok() }?;
+        let unknown = vec![None; members.len()];
+        Some(Self { members: members.to_vec(), amplitudes, solved, up: unknown.clone(), down: unknown })
+    }
+
+    /// With the steps that slopes are made of.
+    pub fn with_steps(mut self, predictor: &Predictor<'_>) -> Self {
+        let (share, both) = predictor.steps();
+        let one = |j: usize, sign: f64| {
+            let h = self.members[j];
+            let mut with: Vec<(&Hypothesis, f64)> = self.members.iter().copied().zip(self.amplitudes.iter().copied()).collect();
+            with[j].1 = bounded(h, with[j].1 + sign * share * h.scale);
+            let is_known = h.is_sensor() || with[j].1 == self.amplitudes[j];
+            if is_known { None } else { predictor.solve_near(&with, &self.solved.fields).ok() }
+        };
+        let count = self.members.len();
+        let (up, down) = rayon::join(
+            || (0..count).into_par_iter().map(|j| one(j, 1.0)).collect(),
+            || (0..count).into_par_iter().map(|j| if both { one(j, -1.0) } else { None }).collect(),
+        );
+        (self.up, self.down) = (up, down);
+        self
+    }
+
+    fn is_of(&self, members: &[&Hypothesis], amplitudes: &[f64]) -> bool {
+        let is_same = |(a, b): (&&Hypothesis, &&Hypothesis)| a.is_same(b) && a.scale == b.scale;
+        self.members.len() == members.len() && self.members.iter().zip(members).all(is_same) && self.amplitudes == amplitudes
+    }
+}
+
+/// An amplitude that is fitted: within what it can be.
+fn bounded(h: &Hypothesis, amplitude: f64) -> f64 {
+    if h.is_fixed() {
+        return 1.0;
+    }
+    let most = h.largest();
+    amplitude.clamp(if h.is_signed { -most } else { 0.0 }, most)
+}
+
 /// The fit of one explanation.
 ///
 /// The prior of a heat that is added has tails like 1/a² ([`Hypothesis::has_tails`]): one that is guessed to be larger than its prior's scale is fitted under a normal
@@ -228,9 +305,45 @@ struct Fit<'a> {
     /// Standard deviation of each amplitude's prior.
     scales: Vec<f64>,
     used: FitData<'a>,
+    begun: Option<&'a Begun<'a>>,
 }
 
-impl Fit<'_> {
+impl<'a> Fit<'a> {
+    fn new(
+        predictor: &'a Predictor<'a>,
+        members: &'a [&'a Hypothesis],
+        guess: &[f64],
+        used: FitData<'a>,
+        begun: Option<&'a Begun<'a>>,
+    ) -> Self {
+        let scales =
+            members.iter().zip(guess).map(|(h, a)| if h.has_tails() { h.scale.max(a.abs().min(h.largest())) } else { h.scale }).collect();
+        let at: Vec<f64> = members.iter().zip(guess).map(|(h, a)| bounded(h, *a)).collect();
+        Self { predictor, members, scales, used, begun: begun.filter(|begun| begun.is_of(members, &at)) }
+    }
+
+    /// What it has come to.
+    fn fitted(&self, here: Point, covariance: &DMatrix<f64>, slopes: Vec<Vec<f64>>) -> Fitted {
+        let (members, used) = (self.members, &self.used);
+        let misfit = square(&here.residual);
+        let own = members.iter().zip(&self.scales).filter(|(h, _)| !h.is_fixed());
+        let scale: f64 = own.map(|(h, s)| s.ln() + (s / h.scale).ln()).sum();
+        let deviance = misfit + used.whitener.log_determinant() - used.without + used.level.price();
+        let evidence = -0.5 * deviance - 0.5 * self.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
+        let deviation = |j: usize| if members[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
+        Fitted {
+            deviations: (0..members.len()).map(deviation).collect(),
+            amplitudes: here.amplitudes,
+            misfit,
+            values: here.values,
+            left: here.left,
+            slopes,
+            evidence,
+            deviance,
+            level: used.level,
+        }
+    }
+
     fn with(&self, amplitudes: &[f64]) -> Vec<(&Hypothesis, f64)> {
         self.members.iter().copied().zip(amplitudes.iter().copied()).collect()
     }
@@ -241,9 +354,9 @@ impl Fit<'_> {
     }
 
     /// A point where the machine is solved already.
-    fn seen(&self, amplitudes: Vec<f64>, solved: (Vec<f64>, Vec<Vec<f64>>)) -> Point {
+    fn seen(&self, amplitudes: Vec<f64>, solved: Solved) -> Point {
         // Sensors read what the machine comes to on a finer mesh.
-        let finer = solved.0.iter().zip(self.used.mesh).map(|(v, m)| v + m).collect();
+        let finer = solved.values.iter().zip(self.used.mesh).map(|(v, m)| v + m).collect();
         let read = self.predictor.read(&self.with(&amplitudes), finer);
         let values: Vec<f64> = read.iter().zip(self.used.mesh).map(|(v, m)| v - m).collect();
         let apart: Vec<f64> = self.used.which.iter().zip(self.used.readings).map(|(i, r)| r - values[*i]).collect();
@@ -264,23 +377,12 @@ impl Fit<'_> {
     }
 
     fn bounded(&self, j: usize, amplitude: f64) -> f64 {
-        let h = self.members[j];
-        if h.is_fixed() {
-            return 1.0;
-        }
-        let most = h.largest();
-        amplitude.clamp(if h.is_signed { -most } else { 0.0 }, most)
+        bounded(self.members[j], amplitude)
     }
 
     fn slopes(&self, here: &Point) -> Result<Slopes> {
-        let fronts = self.predictor.fronts;
-        // Fronts bend: to both sides. So do logs of lumped nodes, whose runs cost little.
-        let both = fronts || (self.predictor.data.is_transient() && self.predictor.study.model.mesh.cells == 0);
-        let share = match (fronts, self.predictor.data.is_transient()) {
-            (true, _) => STEP_OF_FRONTS,
-            (false, true) => STEP_OF_LOGS,
-            (false, false) => STEP,
-        };
+        let (share, both) = self.predictor.steps();
+        let begun = self.begun.filter(|begun| begun.amplitudes == here.amplitudes);
         let one = |j: usize| -> Result<Option<Slope>> {
             let h = self.members[j];
             if h.is_fixed() {
@@ -293,8 +395,11 @@ impl Fit<'_> {
                 Ok(match by {
                     0.0 => (None, by),
                     // The machine stays as it is.
-                    _ if h.is_sensor() => (Some(self.seen(to, (here.solved.0.clone(), Vec::new()))), by),
-                    _ => (Some(self.at(to, &here.solved.1)?), by),
+                    _ if h.is_sensor() => (Some(self.seen(to, Solved { values: here.solved.values.clone(), fields: Vec::new() })), by),
+                    _ => match begun.and_then(|b| if by > 0.0 { b.up[j].clone() } else { b.down[j].clone() }) {
+                        Some(solved) => (Some(self.seen(to, solved)), by),
+                        None => (Some(self.at(to, &here.solved.fields)?), by),
+                    },
                 })
             };
             let step = share * h.scale;
@@ -304,7 +409,7 @@ impl Fit<'_> {
             let below = below.as_ref().map_or(&here.left, |p| &p.left);
             let column = below.iter().zip(&above.left).map(|(b, a)| (b - a) / (up - down)).collect();
             let of_field = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) / up).collect();
-            Ok(Some(Slope { kelvin: column, fields: above.solved.1.iter().zip(&here.solved.1).map(of_field).collect() }))
+            Ok(Some(Slope { kelvin: column, fields: above.solved.fields.iter().zip(&here.solved.fields).map(of_field).collect() }))
         };
         let columns: Vec<_> = (0..self.members.len()).into_par_iter().map(one).collect::<Result<_>>()?;
         let mut slopes = Slopes {
@@ -324,7 +429,7 @@ impl Fit<'_> {
 
     /// Temperatures of all nodes, K, as slopes continue them: where the next solve begins.
     fn continued(here: &Point, slopes: &Slopes, to: &[f64]) -> Vec<Vec<f64>> {
-        let mut fields = here.solved.1.clone();
+        let mut fields = here.solved.fields.clone();
         for (j, of_amplitude) in slopes.fields.iter().enumerate() {
             let by = to[j] - here.amplitudes[j];
             for (field, slope) in fields.iter_mut().zip(of_amplitude) {
@@ -373,6 +478,9 @@ impl Fit<'_> {
 
     /// Where to begin: the guess, nearer to nothing where the machine cannot be solved with it.
     fn begin(&self, guess: &[f64]) -> Result<Point> {
+        if let Some(begun) = self.begun {
+            return Ok(self.seen(begun.amplitudes.clone(), begun.solved.clone()));
+        }
         let mut at: Vec<f64> = guess.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect();
         let near = self.predictor.fields;
         let mut here = self.at(at.clone(), near);
@@ -399,9 +507,21 @@ impl Fit<'_> {
 /// # Errors
 /// As [`Predictor::predict`].
 pub fn fit(predictor: &Predictor<'_>, members: &[&Hypothesis], guess: &[f64], used: FitData<'_>) -> Result<Fitted> {
-    let scales: Vec<f64> =
-        members.iter().zip(guess).map(|(h, a)| if h.has_tails() { h.scale.max(a.abs().min(h.largest())) } else { h.scale }).collect();
-    let fit = Fit { predictor, members, scales, used };
+    fit_begun(predictor, members, guess, used, None)
+}
+
+/// The same; where it begins as others did, what these solved is not solved again.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_begun(
+    predictor: &Predictor<'_>,
+    members: &[&Hypothesis],
+    guess: &[f64],
+    used: FitData<'_>,
+    begun: Option<&Begun<'_>>,
+) -> Result<Fitted> {
+    let fit = Fit::new(predictor, members, guess, used, begun);
     let mut here = fit.begin(guess)?;
     let (renewals, steps) = if predictor.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
     let mut covariance = DMatrix::identity(members.len(), members.len());
@@ -420,23 +540,23 @@ pub fn fit(predictor: &Predictor<'_>, members: &[&Hypothesis], guess: &[f64], us
             break;
         }
     }
-    let misfit = square(&here.residual);
-    let own = members.iter().zip(&fit.scales).filter(|(h, _)| !h.is_fixed());
-    let scale: f64 = own.map(|(h, s)| s.ln() + (s / h.scale).ln()).sum();
-    let deviance = misfit + used.whitener.log_determinant() - used.without + used.level.price();
-    let evidence = -0.5 * deviance - 0.5 * fit.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
-    let deviation = |j: usize| if members[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
-    Ok(Fitted {
-        deviations: (0..members.len()).map(deviation).collect(),
-        amplitudes: here.amplitudes,
-        misfit,
-        values: here.values,
-        left: here.left,
-        slopes: kelvin,
-        evidence,
-        deviance,
-        level: used.level,
-    })
+    Ok(fit.fitted(here, &covariance, kelvin))
+}
+
+/// What a fit of one cause comes to where it begins, with the slope between nothing and there: of a cause that may be far behind
+/// others. `None` where the cause is about readings alone.
+pub fn first_look(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>) -> Option<Fitted> {
+    let [h] = begun.members[..] else { return None };
+    let amplitude = begun.amplitudes[0];
+    if h.is_sensor() || amplitude == 0.0 {
+        return None;
+    }
+    let fit = Fit::new(predictor, &begun.members, &begun.amplitudes, used, Some(begun));
+    let here = fit.seen(begun.amplitudes.clone(), begun.solved.clone());
+    let nothing = fit.seen(vec![0.0], Solved { values: predictor.predicted.to_vec(), fields: Vec::new() });
+    let column: Vec<f64> = nothing.left.iter().zip(&here.left).map(|(n, l)| (n - l) / amplitude).collect();
+    let covariance = fit.covariance(&DMatrix::from_column_slice(column.len(), 1, &used.whitener.apply(&column)));
+    Some(fit.fitted(here, &covariance, vec![column]))
 }
 
 fn square(v: &[f64]) -> f64 {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::learnt::{ALLOWED, Learnt, SensorError, learnt, sensor_errors};
 use super::search::{Point, Search, pseudo_inverse, square};
-use super::{Free, Problem};
+use super::{Free, Problem, TIME_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::{Whitener, whiten};
@@ -17,6 +17,8 @@ const RENEWED: f64 = 1e-2;
 const MOST_RENEWALS: usize = 5;
 /// A direction whose standard deviation is larger than this share of the value counts as open.
 const OPEN: f64 = 0.5;
+/// Error allowed in each time step of a log while other starts are tried, over that of the estimate.
+const EXPLORED: f64 = 10.0;
 /// A misfit less probable than this, with whatever was learnt, widens the intervals by the root of its ratio to what was expected.
 const HELD: f64 = 0.01;
 /// A misfit rises hardly by less than this: chi-square of one degree of freedom, 95 %.
@@ -139,8 +141,19 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     let mut ends: Vec<Point> = Vec::new();
     for s in 0..options.starts.max(1) {
         progress.say(&format!("start {} of {}", s + 1, options.starts.max(1)));
-        let from = if s == 0 { nominal.clone() } else { around(&mut search, &start, &whitener, &mut noise).unwrap_or(nominal.clone()) };
-        ends.push(search.descend(from, &whitener));
+        if s == 0 {
+            ends.push(search.descend(nominal.clone(), &whitener));
+            continue;
+        }
+        // The others are to find out whether there is a better end; only one that is found is gone to as accurately.
+        search.tolerance = EXPLORED * TIME_TOLERANCE;
+        let from = around(&mut search, &start, &whitener, &mut noise);
+        let end = search.descend_unless(from.unwrap_or(nominal.clone()), &whitener, &ends);
+        search.tolerance = TIME_TOLERANCE;
+        let least = ends.iter().map(|end| end.cost).fold(f64::INFINITY, f64::min);
+        let is_better = problem.data.is_transient() && end.cost < least;
+        let begun = if is_better { search.point(end.coordinates.clone(), &whitener).ok() } else { None };
+        ends.push(begun.map_or(end, |begun| search.descend_unless(begun, &whitener, &ends)));
     }
     let costs: Vec<f64> = ends.iter().map(|end| end.cost).collect();
     let Some(mut best) = ends.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {

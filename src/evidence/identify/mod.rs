@@ -299,22 +299,23 @@ impl Problem {
     /// # Errors
     /// As [`predict`].
     pub fn predict(&self, values: &[f64]) -> Result<Prediction> {
-        self.predict_some(values, true, true)
+        self.predict_some(values, true, true, TIME_TOLERANCE)
     }
 
-    /// The same without those with respect to the conditions, and without `slopes` without any.
-    fn predict_free(&self, values: &[f64], slopes: bool) -> Result<Prediction> {
-        self.predict_some(values, slopes, false)
+    /// The same without those with respect to the conditions, and without `slopes` without any; logs run to an error in each time
+    /// step, K.
+    fn predict_free(&self, values: &[f64], slopes: bool, tolerance: f64) -> Result<Prediction> {
+        self.predict_some(values, slopes, false, tolerance)
     }
 
-    fn predict_some(&self, values: &[f64], slopes: bool, conditions: bool) -> Result<Prediction> {
+    fn predict_some(&self, values: &[f64], slopes: bool, conditions: bool, tolerance: f64) -> Result<Prediction> {
         if self.free.iter().all(|f| f.test.is_none()) {
-            return self.predict_held(&self.data, &self.held_in(None), values, slopes, conditions);
+            return self.predict_held(&self.data, &self.held_in(None), values, (slopes, conditions), tolerance);
         }
         let own = |test: &String| {
             let rows = self.data.rows.iter().filter(|row| row.test == *test).cloned().collect();
             let data = Data { rows, ..self.data.clone() };
-            self.predict_held(&data, &self.held_in(Some(test)), values, slopes, conditions)
+            self.predict_held(&data, &self.held_in(Some(test)), values, (slopes, conditions), tolerance)
         };
         let tests = self.data.tests();
         let found = tests.par_iter().map(own).collect::<Result<Vec<_>>>()?;
@@ -322,11 +323,18 @@ impl Problem {
     }
 
     /// Predictions of data in which only the parameters `held` act; the slopes of the others are zero.
-    fn predict_held(&self, data: &Data, held: &[usize], values: &[f64], slopes: bool, conditions: bool) -> Result<Prediction> {
+    fn predict_held(
+        &self,
+        data: &Data,
+        held: &[usize],
+        values: &[f64],
+        (slopes, conditions): (bool, bool),
+        tolerance: f64,
+    ) -> Result<Prediction> {
         let study = self.machine_of(held, values)?;
         let asked = if slopes { held } else { &[] };
         let parameters = asked.iter().map(|k| study.parameter(&self.free[*k].parameter.name)).collect::<Result<Vec<_>>>()?;
-        let mut found = predict::predict_some(&study, data, &parameters, conditions, self.start)?;
+        let mut found = predict::predict_some(&study, data, &parameters, conditions, self.start, tolerance)?;
         for row in found.slopes.iter_mut().filter(|_| slopes) {
             let mut whole = vec![0.0; self.free.len()];
             for (slope, k) in row.iter().zip(held) {

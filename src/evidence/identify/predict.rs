@@ -64,7 +64,7 @@ pub fn states<'a>(study: &'a Study, conditions: &[Condition]) -> Result<Vec<Deri
 /// # Errors
 /// The machine cannot be solved at a condition, or a log cannot be run.
 pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
-    predict_some(study, data, parameters, true, start)
+    predict_some(study, data, parameters, true, start, TIME_TOLERANCE)
 }
 
 /// The same, with logs run to another error in each time step, K.
@@ -76,9 +76,16 @@ pub fn predict_within(study: &Study, data: &Data, parameters: &[Parameter], star
 }
 
 /// The same; without `conditions` the slopes with respect to the condition variables are left out (empty rows).
-pub(super) fn predict_some(study: &Study, data: &Data, parameters: &[Parameter], conditions: bool, start: Start) -> Result<Prediction> {
+pub(super) fn predict_some(
+    study: &Study,
+    data: &Data,
+    parameters: &[Parameter],
+    conditions: bool,
+    start: Start,
+    tolerance: f64,
+) -> Result<Prediction> {
     if data.is_transient() {
-        logs(study, data, parameters, conditions, start, TIME_TOLERANCE)
+        logs(study, data, parameters, conditions, start, tolerance)
     } else {
         steady(study, data, parameters, conditions)
     }
@@ -195,7 +202,7 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
         let variable = &study.model.machine.variables[v];
         let typical = data.rows.iter().map(|row| row.condition.si()[v].abs()).fold(0.0, f64::max);
         let step = if variable.dimension.is_absolute() { RUN_KELVIN } else { RUN_STEP * typical };
-        if step == 0.0 || variable.name == schedule::TIME {
+        if step == 0.0 || variable.name == schedule::TIME || !acts(study, data, v, step)? {
             return Ok(vec![0.0; values.len()]);
         }
         let (moved, _) = run_logs(study, data, start, Some((v, step)), tolerance)?;
@@ -205,6 +212,24 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
     let conditions: Vec<Vec<f64>> = (0..variables).into_par_iter().map(shifted).collect::<Result<_>>()?;
     let rows = |columns: &[Vec<f64>]| (0..values.len()).map(|i| columns.iter().map(|c| c[i]).collect()).collect();
     Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
+}
+
+/// Whether a variable acts on anything when it is more by a step throughout a log.
+fn acts(study: &Study, data: &Data, variable: usize, step: f64) -> Result<bool> {
+    let machine = &study.model.machine;
+    if study.model.network.streams.iter().any(|stream| stream.has_film_formula()) {
+        return Ok(true);
+    }
+    for row in &data.rows {
+        let mut moved = row.condition.si().to_vec();
+        moved[variable] += step;
+        let (here, there) = (Load::at(machine, &row.condition)?, Load::at(machine, &Condition::from_si(moved))?);
+        // The values themselves are no heat, flow or temperature.
+        if (Load { variables: here.variables.clone(), names: here.names.clone(), ..there }) != here {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// The predictions of every test in the order of the data.
@@ -324,14 +349,21 @@ fn run_log(
         simulate::SimulateOptions { start, places, tolerance, every: Some(f64::INFINITY), ..simulate::SimulateOptions::default() };
     let history = simulate::run(&study.model, &schedule, &options, seen)?;
     let at = |row: &&Row| {
-        let time = row.time.unwrap_or(0.0);
-        let nearest = |a: &usize, b: &usize| (history.times[*a] - time).abs().total_cmp(&(history.times[*b] - time).abs());
-        (0..history.times.len())
-            .min_by(nearest)
+        nearest(&history.times, row.time.unwrap_or(0.0))
             .map(|i| history.temperatures[i].clone())
             .ok_or_else(|| Error::numerics("a run without output"))
     };
     rows.iter().map(at).collect()
+}
+
+/// The first of the times, ascending, that are nearest to a time.
+fn nearest(times: &[f64], time: f64) -> Option<usize> {
+    let later = times.partition_point(|t| *t < time);
+    let Some(earlier) = later.checked_sub(1) else { return (!times.is_empty()).then_some(0) };
+    if times.get(later).is_some_and(|t| t - time < time - times[earlier]) {
+        return Some(later);
+    }
+    Some(times.partition_point(|t| *t < times[earlier]))
 }
 
 /// Readings of every test in the order of the data.

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::{Free, Prediction, Problem};
+use super::{Free, Prediction, Problem, TIME_TOLERANCE};
 use crate::error::Result;
 use crate::evidence::measurement::{Whitener, whiten};
 use crate::foundation::progress::Progress;
@@ -14,6 +14,8 @@ const MOST_STEPS: usize = 40;
 const FREE: f64 = 1e-2;
 /// Trials of one step, each more damped than the one before.
 const MOST_TRIALS: usize = 8;
+/// A start has come to the end of another where no coordinate is further from it than this share of its standard deviation.
+const THERE: f64 = 0.5;
 /// Longest step of a logarithm.
 const LONGEST: f64 = 1.5;
 
@@ -33,12 +35,14 @@ pub(super) struct Search<'a> {
     pub evaluations: usize,
     /// Coordinates that stay where they are.
     pub frozen: Vec<usize>,
+    /// Error allowed in each time step of a log, K.
+    pub tolerance: f64,
     progress: &'a dyn Progress,
 }
 
 impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
-        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: Vec::new(), progress }
+        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, progress }
     }
 
     pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
@@ -57,7 +61,7 @@ impl<'a> Search<'a> {
     /// A point under a covariance that is known.
     pub fn point(&mut self, coordinates: Vec<f64>, whitener: &Whitener) -> Result<Point> {
         let moves = (0..coordinates.len()).any(|k| !self.frozen.contains(&k));
-        let prediction = self.problem.predict_free(&self.values(&coordinates), moves)?;
+        let prediction = self.problem.predict_free(&self.values(&coordinates), moves, self.tolerance)?;
         self.evaluations += 1;
         let cost = self.cost(&coordinates, &prediction, whitener);
         self.progress.at(&format!("prediction {}: misfit {cost:.2}", self.evaluations));
@@ -174,10 +178,19 @@ impl<'a> Search<'a> {
     }
 
     /// Down from one point, the covariance held. Ends where steps are small or no step leads down.
-    pub fn descend(&mut self, mut here: Point, whitener: &Whitener) -> Point {
+    pub fn descend(&mut self, here: Point, whitener: &Whitener) -> Point {
+        self.descend_unless(here, whitener, &[])
+    }
+
+    /// The same; where it comes to an end of another start it has come to that one.
+    pub fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point]) -> Point {
         let mut damping = 1e-4;
         for _ in 0..MOST_STEPS {
             let (matrix, right) = self.normal(&here, whitener);
+            let is_there = |end: &&Point| end.cost <= here.cost && Self::is_small(&here.coordinates, &end.coordinates, &matrix, THERE);
+            if let Some(end) = ends.iter().find(is_there) {
+                return end.clone();
+            }
             let mut improved = false;
             for _ in 0..MOST_TRIALS {
                 let Some(to) = self.step(&here, &matrix, &right, damping) else {

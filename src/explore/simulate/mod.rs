@@ -206,9 +206,9 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
     let first = load_of(&schedule.stated(0), schedule.start())?;
     let settings = Settings { tolerance: options.tolerance, longest: (schedule.end() - schedule.start()) / 20.0 };
     let mut transient = Transient::new(&model.network, settings)?;
-    let identity = Identity::new(model, schedule, options);
-    let known = match &options.checkpoint {
-        Some(path) if options.resume && path.exists() => Some(checkpoint::read(path, &identity, &model.network, stops.len())?),
+    let checkpoint = options.checkpoint.as_ref().map(|path| (path, Identity::new(model, schedule, options)));
+    let known = match &checkpoint {
+        Some((path, identity)) if options.resume && path.exists() => Some(checkpoint::read(path, identity, &model.network, stops.len())?),
         _ => None,
     };
     let resumed_at = known.as_ref().map(|(state, _)| state.time);
@@ -253,8 +253,9 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         }
         if stop.time > state.time {
             let load = |time: f64| load_of(&schedule.condition(segment, time), time);
-            seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time), load: &load(state.time)? });
-            progress.passing.see(state.time, &read(&state, &load(state.time)?));
+            let begun = load(state.time)?;
+            seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time), load: &begun });
+            progress.passing.see(state.time, &read(&state, &begun));
             transient.advance(&mut state, stop.time, &load, &mut |state, load| {
                 let readings = read(state, load);
                 progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
@@ -269,15 +270,15 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
         progress.readings.push(readings);
         // At stops alone: there the solver begins anew in any case, so that a run taken up again takes the same steps.
-        if let Some(path) = &options.checkpoint
+        if let Some((path, identity)) = &checkpoint
             && clock.elapsed() >= options.checkpoint_every
         {
-            checkpoint::write(path, &identity, &state, &progress)?;
+            checkpoint::write(path, identity, &state, &progress)?;
             clock = Instant::now();
         }
     }
-    if let Some(path) = &options.checkpoint {
-        checkpoint::write(path, &identity, &state, &progress)?;
+    if let Some((path, identity)) = &checkpoint {
+        checkpoint::write(path, identity, &state, &progress)?;
     }
     progress.passing.corner();
     let open = state.energy.relative();

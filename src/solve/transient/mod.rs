@@ -6,6 +6,7 @@
 //! stage the water moves as parcels along walls held at the stage's own mean ([`water`]); the heat it brings
 //! counts as one integral. Where nothing changes any more this is the steady state's law.
 
+mod lumped;
 mod settle;
 mod stage;
 pub mod water;
@@ -15,6 +16,7 @@ use super::steady::Solver;
 use super::system::System;
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result, Stop};
+use lumped::Lumped;
 use stage::Stage;
 use water::{Parcel, Parcels};
 
@@ -95,8 +97,34 @@ pub struct Transient<'a> {
     system: System,
     settings: Settings,
     preconditioner: Option<stage::Preconditioner>,
-    /// Temperatures at the beginning of the step before, and its length: what the error is estimated from.
-    before: Option<(Vec<f64>, f64)>,
+    /// What a network of few nodes is solved with instead.
+    lumped: Option<Lumped>,
+    before: Option<Before>,
+}
+
+/// The step before: what the error is estimated from.
+#[derive(Debug)]
+struct Before {
+    /// Temperatures at its beginning, K.
+    temperatures: Vec<f64>,
+    /// Its length, s.
+    length: f64,
+    /// Heat that passed at its end.
+    passing: Passing,
+}
+
+/// Heat that enters and leaves the solids and what they touch but water, W.
+#[derive(Debug, Clone, Copy)]
+struct Passing {
+    entering: f64,
+    leaving: f64,
+}
+
+impl Passing {
+    fn at(network: &Network, load: &Load, temperatures: &[f64]) -> Self {
+        let found = balance(network, load, &[], temperatures);
+        Self { entering: found.in_watts, leaving: found.out_watts }
+    }
 }
 
 impl<'a> Transient<'a> {
@@ -111,7 +139,8 @@ impl<'a> Transient<'a> {
         if settings.longest.is_nan() || settings.longest <= 0.0 {
             return Err(Error::input("the longest step must be positive").at_key("longest").read(settings.longest));
         }
-        Ok(Self { network, system: System::new(network), settings, preconditioner: None, before: None })
+        let lumped = Lumped::of(network);
+        Ok(Self { network, system: System::new(network), settings, preconditioner: None, lumped, before: None })
     }
 
     /// The steady state of `load`, at time zero.
@@ -228,7 +257,8 @@ impl<'a> Transient<'a> {
                 continue;
             }
             rejections = 0;
-            self.before = Some((std::mem::replace(&mut state.temperatures, next.temperatures), h));
+            let temperatures = std::mem::replace(&mut state.temperatures, next.temperatures);
+            self.before = Some(Before { temperatures, length: h, passing: next.passing });
             state.time = if is_last { until } else { state.time + h };
             state.water = next.water;
             state.energy = next.energy;
@@ -243,7 +273,7 @@ impl<'a> Transient<'a> {
             };
             step = if is_last { step.max(grown) } else { grown }.min(self.settings.longest);
             state.step = step;
-            now = load(state.time)?;
+            now = if is_last { load(state.time)? } else { next.load };
             self.network.check_coolant(&now, &state.temperatures)?;
             seen(state, &now)?;
         }
@@ -251,7 +281,7 @@ impl<'a> Transient<'a> {
     }
 
     /// A step in which nothing moves by more than a few tolerances.
-    fn first_step(&self, state: &TransientState, load: &Load) -> f64 {
+    fn first_step(&mut self, state: &TransientState, load: &Load) -> f64 {
         let flow = self.solid_flow(load, &state.temperatures);
         let fastest = flow.iter().zip(&self.network.capacity).filter(|(_, c)| **c > 0.0).map(|(f, c)| (f / c).abs()).fold(0.0, f64::max);
         let apart = load
@@ -267,11 +297,14 @@ impl<'a> Transient<'a> {
     /// One step of length `h` from `state`: the new state and the estimated error, K.
     fn step(&mut self, state: &TransientState, h: f64, now: &Load, load: &dyn Fn(f64) -> Result<Load>) -> Result<(Taken, f64)> {
         let network = self.network;
-        if state.steps.is_multiple_of(RENEWAL) || self.preconditioner.is_none() {
+        if self.lumped.is_none() && (state.steps.is_multiple_of(RENEWAL) || self.preconditioner.is_none()) {
             self.preconditioner = Some(stage::Preconditioner::new(network, &self.system, now, &state.temperatures)?);
         }
         let (between, end) = (load(state.time + GAMMA * h)?, load(state.time + h)?);
-        let (early, middle) = (load(state.time + 0.5 * GAMMA * h)?, load(state.time + 0.5 * h)?);
+        // What carries the water.
+        let halfway =
+            if network.streams.is_empty() { None } else { Some((load(state.time + 0.5 * GAMMA * h)?, load(state.time + 0.5 * h)?)) };
+        let (early, middle) = halfway.as_ref().map_or((&between, &end), |(early, middle)| (early, middle));
         let begin = self.solid_flow(now, &state.temperatures);
 
         let first = Stage {
@@ -280,7 +313,7 @@ impl<'a> Transient<'a> {
             earlier: vec![(OWN * h, &begin)],
             effective: (0.5, vec![(0.5, &state.temperatures)]),
             begin: now,
-            middle: &early,
+            middle: early,
             load: &between,
         };
         let guess = self.extrapolated(state, GAMMA * h);
@@ -292,7 +325,7 @@ impl<'a> Transient<'a> {
             earlier: vec![(EARLIER * h, &begin), (EARLIER * h, &flow)],
             effective: (OWN, vec![(EARLIER, &state.temperatures), (EARLIER, &at_between)]),
             begin: now,
-            middle: &middle,
+            middle,
             load: &end,
         };
         let guess: Vec<f64> = state.temperatures.iter().zip(&at_between).map(|(a, b)| (a + (b - a) / GAMMA).max(0.5 * b)).collect();
@@ -300,13 +333,14 @@ impl<'a> Transient<'a> {
 
         let error = self.local_error(state, h, &at_between, &temperatures);
         let mut energy = state.energy;
-        for (weight, load, t) in [(EARLIER, now, &state.temperatures), (EARLIER, &between, &at_between), (OWN, &end, &temperatures)] {
-            let balance = balance(network, load, &[], t);
-            energy.add(weight * h * balance.in_watts, weight * h * balance.out_watts);
+        let first = self.before.as_ref().map_or_else(|| Passing::at(network, now, &state.temperatures), |before| before.passing);
+        let last = Passing::at(network, &end, &temperatures);
+        for (weight, passing) in [(EARLIER, first), (EARLIER, Passing::at(network, &between, &at_between)), (OWN, last)] {
+            energy.add(weight * h * passing.entering, weight * h * passing.leaving);
         }
         energy.add(water.brought.max(0.0) + water.dissipated, (-water.brought).max(0.0));
         energy.stored += water.stored + self.stored(&state.temperatures, &temperatures);
-        Ok((Taken { temperatures, water: water.parcels, energy }, error))
+        Ok((Taken { temperatures, water: water.parcels, energy, load: end, passing: last }, error))
     }
 
     /// More heat in the solids than before, J.
@@ -319,7 +353,9 @@ impl<'a> Transient<'a> {
     /// Temperatures a time `h` ahead, continuing the last step.
     fn extrapolated(&self, state: &TransientState, h: f64) -> Vec<f64> {
         match &self.before {
-            Some((before, last)) => state.temperatures.iter().zip(before).map(|(t, b)| t + (t - b) * (h / last).min(1.0)).collect(),
+            Some(Before { temperatures, length, .. }) => {
+                state.temperatures.iter().zip(temperatures).map(|(t, b)| t + (t - b) * (h / length).min(1.0)).collect()
+            }
             None => state.temperatures.clone(),
         }
     }
@@ -333,8 +369,8 @@ impl<'a> Transient<'a> {
             (d2 - d1) / b
         };
         let of_node = |i: usize| match &self.before {
-            Some((before, last)) => {
-                let d0 = (state.temperatures[i] - before[i]) / last;
+            Some(Before { temperatures, length: last, .. }) => {
+                let d0 = (state.temperatures[i] - temperatures[i]) / last;
                 let d1 = (between[i] - state.temperatures[i]) / a;
                 let third = (second(i) - (d1 - d0) / (a + last)) / (b + last);
                 LOCAL_ERROR * 6.0 * h * h * h * third.abs()
@@ -351,4 +387,7 @@ struct Taken {
     temperatures: Vec<f64>,
     water: Vec<Parcels>,
     energy: Energy,
+    /// The condition at its end, and the heat that passes there.
+    load: Load,
+    passing: Passing,
 }

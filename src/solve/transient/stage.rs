@@ -12,10 +12,12 @@ use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
 
 /// Nodal residuals that may remain, over the heat that passes through.
-const RESIDUAL_TOLERANCE: f64 = 1e-10;
+pub(super) const RESIDUAL_TOLERANCE: f64 = 1e-10;
 const LINEAR_TOLERANCE: f64 = 1e-4;
-const MOST_NEWTON: usize = 25;
+pub(super) const MOST_NEWTON: usize = 25;
 const MOST_KRYLOV: usize = 200;
+/// Ratio of rates that one preconditioner serves alike.
+const NEAR: f64 = 1.25;
 
 /// A stage: H(T) = H(begin) + own f(T) + earlier flows + heat from the water along walls at the effective temperature.
 pub(super) struct Stage<'s> {
@@ -59,8 +61,9 @@ impl Preconditioner {
         Ok(Self { multigrid, work, rate: 0.0, solids: network.solids, scratch: Scratch::default() })
     }
 
-    /// Takes in the capacity over another time, 1/s.
+    /// Takes in the capacity over another time, 1/s: the nearest of rates so near to each other that one serves as well as the next.
     pub fn set(&mut self, rate: f64) -> Result<()> {
+        let rate = NEAR.powf((rate.ln() / NEAR.ln()).round());
         if rate != self.rate {
             self.multigrid.shift(rate)?;
             self.rate = rate;
@@ -100,6 +103,11 @@ struct Streams<'n> {
 }
 
 impl Streams<'_> {
+    /// The same without dissipation.
+    fn calm(&self) -> Self {
+        Self { network: self.network, passages: self.passages.iter().map(Passage::calm).collect(), mixtures: self.mixtures.clone() }
+    }
+
     /// Carries the water of every stream, upstream ones first.
     fn carry(&self, wall: &dyn Fn(usize) -> f64, parcels: &[Parcels], inflows: &[Flow]) -> Vec<Carried> {
         let mut found: Vec<Carried> = vec![Carried::default(); self.passages.len()];
@@ -143,12 +151,17 @@ impl Streams<'_> {
     }
 }
 
+/// Water with no temperature of its own.
+struct Cold {
+    parcels: Vec<Parcels>,
+    inflows: Vec<Flow>,
+}
+
 /// The linearised stage: solids by their Jacobian, water by carrying a change of the walls along.
 struct Linear<'n> {
     jacobian: Jacobian<'n>,
-    calm: Streams<'n>,
-    /// Water with no temperature of its own.
-    cold: (Vec<Parcels>, Vec<Flow>),
+    calm: &'n Streams<'n>,
+    cold: &'n Cold,
     rate: f64,
     own: f64,
     solids: usize,
@@ -162,14 +175,17 @@ impl Operator for Linear<'_> {
             return;
         }
         let wall = |n: usize| self.own * x[n];
-        let carried = self.calm.carry(&wall, &self.cold.0, &self.cold.1);
+        let carried = self.calm.carry(&wall, &self.cold.parcels, &self.cold.inflows);
         self.calm.heats(&wall, &carried, |cell, heat| y[cell] -= self.rate * heat);
     }
 }
 
 impl Transient<'_> {
     /// Heat that solids exchange with each other and with everything but water: into each node, W.
-    pub(super) fn solid_flow(&self, load: &Load, temperatures: &[f64]) -> Vec<f64> {
+    pub(super) fn solid_flow(&mut self, load: &Load, temperatures: &[f64]) -> Vec<f64> {
+        if let Some(lumped) = &mut self.lumped {
+            return lumped.flow(self.network, load, temperatures);
+        }
         let mut flow = self.system.residual(self.network, load, &[], temperatures);
         flow.truncate(self.network.solids);
         flow.iter_mut().for_each(|f| *f = -*f);
@@ -179,6 +195,9 @@ impl Transient<'_> {
     /// Solves a stage of a step from `state`, from a first guess (K).
     pub(super) fn solve(&mut self, stage: &Stage<'_>, state: &TransientState, guess: &[f64]) -> Result<(Vec<f64>, Water)> {
         let network = self.network;
+        if let Some(lumped) = &mut self.lumped {
+            return Ok((lumped.solve(network, stage, (&state.temperatures, state.time), guess)?, Water::default()));
+        }
         let (solids, rate) = (network.solids, 1.0 / stage.own);
         let mut temperatures = guess.to_vec();
         for (node, index) in &network.fixed {
@@ -205,6 +224,13 @@ impl Transient<'_> {
         preconditioner.set(rate)?;
         let still: Vec<StreamState> =
             states.iter().map(|s| StreamState { capacity_rate: 0.0, exchange: vec![0.0; s.exchange.len()], ..s.clone() }).collect();
+
+        // Water of one temperature needs one parcel: it is cut at the stations.
+        let cold = Cold {
+            parcels: water.iter().map(|parcels| vec![Parcel::even(parcels.iter().map(|p| p.volume).sum(), 0.0)]).collect(),
+            inflows: inflows.iter().map(|f| f.iter().map(|s| Share { share: s.share, first: 0.0, last: 0.0 }).collect()).collect(),
+        };
+        let calm = streams.calm();
 
         let mut step = vec![0.0; network.nodes];
         let mut last = f64::INFINITY;
@@ -261,16 +287,7 @@ impl Transient<'_> {
             let mut capacity: Vec<f64> = (0..solids).map(|i| rate * network.capacity_at(i, temperatures[i])).collect();
             network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
             jacobian.add_diagonal(capacity.into_iter());
-            let cold = (
-                water.iter().map(|p| p.iter().map(|p| Parcel::even(p.volume, 0.0)).collect()).collect(),
-                inflows.iter().map(|f| f.iter().map(|s| Share { share: s.share, first: 0.0, last: 0.0 }).collect()).collect(),
-            );
-            let calm = streams_of(
-                network,
-                &states.iter().map(|s| StreamState { dissipation: 0.0, ..s.clone() }).collect::<Vec<_>>(),
-                stage.duration,
-            );
-            let linear = Linear { jacobian, calm, cold, rate, own: stage.effective.0, solids };
+            let linear = Linear { jacobian, calm: &calm, cold: &cold, rate, own: stage.effective.0, solids };
             residual.iter_mut().for_each(|r| *r = -*r);
             let outcome = preconditioner.solve(&linear, &residual, &mut step, LINEAR_TOLERANCE);
             if outcome.is_useless() {

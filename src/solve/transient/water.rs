@@ -135,6 +135,11 @@ impl Passage {
         Self { capacity, ends, conductance, dissipation, left, units, rate, duration, volumetric: state.volumetric_capacity }
     }
 
+    /// The same without dissipation.
+    pub fn calm(&self) -> Self {
+        Self { dissipation: vec![0.0; self.dissipation.len()], ..self.clone() }
+    }
+
     /// Volume of the channel, m³.
     pub fn volume(&self) -> f64 {
         self.content() / self.volumetric
@@ -179,8 +184,9 @@ impl Passage {
             elements.push((at, Parcel { volume, ..*parcel }));
             at += volume;
         }
-        let mut kept: Parcels = Vec::new();
+        let mut kept: Parcels = Vec::with_capacity(elements.len() + stations);
         let mut outflow: Parcels = Vec::new();
+        let mut ends: Option<(f64, Way)> = None;
         for (from, whole) in elements {
             // Pieces of one parcel join again as long as they stay smaller than a station.
             let mut joined: Option<Parcel> = None;
@@ -189,7 +195,20 @@ impl Passage {
             while start < to {
                 let end = self.next_cut(start, moved).min(to);
                 let piece = Parcel { volume: end - start, upstream: at(start), downstream: at(end) };
-                let after = self.moved_on(start, moved, piece, wall, &mut found, &mut through);
+                let after = if self.rate > 0.0 {
+                    // Where one piece ends the next one begins: both take the same way.
+                    let upstream = ends.take().filter(|(at, _)| *at == start).map_or_else(|| self.way(start, moved), |(_, way)| way);
+                    let downstream = self.way(end, moved);
+                    let along = |way: &Way, t: f64, found: &mut Carried, through: &mut Through| {
+                        self.follow(way, t, 0.5 * piece.volume, wall, found, through)
+                    };
+                    let first = along(&upstream, piece.upstream, &mut found, &mut through);
+                    let last = along(&downstream, piece.downstream, &mut found, &mut through);
+                    ends = Some((end, downstream));
+                    Parcel { upstream: first, downstream: last, ..piece }
+                } else {
+                    self.at_rest(start, piece, wall, &mut found)
+                };
                 if f64::midpoint(start, end) + moved < content {
                     joined = match joined {
                         Some(before) if before.volume + after.volume <= content / stations as f64 => Some(before.joined(after)),
@@ -214,21 +233,15 @@ impl Passage {
         found
     }
 
-    /// A piece, its capacity (J/K) for its volume, that begins at `start`, after the distance `moved`: half of its heat is booked
-    /// along the path of either end.
-    fn moved_on(&self, start: f64, moved: f64, piece: Parcel, wall: &[f64], found: &mut Carried, through: &mut Through) -> Parcel {
-        let (half, end) = (0.5 * piece.volume, start + piece.volume);
-        if self.rate <= 0.0 {
-            // What stands still stands in one station.
-            let middle = f64::midpoint(start, end);
-            let k = self.ends.partition_point(|e| *e <= middle).min(self.ends.len() - 1);
-            let left = (-self.conductance[k] * self.duration / self.capacity[k]).exp();
-            let upstream = self.pass(k, self.duration, left, piece.upstream, half, wall, found);
-            let downstream = self.pass(k, self.duration, left, piece.downstream, half, wall, found);
-            return Parcel { upstream, downstream, ..piece };
-        }
-        let upstream = self.follow(start, moved, piece.upstream, half, wall, found, through);
-        let downstream = self.follow(end, moved, piece.downstream, half, wall, found, through);
+    /// A piece, its capacity (J/K) for its volume, that begins at `start` and stays there: what stands still stands in one station.
+    fn at_rest(&self, start: f64, piece: Parcel, wall: &[f64], found: &mut Carried) -> Parcel {
+        let middle = start + 0.5 * piece.volume;
+        let station = self.ends.partition_point(|e| *e <= middle).min(self.ends.len() - 1);
+        let left = (-self.conductance[station] * self.duration / self.capacity[station]).exp();
+        let part = Part { station, time: self.duration, left };
+        // Half of the heat is booked with either end.
+        let upstream = self.pass(&part, piece.upstream, 0.5 * piece.volume, wall, found);
+        let downstream = self.pass(&part, piece.downstream, 0.5 * piece.volume, wall, found);
         Parcel { upstream, downstream, ..piece }
     }
 
@@ -250,38 +263,45 @@ impl Passage {
         after(start).min(by_end).max(start + tiny)
     }
 
-    /// Follows a capacity `c` (J/K) from `start` over the distance `moved`; returns its last temperature.
-    #[expect(clippy::too_many_arguments, reason = "a piece, its way, and where its heat is booked")]
-    fn follow(&self, start: f64, moved: f64, t: f64, c: f64, wall: &[f64], found: &mut Carried, through: &mut Through) -> f64 {
+    /// The way of what stands at `start` over the distance `moved`.
+    fn way(&self, start: f64, moved: f64) -> Way {
         let content = self.content();
         let (at, to) = (start.max(0.0), (start + moved).min(content));
         let first = self.ends.partition_point(|e| *e <= at);
         if first == self.ends.len() {
-            return t;
+            return Way { begin: None, from: first, until: first, passed: 1.0, end: None };
         }
-        let part = |k: usize, from: f64, to: f64, t: f64, found: &mut Carried| {
-            let left = (-self.conductance[k] / self.rate * ((to - from) / self.capacity[k])).exp();
-            self.pass(k, (to - from) / self.rate, left, t, c, wall, found)
+        let part = |station: usize, from: f64, to: f64| {
+            let left = (-self.conductance[station] / self.rate * ((to - from) / self.capacity[station])).exp();
+            Part { station, time: (to - from) / self.rate, left }
         };
         // The rest of the station it is in, unless it stands at its beginning; whole stations; a part of the last one.
         let is_whole = to >= self.ends[first] && self.ends[first] - at > (1.0 - 1e-12) * self.capacity[first];
-        let (mut t, from) = if is_whole { (t, first) } else { (part(first, at, self.ends[first].min(to), t, found), first + 1) };
-        let until = self.ends.partition_point(|e| *e <= to).max(from);
-        if until > from {
-            t = through.pass(self, from, until, t, c);
-        }
-        match self.ends.get(until) {
+        let begin = (!is_whole).then(|| part(first, at, self.ends[first].min(to)));
+        let from = if is_whole { first } else { first + 1 };
+        let until = from + self.ends[from..].partition_point(|e| *e <= to);
+        let passed = if until > from { (self.units[from] - self.units[until]).exp() } else { 1.0 };
+        let end = match self.ends.get(until) {
             Some(end) if until > first && to > end - self.capacity[until] => {
-                let begin = if until == 0 { 0.0 } else { self.ends[until - 1] };
-                part(until, begin, to, t, found)
+                Some(part(until, if until == 0 { 0.0 } else { self.ends[until - 1] }, to))
             }
-            _ => t,
-        }
+            _ => None,
+        };
+        Way { begin, from, until, passed, end }
     }
 
-    /// A piece of capacity `c` (J/K) in a station for `time` (s), where `left` of its difference to the wall is left.
-    #[expect(clippy::too_many_arguments, reason = "a piece, a station, and where its heat is booked")]
-    fn pass(&self, k: usize, time: f64, left: f64, t: f64, c: f64, wall: &[f64], found: &mut Carried) -> f64 {
+    /// Follows a capacity `c` (J/K) on its way; returns its last temperature.
+    fn follow(&self, way: &Way, t: f64, c: f64, wall: &[f64], found: &mut Carried, through: &mut Through) -> f64 {
+        let mut t = way.begin.iter().fold(t, |t, part| self.pass(part, t, c, wall, found));
+        if way.until > way.from {
+            t = through.pass(way, t, c);
+        }
+        way.end.iter().fold(t, |t, part| self.pass(part, t, c, wall, found))
+    }
+
+    /// A piece of capacity `c` (J/K) in a part of a station.
+    fn pass(&self, part: &Part, t: f64, c: f64, wall: &[f64], found: &mut Carried) -> f64 {
+        let Part { station: k, time, left } = *part;
         let lost = (1.0 - left) * (t - wall[k]);
         let warmed = self.dissipation[k] * time / self.capacity[k];
         found.heat[k] += c * lost;
@@ -331,6 +351,27 @@ impl Passage {
     }
 }
 
+/// A stretch of a way within one station: for how long (s), and the share of the difference to the wall that is left behind it.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    station: usize,
+    time: f64,
+    left: f64,
+}
+
+/// The way of a place in the water over an interval.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// The rest of the station it stands in.
+    begin: Option<Part>,
+    /// The first station that it passes whole, the one behind the last of these, and the share of a difference left behind them.
+    from: usize,
+    until: usize,
+    passed: f64,
+    /// The part of the one it comes to stand in.
+    end: Option<Part>,
+}
+
 /// What passes whole stations: each piece is booked where it enters and where it leaves, and followed at once, because every
 /// difference to the water of one piece shrinks alike.
 #[derive(Debug)]
@@ -354,10 +395,11 @@ impl Through {
         Self { reference, capacity: vec![0.0; stations + 1], difference: vec![0.0; stations + 1] }
     }
 
-    /// A piece of capacity `c` (J/K) passes the stations `from..until`; returns its temperature behind them, K.
-    fn pass(&mut self, passage: &Passage, from: usize, until: usize, t: f64, c: f64) -> f64 {
+    /// A piece of capacity `c` (J/K) passes the whole stations of its way; returns its temperature behind them, K.
+    fn pass(&mut self, way: &Way, t: f64, c: f64) -> f64 {
+        let Way { from, until, passed, .. } = *way;
         let begun = t - self.reference[from];
-        let ended = begun * (passage.units[from] - passage.units[until]).exp();
+        let ended = begun * passed;
         self.capacity[from] += c;
         self.capacity[until] -= c;
         self.difference[from] += c * begun;

@@ -1,0 +1,150 @@
+//! Stages of a network of few nodes, without blocks and water: the same equations, with one dense solve for each Newton step.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::stage::{MOST_NEWTON, RESIDUAL_TOLERANCE, Stage};
+use crate::discretise::network::{Load, Network};
+use crate::error::{Error, Result, Stop};
+use crate::physics::radiation::SIGMA;
+
+/// Nodes up to which a dense matrix is faster than a hierarchy.
+const MOST_NODES: usize = 40;
+
+/// What the stages of such a network work in.
+#[derive(Debug)]
+pub(super) struct Lumped {
+    /// Heat leaving each node, W, and its derivatives, W/K.
+    heat: DVector<f64>,
+    slopes: DMatrix<f64>,
+    /// What each storing node would hold without the flow at the end, J.
+    target: Vec<f64>,
+}
+
+/// Heat that passes through a network, and what rounding leaves of it, W.
+struct Passing {
+    through: f64,
+    rounding: f64,
+}
+
+impl Lumped {
+    /// `None` for a network of another kind.
+    pub fn of(network: &Network) -> Option<Self> {
+        let n = network.nodes;
+        let is_small = n <= MOST_NODES && network.blocks.is_empty() && network.streams.is_empty() && network.reaches.is_empty();
+        is_small.then(|| Self { heat: DVector::zeros(n), slopes: DMatrix::zeros(n, n), target: vec![0.0; n] })
+    }
+
+    /// Solves a stage from temperatures `begin` (K) at `time` (s), from a first guess.
+    pub fn solve(&mut self, network: &Network, stage: &Stage<'_>, (begin, time): (&[f64], f64), guess: &[f64]) -> Result<Vec<f64>> {
+        let rate = 1.0 / stage.own;
+        let mut temperatures = guess.to_vec();
+        for (node, index) in &network.fixed {
+            temperatures[*node as usize] = stage.load.fixed[*index as usize];
+        }
+        for (node, target) in self.target.iter_mut().enumerate() {
+            *target = network.enthalpy(node, begin[node]) + stage.earlier.iter().map(|(weight, flow)| weight * flow[node]).sum::<f64>();
+        }
+        let mut last = f64::INFINITY;
+        for _ in 0..=MOST_NEWTON {
+            let Passing { through, rounding } = self.assemble(network, stage.load, &temperatures);
+            let mut magnitude = 0.0;
+            for (i, t) in temperatures.iter().enumerate().filter(|(i, _)| network.capacity[*i] > 0.0) {
+                self.heat[i] += rate * (network.enthalpy(i, *t) - self.target[i]);
+                self.slopes[(i, i)] += rate * network.capacity_at(i, *t);
+                // A temperature is known to its last place, and so is what is stored at it.
+                magnitude += network.capacity[i] * t;
+            }
+            for (node, _) in &network.fixed {
+                let node = *node as usize;
+                self.heat[node] = 0.0;
+                self.slopes.row_mut(node).fill(0.0);
+                self.slopes.column_mut(node).fill(0.0);
+                self.slopes[(node, node)] = 1.0;
+            }
+            let imbalance: f64 = self.heat.iter().map(|r| r.abs()).sum();
+            if !imbalance.is_finite() {
+                return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite at {time:.6} s")));
+            }
+            // Rounding is a bound that is seldom reached: as long as a step still helps, another is taken.
+            let is_spent = imbalance <= rounding + 4.0 * f64::EPSILON * rate * magnitude && imbalance > 0.3 * last;
+            if imbalance <= RESIDUAL_TOLERANCE * through || is_spent {
+                return Ok(temperatures);
+            }
+            last = imbalance;
+            if !self.slopes.clone().lu().solve_mut(&mut self.heat) {
+                return Err(Error::stopped(Stop::LinearSolver, format!("the linear solver stopped at {time:.6} s: a singular matrix")));
+            }
+            // No absolute temperature may more than double or turn negative.
+            let step = &self.heat;
+            let shortened = |f: f64, (t, s): (&f64, &f64)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f };
+            let factor = temperatures.iter().zip(step).fold(1.0, shortened);
+            temperatures.iter_mut().zip(step).for_each(|(t, s)| *t -= factor * s);
+        }
+        Err(Error::stopped(
+            Stop::MostNewtonSteps,
+            format!("a time step at {time:.6} s does not converge: {last:.3e} W are unaccounted for"),
+        ))
+    }
+
+    /// Heat into each node at these temperatures (K), W.
+    pub fn flow(&mut self, network: &Network, load: &Load, temperatures: &[f64]) -> Vec<f64> {
+        self.assemble(network, load, temperatures);
+        network.fixed.iter().for_each(|(node, _)| self.heat[*node as usize] = 0.0);
+        self.heat.iter().map(|heat| -heat).collect()
+    }
+
+    /// Heat that leaves each node, held ones too, with its derivatives.
+    fn assemble(&mut self, network: &Network, load: &Load, t: &[f64]) -> Passing {
+        self.heat.fill(0.0);
+        self.slopes.fill(0.0);
+        let (heats, slopes) = (&mut self.heat, &mut self.slopes);
+        let mut pair = |a: u32, b: u32, heat: f64, (along_a, along_b): (f64, f64)| {
+            let (a, b) = (a as usize, b as usize);
+            heats[a] += heat;
+            heats[b] -= heat;
+            slopes[(a, a)] += along_a;
+            slopes[(b, a)] -= along_a;
+            slopes[(a, b)] -= along_b;
+            slopes[(b, b)] += along_b;
+        };
+        let hottest = t.iter().fold(0.0, |m: f64, t| m.max(*t));
+        let mut conductances = 0.0;
+        for joint in &network.joints {
+            let (ta, tb) = (t[joint.a as usize], t[joint.b as usize]);
+            let state = network.joint_state(joint, ta, tb, &load.contacts);
+            let drop = ta - tb;
+            conductances += state.conductance.abs();
+            pair(
+                joint.a,
+                joint.b,
+                state.conductance * drop,
+                (state.conductance + state.slope_a * drop, state.conductance - state.slope_b * drop),
+            );
+        }
+        for (a, b, area) in &network.radiative {
+            let (ta, tb) = (t[*a as usize], t[*b as usize]);
+            let slope = |t: f64| 4.0 * SIGMA * area * t.powi(3);
+            conductances += slope(hottest);
+            pair(*a, *b, SIGMA * area * (ta.powi(4) - tb.powi(4)), (slope(ta), slope(tb)));
+        }
+        let (mut entered, mut left) = (0.0, 0.0);
+        let mut passes = |heat: f64| if heat >= 0.0 { entered += heat } else { left -= heat };
+        for surface in &network.surfaces {
+            let node = surface.node as usize;
+            let state = surface.state(t[node], &network.properties, load);
+            heats[node] += state.heat;
+            slopes[(node, node)] += state.slope;
+            passes(-state.heat);
+        }
+        for (source, power) in network.sources.iter().zip(&load.powers) {
+            for ((node, heat), (_, slope)) in source.heats(*power, t).zip(source.slopes(*power, t)) {
+                heats[node as usize] -= heat;
+                slopes[(node as usize, node as usize)] -= slope;
+                passes(heat);
+            }
+        }
+        network.fixed.iter().for_each(|(node, _)| passes(heats[*node as usize]));
+        // Each conductance stands in the balances of two nodes.
+        Passing { through: entered.max(left), rounding: 2.0 * f64::EPSILON * hottest * conductances }
+    }
+}
