@@ -3,7 +3,7 @@
 use super::balance::balance;
 use super::system::entering_temperature;
 use super::transient::TransientState;
-use super::transient::water::Parcels;
+use super::transient::parcels::Parcels;
 use crate::discretise::network::{Load, Network, Stream, StreamState, Through};
 use crate::error::Result;
 

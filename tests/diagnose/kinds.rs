@@ -148,3 +148,35 @@ fn a_missing_radiative_link() {
     let area = link.causes[0].amplitude;
     assert!((0.002..0.006).contains(&area), "{area}");
 }
+
+/// Exchanged sensors lie in the data, and no machine file can say so: they are named once, and what acts beside them is found in
+/// readings that are put where they belong.
+#[test]
+fn exchanged_sensors_are_named_once_beside_three_causes() {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let lines = [
+        ("chamber.temperature", "\"ambient_temperature_degC + 2\""),
+        ("circuit.water.flow", "\"0.5 * coolant_flow_m3_s\""),
+        ("contact.foot.conductance", "\"100 W/(m2 K)\""),
+    ];
+    let hidden =
+        Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions: Hidden::conditions(&machine, 8, 22, &[]), seed: 22 };
+    let mut problem = hidden.problem();
+    let at = |name: &str| problem.data.names.iter().position(|n| n == name).unwrap();
+    let (a, b) = (at("bearing"), at("outlet"));
+    problem.data.rows.iter_mut().for_each(|row| row.readings.swap(a, b));
+    let found = diagnose(&problem, &Silent).unwrap();
+    let mut named: Vec<String> = found.rungs.iter().flat_map(|r| &r.causes).map(|c| c.hypothesis.kind_and_place()).collect();
+    named.sort();
+    let all =
+        ["chamber temperature at chamber", "contact conductance at foot", "coolant flow at water", "swapped sensors at bearing - outlet"];
+    assert_eq!(named, all);
+    // Predictions stand in the order of the data as they were given.
+    for rung in &found.rungs {
+        let readings = problem.data.rows.iter().flat_map(|row| row.readings.iter().flatten());
+        let squares: f64 = readings.zip(&rung.predicted).map(|(r, p)| (r - p).powi(2)).sum();
+        let rms = (squares / rung.predicted.len() as f64).sqrt();
+        assert!((rms - rung.rms).abs() < 1e-9, "{rms} {}", rung.rms);
+    }
+    assert!(found.rungs[1].rms < 0.06 && found.rungs[1].share > found.rungs[0].share, "{}", found.rungs[1].rms);
+}

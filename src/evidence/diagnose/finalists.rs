@@ -5,8 +5,9 @@ use std::collections::HashMap;
 use rayon::prelude::*;
 
 use super::effects::{Hypothesis, hypotheses};
+use super::predictor::{Extended, Predictor};
 use super::probability::{self, Candidate, Ground, Posterior};
-use super::refine::{Begun, Extended, FitData, Fitted, Predictor, first_look, fit, fit_begun};
+use super::refine::{Begun, FitData, Fitted, first_look, fit, fit_begun};
 use super::screen::Screened;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, signatures};

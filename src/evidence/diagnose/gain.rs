@@ -5,8 +5,9 @@ use rayon::prelude::*;
 use super::effects::Hypothesis;
 use super::finalists::leading;
 use super::joint::Joint;
+use super::predictor::Predictor;
 use super::probability::{self, Candidate, Ground};
-use super::refine::{Begun, FitData, Predictor, fit_begun};
+use super::refine::{Begun, FitData, fit_begun};
 use super::view::{Comparison, ScreenInput};
 use super::{Explanation, Problem, decide};
 use crate::evidence::measurement::{Data, whiten};
@@ -43,6 +44,7 @@ impl<'a> Named<'a> {
     /// What is fitted in every fold, in the order of the catalogue, with amplitudes.
     fn members(&self, catalogue: &'a [Hypothesis]) -> Vec<(&'a Hypothesis, f64)> {
         let of = |h: &&Hypothesis| self.explanation.causes.iter().find(|cause| cause.hypothesis.is_same(h));
+        // Through the scale, as folds guess it: they begin here where it is the same to the last digit.
         let causes = catalogue.iter().filter_map(|h| of(&h).map(|cause| (h, cause.amplitude / h.scale * h.scale)));
         beside(causes.collect(), self.joint)
     }

@@ -18,6 +18,7 @@ mod joint;
 mod ladder;
 mod missing;
 mod next;
+mod predictor;
 mod probability;
 mod refine;
 mod rung;
@@ -43,7 +44,8 @@ pub use gain::{Gain, HeldOutReading};
 pub use ladder::diagnose;
 pub use missing::MissingHeat;
 pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};
-pub use refine::{Extended, Fitted, Predictor, fit};
+pub use predictor::{Extended, Predictor};
+pub use refine::{Fitted, fit};
 pub use rung::{Rung, WhereLeft};
 pub use signature::Signatures;
 

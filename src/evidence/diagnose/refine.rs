@@ -3,14 +3,11 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::effects::{Hypothesis, Scales, UserKind};
-use super::history::TIME_TOLERANCE;
-use crate::error::{Error, Result};
+use super::effects::Hypothesis;
+use super::predictor::{Predictor, Solved};
+use crate::error::Result;
 use crate::evidence::discrepancy::Level;
-use crate::evidence::identify;
-use crate::evidence::measurement::{Data, Whitener};
-use crate::explore::simulate::Start;
-use crate::solve::sensitivity::Study;
+use crate::evidence::measurement::Whitener;
 
 /// Steps with the same slopes, and how often slopes are renewed.
 const MOST_STEPS: usize = 3;
@@ -21,132 +18,6 @@ const MOST_RENEWALS_OF_FRONTS: usize = 6;
 const SMALL: f64 = 0.05;
 /// Slopes are renewed until they moved the fit by less than this share of its standard deviation.
 const RENEWED: f64 = 0.3;
-/// Difference step, as a share of the prior's scale.
-const STEP: f64 = 0.02;
-/// The same in logs, whose runs are known to the error of their time steps.
-const STEP_OF_LOGS: f64 = 0.1;
-/// The same to both sides of where fronts run, which are known to a part of a station and of a time step only.
-const STEP_OF_FRONTS: f64 = 0.25;
-
-/// Predicts readings with hypotheses in force.
-#[derive(Debug, Clone, Copy)]
-pub struct Predictor<'a> {
-    /// The machine as it is.
-    pub study: &'a Study,
-    /// The data.
-    pub data: &'a Data,
-    /// What the machine as it is predicts for them, K.
-    pub predicted: &'a [f64],
-    /// Its temperatures of all nodes at each distinct condition, K, where solves begin; none of logs.
-    pub fields: &'a [Vec<f64>],
-    /// State logs begin with.
-    pub start: Start,
-    /// Where laws are one.
-    pub scales: &'a Scales,
-    /// The user's kinds.
-    pub user: &'a [UserKind],
-    /// Whether fronts in the water make much of what the data show: a log of a pipe.
-    pub fronts: bool,
-}
-
-/// A machine with causes in force.
-#[derive(Debug, Clone)]
-pub struct Extended {
-    /// The machine.
-    pub study: Study,
-    /// The lines of its file that make it so.
-    pub sets: Vec<(String, String)>,
-}
-
-impl Predictor<'_> {
-    /// The machine with several hypotheses in force at once; `None` where its file has no words for one.
-    ///
-    /// # Errors
-    /// As [`Hypothesis::sets`]; the machine with these lines is not valid.
-    pub fn extended(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<Extended>> {
-        let mut all = Vec::new();
-        let mut study = self.study.clone();
-        for (h, amplitude) in members {
-            let Some(sets) = h.sets(&study, self.scales, self.user, *amplitude)? else { return Ok(None) };
-            if !sets.is_empty() {
-                // The second edits what the first one left: both may speak of the same key.
-                study = study.edited(&sets)?;
-            }
-            all.extend(sets);
-        }
-        Ok(Some(Extended { study, sets: all }))
-    }
-
-    /// The lines of a machine file in which several hypotheses are in force at once, what sensors show included; `None` where it
-    /// has no words for one.
-    ///
-    /// # Errors
-    /// As [`Predictor::extended`].
-    pub fn written(&self, members: &[(&Hypothesis, f64)]) -> Result<Option<Vec<(String, String)>>> {
-        let mut all: Vec<(String, String)> = Vec::new();
-        let mut study = self.study.clone();
-        let machine = members.iter().filter(|(h, _)| !h.is_sensor()).copied();
-        for (h, amplitude) in machine.chain(in_order(members)) {
-            let Some(sets) = h.written(&study, self.data, self.scales, self.user, amplitude)? else { return Ok(None) };
-            if !sets.is_empty() {
-                study = study.edited(&sets)?;
-            }
-            all.retain(|(key, _)| sets.iter().all(|(other, _)| other != key) || !key.starts_with("sensor."));
-            all.extend(sets);
-        }
-        Ok(Some(all))
-    }
-
-    /// Predictions with hypotheses in force.
-    ///
-    /// # Errors
-    /// The machine file has no words for one of them, or the machine with them cannot be solved.
-    pub fn predict(&self, members: &[(&Hypothesis, f64)]) -> Result<Vec<f64>> {
-        let solved = self.solve_near(members, self.fields)?;
-        Ok(self.read(members, solved.values))
-    }
-
-    /// What the machine comes to, before its sensors' own errors, with the temperatures of all nodes; from those of a machine
-    /// much like it, see [`identify::steady_near`].
-    fn solve_near(&self, members: &[(&Hypothesis, f64)], near: &[Vec<f64>]) -> Result<Solved> {
-        if members.iter().all(|(h, _)| h.is_sensor()) {
-            return Ok(Solved { values: self.predicted.to_vec(), fields: Vec::new() });
-        }
-        let Some(Extended { study, .. }) = self.extended(members)? else {
-            return Err(Error::input("the machine file has no words for this cause"));
-        };
-        if self.data.is_transient() {
-            Ok(Solved { values: identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, fields: Vec::new() })
-        } else {
-            let (values, fields) = identify::steady_near(&study, self.data, near)?;
-            Ok(Solved { values, fields })
-        }
-    }
-
-    /// The step that slopes are made of, as a share of the prior's scale, and whether it is taken to both sides.
-    fn steps(&self) -> (f64, bool) {
-        let is_log = self.data.is_transient();
-        // Fronts bend: to both sides. So do logs of lumped nodes, whose runs cost little.
-        let both = self.fronts || (is_log && self.study.model.mesh.cells == 0);
-        let share = match (self.fronts, is_log) {
-            (true, _) => STEP_OF_FRONTS,
-            (false, true) => STEP_OF_LOGS,
-            (false, false) => STEP,
-        };
-        (share, both)
-    }
-
-    /// What the sensors make of it.
-    fn read(&self, members: &[(&Hypothesis, f64)], values: Vec<f64>) -> Vec<f64> {
-        in_order(members).fold(values, |values, (h, amplitude)| h.read(self.data, &values, amplitude))
-    }
-}
-
-/// What acts on readings, in order: each sensor's own error, then exchanges of sensors with their errors.
-pub(super) fn in_order<'a>(members: &'a [(&'a Hypothesis, f64)]) -> impl Iterator<Item = (&'a Hypothesis, f64)> {
-    let own = members.iter().filter(|(h, _)| h.is_sensor() && !h.is_fixed());
-    own.chain(members.iter().filter(|(h, _)| h.is_fixed())).copied()
-}
 
 /// A cause with its amplitudes as the full solver has them.
 #[derive(Debug, Clone, PartialEq)]
@@ -228,15 +99,6 @@ struct Slopes {
 /// One column of them.
 struct Slope {
     kelvin: Vec<f64>,
-    fields: Vec<Vec<f64>>,
-}
-
-/// What a machine comes to before its sensors' own errors.
-#[derive(Debug, Clone)]
-struct Solved {
-    /// Predictions, K.
-    values: Vec<f64>,
-    /// Temperatures of all nodes at each distinct condition, K; none of logs.
     fields: Vec<Vec<f64>>,
 }
 

@@ -4,8 +4,8 @@ use super::effects::{Hypothesis, Scales, hypotheses};
 use super::finalists::{Finalists, Outcome};
 use super::gain::KeptOut;
 use super::joint::{Joint, joint};
+use super::predictor::Predictor;
 use super::probability::Ground;
-use super::refine::Predictor;
 use super::screen::Screened;
 use super::view::Comparison;
 use super::{

@@ -14,7 +14,7 @@ use crate::explore::schedule::Schedule;
 use crate::foundation::{atomic_file, input};
 use crate::solve::NUMERICS;
 use crate::solve::meshed::MeshedMachine;
-use crate::solve::transient::water::Parcel;
+use crate::solve::transient::parcels::Parcel;
 use crate::solve::transient::{Energy, TransientState};
 
 const MAGIC: &[u8] = b"coldplate checkpoint 3\n";

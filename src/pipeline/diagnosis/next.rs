@@ -1,4 +1,8 @@
-//! What to measure next, in words.
+//! What to measure next: in words, and as outside programs read it.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
 
 use crate::describe::machine::Machine;
 use crate::evidence::diagnose::{Costs, Expected, Next, Trial};
@@ -37,6 +41,101 @@ fn trial_in_words(machine: &Machine, next: &Next) -> String {
         Trial::Step { variable, to } => {
             let v = &machine.variables[*variable];
             format!("a step of {} to {}, followed for 2 h from the steady state at {at}", v.name.replace('_', " "), v.with_unit(*to, 4))
+        }
+    }
+}
+
+/// A test worth making.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct NextRecord {
+    pub condition: BTreeMap<String, String>,
+    pub intervention: InterventionRecord,
+    pub text: String,
+    /// Mean distance of open explanations in standard deviations of what would be read.
+    pub separation_sigma: f64,
+    pub least_sigma: f64,
+    /// A sensor that the data lack and that the test needs.
+    pub sensor: Option<String>,
+    /// How far it sets the two most probable explanations apart by itself.
+    pub sensor_sigma: Option<f64>,
+    /// Its entry in the machine file where it does not exist yet.
+    pub sensor_entry: Option<String>,
+    pub cost: f64,
+    pub cost_unit: String,
+    /// Probability that the name is wrong.
+    pub wrong_name: ExpectedRecord,
+    /// Root mean square of what is open in predictions over the ranges.
+    pub prediction_K: ExpectedRecord,
+    /// Probability of a wrong verdict about the limits over the ranges.
+    pub wrong_verdict: Option<ExpectedRecord>,
+    /// The next best tests; only the best test has them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub others: Option<Vec<NextRecord>>,
+}
+
+/// A quantity now, and as it is expected after a test.
+#[derive(Debug, Clone, Copy, Serialize)]
+#[allow(missing_docs)]
+pub struct ExpectedRecord {
+    pub before: f64,
+    pub after: f64,
+}
+
+/// What is done in a test.
+#[derive(Debug, Clone, Default, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct InterventionRecord {
+    pub kind: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pressure_Pa: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub power_W: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub variable: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to: Option<String>,
+}
+
+impl NextRecord {
+    pub(super) fn of(machine: &Machine, next: &Next, costs: &Costs) -> Self {
+        let change = |c: &Expected| ExpectedRecord { before: c.before, after: c.after };
+        Self {
+            condition: next.condition.by_name(machine),
+            intervention: InterventionRecord::of(machine, &next.trial),
+            text: in_words(machine, next),
+            separation_sigma: next.mean,
+            least_sigma: next.separation,
+            sensor: next.sensor.as_ref().map(|s| s.name.clone()),
+            sensor_sigma: next.sensor.as_ref().map(|s| s.separation),
+            sensor_entry: next.sensor.as_ref().and_then(|s| s.entry.clone()),
+            cost: next.cost,
+            cost_unit: costs.unit.clone(),
+            wrong_name: change(&next.worth.wrong_name),
+            prediction_K: change(&next.worth.prediction),
+            wrong_verdict: next.worth.wrong_verdict.as_ref().map(change),
+            others: None,
+        }
+    }
+}
+
+impl InterventionRecord {
+    fn of(machine: &Machine, trial: &Trial) -> Self {
+        let plain = Self { kind: trial.code(), ..Self::default() };
+        match trial {
+            Trial::Steady => plain,
+            Trial::Pressure(pascal) => Self { pressure_Pa: Some(*pascal), ..plain },
+            Trial::Heater { part, watts, seconds } => {
+                Self { part: Some(part.clone()), power_W: Some(*watts), duration_s: Some(*seconds), ..plain }
+            }
+            Trial::Step { variable, to } => {
+                let v = &machine.variables[*variable];
+                Self { variable: Some(v.name.clone()), to: Some(v.with_unit(*to, 6)), ..plain }
+            }
         }
     }
 }

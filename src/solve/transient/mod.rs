@@ -7,6 +7,7 @@
 //! counts as one integral. Where nothing changes any more this is the steady state's law.
 
 mod lumped;
+pub mod parcels;
 mod settle;
 mod stage;
 pub mod water;
@@ -17,8 +18,8 @@ use super::system::System;
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result, Stop};
 use lumped::Lumped;
+use parcels::{Parcel, Parcels};
 use stage::Stage;
-use water::{Parcel, Parcels};
 
 /// Where the first stage ends, as a share of the step: 2 - sqrt 2.
 const GAMMA: f64 = 0.585_786_437_626_905;

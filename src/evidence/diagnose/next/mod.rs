@@ -10,7 +10,7 @@ mod worth;
 
 use rayon::prelude::*;
 
-use super::refine::Predictor;
+use super::predictor::Predictor;
 use super::{Explanation, Problem, Verdict};
 use crate::describe::machine::Condition;
 use crate::error::Result;
@@ -73,7 +73,7 @@ pub struct ExtraSensor {
 }
 
 /// Ranks feasible tests: first what makes a wrong name least probable for its cost. Empty where fewer than two explanations survive, or no
-/// test tells them apart. Interventions are only proposed where one of the explanations is right: they are solved with each in force.
+/// test tells them apart. Interventions are only proposed where one of the explanations is right: they are solved with each cause in force.
 ///
 /// # Errors
 /// As [`super::signatures`].

@@ -1,5 +1,5 @@
 //! Interventions: tests that are no steady state at another condition. A step of the flow or of the speed, a heater that is
-//! switched on for a while, another pressure in the chamber; solved with each explanation in force.
+//! switched on for a while, another pressure in the chamber; solved with each cause in force.
 
 use rayon::prelude::*;
 
@@ -7,7 +7,7 @@ use super::outlook::{Outlook, all_sensors, moved, open_causes};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
-use crate::evidence::diagnose::refine::{Extended, Predictor};
+use crate::evidence::diagnose::predictor::{Extended, Predictor};
 use crate::evidence::diagnose::view::open_factors;
 use crate::evidence::diagnose::{Cause, Explanation, Hypothesis, Problem, signatures};
 use crate::evidence::identify;
