@@ -30,6 +30,10 @@ pub struct Args {
     /// Columns that are neither conditions nor to be fitted
     #[arg(long = "ignore", value_name = "NAME")]
     ignored: Vec<String>,
+    /// Table of the slopes along what is uncertain (default: slopes.csv or slopes.parquet beside a table called sweep); none
+    /// leaves the answers with the band of the fit alone
+    #[arg(long, value_name = "FILE|none")]
+    slopes: Option<PathBuf>,
     /// Largest total degree of a polynomial
     #[arg(long, value_name = "N", default_value_t = FitOptions::default().max_degree)]
     max_degree: usize,
@@ -61,7 +65,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let machine = args.machine.as_ref().map(|path| Machine::read(path, &[])).transpose()?;
     let options = FitOptions { max_degree: args.max_degree, seed: args.seed, ..FitOptions::default() };
-    let fit = fitting::fit_table_heard(&samples, machine.as_ref(), &options, &out.progress()).map_err(|e| e.in_file(&args.table))?;
+    let slopes = slopes_of(args)?;
+    let mut fit = fitting::fit_table_heard(&samples, machine.as_ref(), &options, &out.progress()).map_err(|e| e.in_file(&args.table))?;
+    if let Some(path) = &slopes {
+        fitting::with_uncertainty(&mut fit, Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
+    }
     let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
     file::write(&fit.surrogate, &path)?;
     let bytes = std::fs::metadata(&path).map_or(0, |m| m.len());
@@ -85,6 +93,19 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let text = format!("{}\nwrote {} ({bytes} bytes)\n", table(&heading, &rows), path.display());
     out.report(&text, &FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64()));
     Ok(0)
+}
+
+/// The table of slopes: the one named, or that beside the results of a sweep.
+fn slopes_of(args: &Args) -> Result<Option<PathBuf>> {
+    match &args.slopes {
+        Some(path) if path.as_os_str() == "none" => Ok(None),
+        Some(path) => Ok(Some(path.clone())),
+        None => {
+            let is_sweep = args.table.file_stem().is_some_and(|stem| stem == "sweep");
+            let beside = args.table.extension().map(|e| args.table.with_file_name("slopes").with_extension(e));
+            Ok(beside.filter(|path| is_sweep && path.is_file()))
+        }
+    }
 }
 
 /// A surrogate under the name of a table or a sheet would be taken for one; devices and pipes have the names they have.

@@ -42,6 +42,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         &["coldplate diagnose examples/tutorial/machine.toml examples/tutorial/readings.csv --out out/extended.toml \
            --report out/diagnosis.html"],
     ),
+    ("update", &["coldplate update out/tutorial/surrogate.cps examples/tutorial/readings.csv --out out/updated.cps --anyway"]),
     ("new", &["coldplate new --list", "coldplate new out/press --from spindle"]),
     ("units", &["coldplate units", "coldplate units pressure"]),
     ("materials", &["coldplate materials", "coldplate materials steel"]),
@@ -54,8 +55,8 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
 const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
     ("Machine", &["set", "cells", "machine", "mesh_tolerance", "no_mesh_error"]),
-    ("Data", &["use_tests", "without", "uncertain", "kinds", "costs", "inputs", "ignored", "from", "keep_all", "every_row"]),
-    ("Question", &["to", "sensor", "rise", "query.free", "query.csv", "map", "within", "passes", "new.from"]),
+    ("Data", &["use_tests", "without", "uncertain", "kinds", "costs", "inputs", "ignored", "slopes", "noise", "from", "keep_all", "every_row"]),
+    ("Question", &["to", "sensor", "rise", "query.free", "query.csv", "confidence", "map", "within", "passes", "new.from"]),
     ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
     ("Time", &["every", "until", "hold", "repeat", "tolerance", "simulate.from"]),
     ("Going on", &["checkpoint", "checkpoint_every", "resume", "retry_failed"]),
@@ -75,6 +76,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "markdown",
             "update",
             "no_sweep",
+            "anyway",
             "list",
         ],
     ),

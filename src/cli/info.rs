@@ -6,7 +6,9 @@ use super::output::Output;
 use super::text::table;
 use crate::error::Result;
 use crate::foundation::numbers::{compact, significant};
-use crate::pipeline::info::{ColumnInfo, Fact, Info, JournalInfo, MachineInfo, RangeInfo, SurrogateInfo, SweepInfo, TableInfo};
+use crate::pipeline::info::{
+    ColumnInfo, Fact, Info, JournalInfo, MachineInfo, ParameterInfo, RangeInfo, SurrogateInfo, SweepInfo, TableInfo,
+};
 
 /// What is in a file: a surrogate, a machine, a sweep, its journal, or a table
 #[derive(Debug, clap::Args)]
@@ -56,6 +58,15 @@ fn surrogate(found: &SurrogateInfo) -> String {
     let points: Vec<Vec<String>> =
         (found.points.iter()).map(|p| vec![p.name.clone(), p.model.clone(), significant(p.half_width, 2), p.unit.clone()]).collect();
     text += &format!("\n{}", table(&["point", "model", "band +-", "unit"], &points));
+    if !found.uncertain.is_empty() {
+        let origin = |assumed: bool| if assumed { "assumed" } else { "" };
+        let row = |p: &ParameterInfo| {
+            let numbers = [p.value, p.standard_deviation, p.low, p.high].map(|value| significant(value, 4));
+            [vec![p.name.clone()], numbers.to_vec(), vec![p.unit.clone(), origin(p.assumed).into()]].concat()
+        };
+        let rows: Vec<Vec<String>> = found.uncertain.iter().map(row).collect();
+        text += &format!("\n{}", table(&["uncertain", "value", "deviation", "from", "to", "unit", ""], &rows));
+    }
     let limits: Vec<Vec<String>> =
         found.limits.iter().map(|l| vec![l.name.clone(), l.of.clone(), shown(Some(l.maximum)), l.unit.clone()]).collect();
     text += &if limits.is_empty() { "\nno limits\n".into() } else { format!("\n{}", table(&["limit", "of", "maximum", "unit"], &limits)) };

@@ -24,6 +24,7 @@ pub mod solve;
 pub mod sweep;
 pub mod text;
 pub mod units;
+pub mod update;
 
 use std::process::ExitCode;
 
@@ -80,6 +81,8 @@ enum Command {
     Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
     Query(query::Args),
+    /// New readings into the parameters of a surrogate file
+    Update(update::Args),
     /// A commented machine file to start from, and a sweep over it
     New(new::Args),
     /// Units that values may carry
@@ -120,6 +123,7 @@ pub fn main() -> ExitCode {
         Command::Diagnose(args) => diagnose::run(args, out),
         Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
+        Command::Update(args) => update::run(args, out),
         Command::New(args) => new::run(args, out),
         Command::Units(args) => units::run(args, out),
         Command::Materials(args) => materials::run(args, out),

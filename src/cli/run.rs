@@ -41,7 +41,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
-    out.note(&format!("{}: {} conditions on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.model.mesh.cells));
+    out.note(&format!("{}: {} conditions on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.study.model.mesh.cells));
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     let summary = pipeline::run(&sweep, &folder, options, &progress)?;

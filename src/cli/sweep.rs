@@ -58,7 +58,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     text += &format!(
         "\n{total} conditions on {} cells: {} solved now, {} taken from the journal, {} failed, {:.1} s\n",
-        sweep.model.mesh.cells,
+        sweep.study.model.mesh.cells,
         total - swept.resumed.min(total),
         swept.resumed,
         swept.failures.len(),

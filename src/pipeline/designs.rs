@@ -5,7 +5,7 @@ use super::fitting;
 use crate::describe::machine::{Machine, Variable};
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
-use crate::explore::sweep::{self, FitKeys, Group, Plan, Purpose};
+use crate::explore::sweep::{self, FitKeys, Group, Plan, Purpose, Swept};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Held, Point, PointModel, Polynomial, Surrogate, Transform};
 use crate::surrogate::fit::{self, Fit, FitOptions, file};
@@ -35,15 +35,32 @@ pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&Group) -> bool) -> Tab
     }
 }
 
+/// The tables of a sweep.
+#[derive(Debug, Clone)]
+pub struct Tables {
+    /// Conditions to be fitted.
+    pub fitted: Table,
+    /// Held-out conditions, where there are any.
+    pub validation: Option<Table>,
+    /// Slopes along what is uncertain, at the conditions to be fitted, where there are any.
+    pub slopes: Option<Table>,
+}
+
+impl From<&Swept> for Tables {
+    fn from(swept: &Swept) -> Self {
+        Self { fitted: swept.table.clone(), validation: swept.validation.clone(), slopes: swept.slopes.clone() }
+    }
+}
+
 /// A surrogate of everything that varies more than one variable at a time, if the sweep has such a design.
 ///
 /// # Errors
 /// As [`fitting::fit_table`].
-pub fn fit_designs(plan: &Plan, machine: &Machine, table: &Table, validation: Option<&Table>, keys: FitKeys) -> Result<Option<Fitted>> {
+pub fn fit_designs(plan: &Plan, machine: &Machine, swept: &Tables, keys: FitKeys) -> Result<Option<Fitted>> {
     if !plan.groups.iter().any(|g| g.purpose == Purpose::Fit && !is_one_factor(g)) {
         return Ok(None);
     }
-    let table = rows_of(table, plan, |g| !is_one_factor(g));
+    let table = rows_of(&swept.fitted, plan, |g| !is_one_factor(g));
     let usual = FitOptions::default();
     let options = FitOptions {
         max_degree: keys.max_degree.unwrap_or(usual.max_degree),
@@ -51,13 +68,15 @@ pub fn fit_designs(plan: &Plan, machine: &Machine, table: &Table, validation: Op
         seed: keys.seed.unwrap_or(usual.seed),
         ..usual
     };
-    let fit = fitting::fit_table(&table, Some(machine), &options)?;
+    let mut fit = fitting::fit_table(&table, Some(machine), &options)?;
+    let slopes = swept.slopes.as_ref().map(|slopes| rows_of(slopes, plan, |g| !is_one_factor(g)));
+    fitting::with_uncertainty(&mut fit, slopes.as_ref())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut comparison = Comparison::default();
     {
         let opened = file::open(&bytes)?;
         comparison.add(&opened, &table, false)?;
-        if let Some(validation) = validation {
+        if let Some(validation) = &swept.validation {
             comparison.add(&opened, validation, true)?;
         }
     }
@@ -103,6 +122,6 @@ pub fn rehearse(sweep: &Sweep) -> Result<()> {
     };
     let others = plan.variables.iter().enumerate().filter(|(v, _)| !varied.contains(v));
     surrogate.held = others.map(|(_, v)| Held { name: v.name.clone(), unit: v.unit.clone(), value: 0.0 }).collect();
-    surrogate.limits = fitting::limits(&sweep.model.machine, &surrogate, &surrogate.held).0;
+    surrogate.limits = fitting::limits(&sweep.study.model.machine, &surrogate, &surrogate.held).0;
     file::encode(&surrogate).map(|_| ()).map_err(|e| e.in_file(sweep.definition.document().file()))
 }

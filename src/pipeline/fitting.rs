@@ -9,6 +9,7 @@ use crate::error::{Error, Result};
 use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Held, Limit, LimitKind, Surrogate, Variable};
+use crate::surrogate::fit::uncertain::Uncertainty;
 use crate::surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
 use crate::units::{Celsius, Kelvin};
 
@@ -70,6 +71,17 @@ pub fn fit_table_heard(table: &Table, machine: Option<&Machine>, options: &FitOp
     provenance.push(("conditions".into(), table.rows().to_string()));
     fit.surrogate.held = held;
     Ok(fit)
+}
+
+/// Adds what the answers leave open, from a table of slopes, where there is one.
+///
+/// # Errors
+/// As [`Uncertainty::fit`].
+pub fn with_uncertainty(fit: &mut Fit, slopes: Option<&Table>) -> Result<()> {
+    if let Some(slopes) = slopes {
+        fit.surrogate.uncertainty = Some(Uncertainty::fit(&fit.surrogate, slopes)?);
+    }
+    Ok(())
 }
 
 /// The limits of a machine in the surrogate's points and units; notes name those that cannot be carried over.

@@ -40,6 +40,7 @@ pub struct SurrogateInfo {
     pub variables: Vec<RangeInfo>,
     pub held: Vec<ValueInfo>,
     pub points: Vec<PointInfo>,
+    pub uncertain: Vec<ParameterInfo>,
     pub limits: Vec<LimitInfo>,
     pub provenance: Vec<Fact>,
 }
@@ -73,6 +74,22 @@ pub struct PointInfo {
     pub model: String,
     /// Half width of the band that covers 95 % of new conditions, in the unit.
     pub half_width: f64,
+}
+
+/// An uncertain parameter of the machine.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct ParameterInfo {
+    pub name: String,
+    pub unit: String,
+    /// What is known of it now.
+    pub value: f64,
+    pub standard_deviation: f64,
+    /// Values that may be stated for it.
+    pub low: f64,
+    pub high: f64,
+    /// Whether the deviation is assumed, since the machine file says nothing of it.
+    pub assumed: bool,
 }
 
 /// A limit.
@@ -234,9 +251,29 @@ fn surrogate(bytes: &[u8]) -> Result<SurrogateInfo> {
                 half_width: p.half_width,
             })
             .collect(),
+        uncertain: uncertain(&opened),
         limits: opened.limits().zip(answers).map(|(limit, answer)| limit_info(&opened, &limit, answer)).collect(),
         provenance: facts(content.provenance),
     })
+}
+
+fn uncertain(surrogate: &Surrogate<'_>) -> Vec<ParameterInfo> {
+    let Some(own) = surrogate.uncertainty() else { return Vec::new() };
+    let one = |(k, p): (usize, coldplate_runtime::Parameter<'_>)| {
+        let (mean, variance) = own.known().map_or((0.0, 1.0), |(mean, covariance)| {
+            (mean.get(k).unwrap_or(0.0), covariance.get(k * (k + 1) / 2 + k).unwrap_or(1.0))
+        });
+        ParameterInfo {
+            name: p.name.to_owned(),
+            unit: p.unit.to_owned(),
+            value: p.value(mean),
+            standard_deviation: p.deviation * variance.max(0.0).sqrt(),
+            low: p.low,
+            high: p.high,
+            assumed: p.origin == coldplate_runtime::Origin::Assumed,
+        }
+    };
+    own.parameters().enumerate().map(one).collect()
 }
 
 fn limit_info(surrogate: &Surrogate<'_>, limit: &coldplate_runtime::Limit<'_>, answer: LimitAnswer) -> LimitInfo {

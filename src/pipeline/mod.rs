@@ -28,7 +28,7 @@ use crate::surrogate::fit::one_factor::OneFactor;
 use crate::surrogate::fit::{Fit, PointReport, file};
 use charts::Chart;
 use charts::results::{Results, SweepResult};
-use designs::{Fitted, fit_designs, one_factor_tables};
+use designs::{Fitted, Tables, fit_designs, one_factor_tables};
 use figures::Comparison;
 use gallery::{Gallery, file_name};
 use measured::Checked;
@@ -105,20 +105,20 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     let named = sweep.definition.charts.iter().map(Chart::read).collect::<Result<Vec<_>>>()?;
     designs::rehearse(sweep)?;
     let swept = sweep.run(folder, options)?;
-    let mut checked = measured::check(&sweep.model)?;
+    let mut checked = measured::check(&sweep.study.model)?;
     for path in &sweep.definition.compare {
         checked.extend(measured::check(&MeshedMachine::new(Machine::read(path, &[])?, None)?)?);
     }
-    let inventory = inventory(&sweep.model, Some(&sweep.reference()))?;
+    let inventory = inventory(&sweep.study.model, Some(&sweep.reference()))?;
     let sweep_seconds = clock.elapsed().as_secs_f64();
 
     let clock = Instant::now();
     progress.say("fitting");
     let result = Rc::new(SweepResult {
         plan: sweep.plan.clone(),
-        machine: sweep.model.machine.name.clone(),
+        machine: sweep.study.model.machine.name.clone(),
         table: swept.table.clone(),
-        fitted: fit_designs(&sweep.plan, &sweep.model.machine, &swept.table, swept.validation.as_ref(), sweep.definition.fit)?,
+        fitted: fit_designs(&sweep.plan, &sweep.study.model.machine, &Tables::from(&swept), sweep.definition.fit)?,
     });
     let fitted = result.fitted.as_ref();
     let one_factor = one_factor_tables(&sweep.plan, &swept.table);
@@ -140,7 +140,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     }
     if let Some(fitted) = fitted {
         let opened = file::open(&fitted.bytes)?;
-        usual::draw_surrogate(&mut gallery, &opened, &fitted.comparison, &fitted.fit.points, &sweep.model.machine.name)?;
+        usual::draw_surrogate(&mut gallery, &opened, &fitted.comparison, &fitted.fit.points, &sweep.study.model.machine.name)?;
     }
     if !gallery.has("one_factor") && !gallery.has("published") {
         for (group, table) in &one_factor {

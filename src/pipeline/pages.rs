@@ -17,11 +17,11 @@ use crate::surrogate::verdict::{self, Acceptability};
 /// # Errors
 /// The surrogate cannot be queried, or the file cannot be written.
 pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
-    let machine = &material.sweep.model.machine;
+    let machine = &material.sweep.study.model.machine;
     let mut report = Report::new(&machine.name);
     report.subtitle(format!(
         "{}: {} conditions on {} cells",
-        material.sweep.plan.name, material.summary.conditions.0, material.sweep.model.mesh.cells
+        material.sweep.plan.name, material.summary.conditions.0, material.sweep.study.model.mesh.cells
     ));
     report.footer(format!("coldplate {}, machine file {}", env!("CARGO_PKG_VERSION"), machine.hash));
     summary(report.section("Summary"), material);
@@ -64,12 +64,12 @@ fn worst_held_out(material: &Material<'_>) -> Option<f64> {
 }
 
 fn summary(section: &mut Section, material: &Material<'_>) {
-    let machine = &material.sweep.model.machine;
+    let machine = &material.sweep.study.model.machine;
     section.paragraph(machine.description.trim());
     let failed = material.summary.failures.len();
     let mut keys = vec![
         KeyFigure::new(material.summary.conditions.0.to_string(), "conditions solved in full"),
-        KeyFigure::new(material.sweep.model.network.nodes.to_string(), "unknowns each"),
+        KeyFigure::new(material.sweep.study.model.network.nodes.to_string(), "unknowns each"),
     ];
     if let Some(worst) = worst_held_out(material) {
         let tone = if worst < TARGET { Tone::Good } else { Tone::Bad };
@@ -311,7 +311,7 @@ fn inventory(section: &mut Section, material: &Material<'_>) {
 }
 
 fn assumptions(section: &mut Section, material: &Material<'_>) {
-    let assumed = &material.sweep.model.machine.assumptions;
+    let assumed = &material.sweep.study.model.machine.assumptions;
     if assumed.is_empty() {
         section.paragraph("The machine file marks no number as assumed.");
         return;

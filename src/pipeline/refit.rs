@@ -3,14 +3,14 @@
 use std::path::Path;
 
 use super::figures::Comparison;
-use super::fitting::fit_table_heard;
+use super::fitting::{fit_table_heard, with_uncertainty};
 use crate::describe::machine::{Machine, Variable};
 use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{self, Definition};
 use crate::foundation::document::Document;
 use crate::foundation::progress::Progress;
-use crate::solve::meshed::MeshedMachine;
+use crate::solve::sensitivity::Study;
 use crate::surrogate::fit::{FitOptions, file};
 use crate::units::express;
 
@@ -81,9 +81,10 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
     );
     let definition = Definition::new(Document::parse(&text, "the design of the surrogate")?)?;
     let plan = definition.plan(&machine.variables)?;
-    let sweep = Sweep { definition, model: MeshedMachine::new(machine, Some(cells))?, plan };
+    let sweep = Sweep::of(definition, plan, Study::new(document.clone(), Some(cells))?)?;
     let swept = sweep.run(folder, sweep::SweepOptions { progress: Some(progress), ..Default::default() })?;
-    let fit = fit_table_heard(&swept.table, Some(&sweep.model.machine), &FitOptions::default(), progress)?;
+    let mut fit = fit_table_heard(&swept.table, Some(&sweep.study.model.machine), &FitOptions::default(), progress)?;
+    with_uncertainty(&mut fit, swept.slopes.as_ref())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut largest = None;
     if let Some(validation) = &swept.validation {

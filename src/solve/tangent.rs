@@ -129,8 +129,16 @@ impl<'a> Tangent<'a> {
     /// The iteration does not reach a relative residual of 1e-11. It goes on
     /// to the rounding of the matrix-vector product where it can.
     pub fn solve(&self, b: &[f64]) -> Result<Vec<f64>> {
+        self.solve_within(b, AIM)
+    }
+
+    /// The same, to a given relative residual.
+    ///
+    /// # Errors
+    /// As [`Tangent::solve`].
+    pub fn solve_within(&self, b: &[f64], aim: f64) -> Result<Vec<f64>> {
         let mut work = self.multigrid.workspace();
-        self.gmres(b, AIM, |x, y| self.multiply(x, y), |r, z| self.downstream(r, z, &mut work))
+        self.gmres(b, aim, |x, y| self.multiply(x, y), |r, z| self.downstream(r, z, &mut work))
     }
 
     /// x with Jᵀ x = b.

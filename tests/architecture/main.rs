@@ -43,7 +43,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "explore::simulate",
         &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::meshed", "explore::schedule"],
     ),
-    ("explore::sweep", &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::meshed"]),
+    ("explore::sweep", &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::*"]),
     ("surrogate::fit", &["error", "units", "foundation::*"]),
     ("surrogate::verdict", &["error", "units", "foundation::*", "surrogate::fit"]),
     ("figures::chart", &["error", "units", "foundation::atomic_file"]),

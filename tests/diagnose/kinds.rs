@@ -2,8 +2,12 @@
 //! each other.
 
 use coldplate::evidence::diagnose::{Diagnosis, Law, Verdict, diagnose};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::Data;
+use coldplate::explore::simulate::Start;
 use coldplate::foundation::document::Document;
 use coldplate::foundation::progress::Silent;
+use coldplate::solve::sensitivity::Study;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -164,6 +168,8 @@ fn exchanged_sensors_are_named_once_beside_three_causes() {
     let mut problem = hidden.problem();
     let at = |name: &str| problem.data.names.iter().position(|n| n == name).unwrap();
     let (a, b) = (at("bearing"), at("outlet"));
+    let truth = Study::new(machine_with(&lines, machine.clone()), Some(hidden.cells.0)).unwrap();
+    let floor = rms(&problem.data, &identify::values(&truth, &problem.data, Start::Steady).unwrap());
     problem.data.rows.iter_mut().for_each(|row| row.readings.swap(a, b));
     let found = diagnose(&problem, &Silent).unwrap();
     let mut named: Vec<String> = found.rungs.iter().flat_map(|r| &r.causes).map(|c| c.hypothesis.kind_and_place()).collect();
@@ -173,10 +179,17 @@ fn exchanged_sensors_are_named_once_beside_three_causes() {
     assert_eq!(named, all);
     // Predictions stand in the order of the data as they were given.
     for rung in &found.rungs {
-        let readings = problem.data.rows.iter().flat_map(|row| row.readings.iter().flatten());
-        let squares: f64 = readings.zip(&rung.predicted).map(|(r, p)| (r - p).powi(2)).sum();
-        let rms = (squares / rung.predicted.len() as f64).sqrt();
+        let rms = rms(&problem.data, &rung.predicted);
         assert!((rms - rung.rms).abs() < 1e-9, "{rms} {}", rung.rms);
     }
-    assert!(found.rungs[1].rms < 0.06 && found.rungs[1].share > found.rungs[0].share, "{}", found.rungs[1].rms);
+    // Not far from what the truth itself leaves on this mesh.
+    let last = found.rungs.last().unwrap();
+    assert!(last.rms < 2.0 * floor, "{} {floor}", last.rms);
+}
+
+/// Root mean square of readings minus predictions, K.
+fn rms(data: &Data, predicted: &[f64]) -> f64 {
+    let readings = data.rows.iter().flat_map(|row| row.readings.iter().flatten());
+    let squares: f64 = readings.zip(predicted).map(|(r, p)| (r - p).powi(2)).sum();
+    (squares / predicted.len() as f64).sqrt()
 }

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use coldplate::solve::sensitivity::Study;
 use serde_json::Value;
 
 use super::common::{BLOCKS, SERIES, coldplate, json, message, scratch, write};
@@ -44,6 +45,17 @@ fn the_written_machine_predicts_what_was_reported_and_keeps_its_comments() {
     for kept in ["# two nodes in a row", "# keep this remark", "# a guess", "# 4 W/K over the area", "data.csv", "first, second", "33 W"] {
         assert!(text.contains(kept), "{kept}: {text}");
     }
+    // What was found is written as uncertain as it is, with what goes together and where it was measured.
+    let study = Study::read(&path, &[], None).unwrap();
+    let open = study.open_parameters(false).unwrap();
+    assert_eq!(open.iter().map(|p| p.name.as_str()).collect::<Vec<_>>(), ["contact.first.total_conductance", SECOND]);
+    for p in &open {
+        let own = &found["parameters"][&p.name];
+        let width = own["high"].as_f64().unwrap() - own["low"].as_f64().unwrap();
+        assert!((width / (2.0 * 1.96 * p.deviation) - 1.0).abs() < 0.01, "{} {own}", p.deviation);
+    }
+    assert!(study.correlations(&open).unwrap()[0][1] != 0.0);
+    assert_eq!(study.model.machine.model_error.measured.len(), 2);
     // 33 W through 2.75 and 6.6 W/K.
     for (name, planted) in [("contact.first.total_conductance", 2.75), (SECOND, 660.0)] {
         let p = &found["parameters"][name];

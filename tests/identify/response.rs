@@ -67,7 +67,7 @@ fn lag_offset_and_gain_can_be_found() {
         assert!((p["value"].as_f64().unwrap() - planted).abs() < near, "{key}: {p}");
     }
     let text = std::fs::read_to_string(&out).unwrap();
-    assert!(text.contains("lag = \"") && text.contains("offset = \"") && text.contains("gain = 0.9"), "{text}");
+    assert!(text.contains("lag = \"") && text.contains("offset = \"") && text.contains("gain = \"0.9"), "{text}");
     let after = json(&coldplate(&["predict", out.to_str().unwrap(), &data, "--from", "22 degC", "--json"]));
     assert!(after["all"]["rmse_K"].as_f64().unwrap() < 2e-3, "{}", after["all"]);
 

@@ -5,10 +5,10 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use coldplate::describe::machine::Variable;
+use coldplate::describe::machine::{ModelError, Variable};
 use coldplate::error::{Error, Result};
 use coldplate::explore::sweep::journal::{Header, Journal, Outcome};
-use coldplate::explore::sweep::{Definition, JOURNAL, Plan, Subject, SweepOptions, Swept, execute};
+use coldplate::explore::sweep::{Definition, JOURNAL, Open, Plan, Subject, SweepOptions, Swept, execute};
 use coldplate::foundation::document::Document;
 use coldplate::units::Dimension;
 
@@ -29,7 +29,12 @@ fn plan(runs: usize) -> Plan {
 
 fn subject() -> Subject {
     let outputs = [("motor", "degC"), ("plate, \"front\"", "degC")].map(|(n, u)| (n.to_string(), u.to_string())).to_vec();
-    Subject { machine: "rig".into(), hash: "0123456789abcdef".repeat(4), mesh: "1000 cells".into(), outputs }
+    Subject { machine: "rig".into(), hash: "0123456789abcdef".repeat(4), mesh: "1000 cells".into(), outputs, open: nothing_open() }
+}
+
+fn nothing_open() -> Open {
+    let model_error = ModelError { sensors: vec![0.0; 2], common: 0.0, growth: 0.0, measured: Vec::new(), is_stated: false };
+    Open { parameters: Vec::new(), correlations: Vec::new(), model_error }
 }
 
 /// Two smooth outputs; conditions in the middle of the flow range fail, some by a panic.

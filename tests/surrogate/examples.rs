@@ -1,6 +1,8 @@
 //! The surrogates that the tests and the runtime's benchmark use.
 
 use coldplate::surrogate::fit::model::*;
+use coldplate::surrogate::fit::uncertain::{Miss, Parameter, States, Uncertainty};
+use coldplate_runtime::{Origin, Scale};
 
 /// SplitMix64: a small generator with a fixed sequence.
 pub struct Random(pub u64);
@@ -65,8 +67,50 @@ pub fn small() -> Surrogate {
             limit("motor over screw", LimitKind::Difference { first: 0, second: 1 }, 5.0),
             limit("spread", LimitKind::Spread(vec![0, 1]), 5.5),
         ],
+        uncertainty: None,
         provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
     }
+}
+
+/// The same with two parameters of the machine that are uncertain, and a model that misses something.
+pub fn uncertain() -> Surrogate {
+    let parameter = |name: &str, unit: &str, nominal: f64, deviation: f64, scale: Scale, origin: Origin| Parameter {
+        name: name.into(),
+        unit: unit.into(),
+        nominal,
+        deviation,
+        low: nominal - 3.0 * deviation,
+        high: nominal + 3.0 * deviation,
+        scale,
+        origin,
+    };
+    let uncertainty = Uncertainty {
+        parameters: vec![
+            parameter("contact.foot.conductance", "W/(m2 K)", 500.0, 50.0, Scale::Reciprocal, Origin::Stated),
+            parameter("all heats", "1", 1.0, 0.05, Scale::Linear, Origin::Assumed),
+        ],
+        transforms: vec![Transform::Reciprocal, Transform::Identity, Transform::Identity],
+        terms: vec![vec![0, 0, 0], vec![1, 0, 0], vec![0, 1, 1]],
+        slopes: vec![
+            vec![vec![-0.75, 0.5], vec![0.125, -0.125], vec![0.0, 0.0625]],
+            vec![vec![0.25, 0.375], vec![0.0, -0.0625], vec![0.03125, 0.0]],
+        ],
+        misses: vec![Miss { own: 0.25, common: 0.125 }, Miss { own: 0.1875, common: 0.125 }],
+        growth: 0.5,
+        measured: vec![vec![8.0, 20.0, 21.0], vec![4.0, 18.0, 21.0]],
+        states: None,
+    };
+    Surrogate { uncertainty: Some(uncertainty), ..small() }
+}
+
+/// The same of which more is known: what is left of two parameters goes together.
+pub fn uncertain_together() -> Surrogate {
+    let mut surrogate = uncertain();
+    if let Some(own) = &mut surrogate.uncertainty {
+        let covariance = vec![0.5, -0.25, 0.75, 0.0, 0.125, 1.0, 0.0, 0.0, 0.25, 0.875, 0.0, 0.0, 0.0, 0.0, 1.0];
+        own.states = Some(States { mean: vec![0.5, -0.25, 0.125, 0.0, 0.25], covariance });
+    }
+    surrogate
 }
 
 /// The same, made at one speed of the motor.
@@ -120,6 +164,7 @@ pub fn ten_polynomials() -> Surrogate {
         bases: vec![],
         points: points.collect(),
         limits: limits_of_ten(),
+        uncertainty: None,
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -150,6 +195,7 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> Surrogate {
         bases,
         points: points.collect(),
         limits: limits_of_ten(),
+        uncertainty: None,
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -197,6 +243,7 @@ pub fn mixed() -> Surrogate {
             limit("c minus d", LimitKind::Difference { first: 2, second: 3 }, 4.0),
             limit("spread", LimitKind::Spread(vec![3, 0, 1]), 9.0),
         ],
+        uncertainty: None,
         provenance: vec![("program".into(), "coldplate".into())],
     }
 }

@@ -18,6 +18,7 @@ fn fixtures() -> Vec<(&'static str, Surrogate)> {
         ("bench-gaussian.cps", ten_radial(Kernel::Gaussian, true)),
         ("bench-ten-bases.cps", ten_radial(Kernel::ThinPlate, false)),
         ("held.cps", at_one_speed()),
+        ("uncertain.cps", uncertain()),
     ]
 }
 
@@ -44,7 +45,7 @@ fn files_written_earlier_read_as_they_were_meant() {
 
 #[test]
 fn reading_gives_back_what_was_written() {
-    for surrogate in [small(), mixed(), ten_polynomials(), ten_radial(Kernel::Gaussian, false)] {
+    for surrogate in [small(), mixed(), ten_polynomials(), ten_radial(Kernel::Gaussian, false), uncertain(), uncertain_together()] {
         let bytes = encode(&surrogate).unwrap();
         assert_eq!(decode(&bytes).unwrap(), surrogate);
         assert_eq!(encode(&surrogate).unwrap(), bytes, "writing must be reproducible");

@@ -8,5 +8,6 @@ mod inverse;
 mod query;
 mod ranges;
 mod stream;
+mod uncertain;
 mod values;
 mod verdict;

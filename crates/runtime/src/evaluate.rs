@@ -6,6 +6,7 @@
 
 use core::fmt;
 
+use crate::belief::Known;
 use crate::bytes::Numbers;
 use crate::format::{MAX_DEGREE, MAX_VARIABLES};
 use crate::math::{exp_minus, ln, ln_normal, sqrt};
@@ -17,7 +18,7 @@ const BLOCK: usize = 128;
 const POWERS: usize = 16;
 const _: () = assert!(MAX_DEGREE < POWERS);
 
-type Scaled = [f64; MAX_VARIABLES];
+pub(crate) type Scaled = [f64; MAX_VARIABLES];
 
 /// A slice does not have the length the surrogate asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,6 +71,18 @@ impl Surrogate<'_> {
     /// # Errors
     /// If `x` does not have one value per variable, or `values` one place per point.
     pub fn evaluate(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
+        self.evaluate_fit(x, values)?;
+        if let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) {
+            let here = self.here(uncertainty, x);
+            for (point, value) in values.iter_mut().enumerate() {
+                *value += here.point(point).mean(&Known::File(uncertainty));
+            }
+        }
+        Ok(())
+    }
+
+    /// The same without what is known of the parameters.
+    pub(crate) fn evaluate_fit(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
         check("number of variables", self.variables.len(), x.len())?;
         check("number of points", self.points.len(), values.len())?;
         let scaled = self.scale(x);
@@ -104,6 +117,13 @@ impl Surrogate<'_> {
     /// # Errors
     /// If `x` does not have one value per variable, or there is no such point.
     pub fn evaluate_point(&self, x: &[f64], point: usize) -> Result<f64, ShapeError> {
+        let value = self.evaluate_fit_of(x, point)?;
+        let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) else { return Ok(value) };
+        Ok(value + self.here(uncertainty, x).point(point).mean(&Known::File(uncertainty)))
+    }
+
+    /// The same without what is known of the parameters.
+    pub(crate) fn evaluate_fit_of(&self, x: &[f64], point: usize) -> Result<f64, ShapeError> {
         self.check_point(x, point)?;
         let scaled = self.scale(x);
         let mut value = 0.0;
@@ -145,7 +165,14 @@ impl Surrogate<'_> {
         gradient.fill(0.0);
         if let Some((polynomial, column)) = self.polynomial_of(point) {
             let mut slopes = [0.0; MAX_VARIABLES];
-            self.polynomial_slopes(&polynomial, column, &pick(polynomial.transforms, &scaled), x.len(), &mut slopes);
+            let u = pick(polynomial.transforms, &scaled);
+            polynomial_slopes(&polynomial, |term| polynomial.coefficient(term, column), &u, x.len(), &mut slopes);
+            self.chain(polynomial.transforms, x, &slopes, gradient);
+        }
+        if let Some(uncertainty) = self.uncertainty.as_ref().filter(|own| !own.mean.is_empty()) {
+            let (mut slopes, polynomial) = ([0.0; MAX_VARIABLES], uncertainty.polynomial());
+            let u = pick(polynomial.transforms, &scaled);
+            polynomial_slopes(&polynomial, |term| uncertainty.shift(point, term), &u, x.len(), &mut slopes);
             self.chain(polynomial.transforms, x, &slopes, gradient);
         }
         if let Some((basis, column)) = self.basis_of(point) {
@@ -154,27 +181,6 @@ impl Surrogate<'_> {
             self.chain(basis.transforms, x, &slopes, gradient);
         }
         Ok(())
-    }
-
-    fn polynomial_slopes(&self, polynomial: &Polynomial<'_>, column: usize, u: &Scaled, variables: usize, slopes: &mut Scaled) {
-        let mut powers = [[1.0; POWERS]; MAX_VARIABLES];
-        for (u, row) in u.iter().zip(&mut powers) {
-            for e in 1..=polynomial.degree.min(MAX_DEGREE) {
-                row[e] = row[e - 1] * u;
-            }
-        }
-        for term in 0..polynomial.terms {
-            let coefficient = polynomial.coefficient(term, column);
-            let mut exponents = [0; MAX_VARIABLES];
-            exponents.iter_mut().enumerate().for_each(|(v, e)| *e = usize::from(polynomial.exponent(term, v)));
-            for (by, slope) in slopes.iter_mut().enumerate().take(variables).filter(|(by, _)| exponents[*by] > 0) {
-                let mut product = coefficient * exponents[by] as f64;
-                for (v, (exponent, powers)) in exponents.iter().zip(&powers).enumerate() {
-                    product *= powers[(exponent - usize::from(v == by)) % POWERS];
-                }
-                *slope += product;
-            }
-        }
     }
 
     fn basis_slopes(&self, basis: &Basis<'_>, column: usize, u: &Scaled, variables: usize, slopes: &mut Scaled) {
@@ -206,7 +212,7 @@ impl Surrogate<'_> {
 
     /// The scaled variables under each transform that some model uses.
     #[inline(always)]
-    fn scale(&self, x: &[f64]) -> [Scaled; 3] {
+    pub(crate) fn scale(&self, x: &[f64]) -> [Scaled; 3] {
         let mut scaled = [[0.0; MAX_VARIABLES]; 3];
         for (transform, (scaled, scaling)) in
             [Transform::Identity, Transform::Reciprocal, Transform::Log].into_iter().zip(scaled.iter_mut().zip(&self.scaling))
@@ -220,7 +226,7 @@ impl Surrogate<'_> {
         scaled
     }
 
-    fn check_point(&self, x: &[f64], point: usize) -> Result<(), ShapeError> {
+    pub(crate) fn check_point(&self, x: &[f64], point: usize) -> Result<(), ShapeError> {
         check("number of variables", self.variables.len(), x.len())?;
         if point < self.points.len() {
             Ok(())
@@ -238,8 +244,30 @@ impl Surrogate<'_> {
     }
 }
 
+/// Adds the slopes of a polynomial with these coefficients with respect to the scaled variables.
+fn polynomial_slopes(polynomial: &Polynomial<'_>, coefficient: impl Fn(usize) -> f64, u: &Scaled, variables: usize, slopes: &mut Scaled) {
+    let mut powers = [[1.0; POWERS]; MAX_VARIABLES];
+    for (u, row) in u.iter().zip(&mut powers) {
+        for e in 1..=polynomial.degree.min(MAX_DEGREE) {
+            row[e] = row[e - 1] * u;
+        }
+    }
+    for term in 0..polynomial.terms {
+        let coefficient = coefficient(term);
+        let mut exponents = [0; MAX_VARIABLES];
+        exponents.iter_mut().enumerate().for_each(|(v, e)| *e = usize::from(polynomial.exponent(term, v)));
+        for (by, slope) in slopes.iter_mut().enumerate().take(variables).filter(|(by, _)| exponents[*by] > 0) {
+            let mut product = coefficient * exponents[by] as f64;
+            for (v, (exponent, powers)) in exponents.iter().zip(&powers).enumerate() {
+                product *= powers[(exponent - usize::from(v == by)) % POWERS];
+            }
+            *slope += product;
+        }
+    }
+}
+
 #[inline(always)]
-fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
+pub(crate) fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
     let mut u = [0.0; MAX_VARIABLES];
     for (v, (u, code)) in u.iter_mut().zip(transforms).enumerate() {
         *u = scaled[usize::from(*code).min(2)][v];
@@ -248,7 +276,7 @@ fn pick(transforms: &[u8], scaled: &[Scaled; 3]) -> Scaled {
 }
 
 /// The monomials of the terms from `start`, as many as `out` has places.
-fn monomials(polynomial: &Polynomial<'_>, u: &[f64], start: usize, out: &mut [f64]) {
+pub(crate) fn monomials(polynomial: &Polynomial<'_>, u: &[f64], start: usize, out: &mut [f64]) {
     let bytes = u.len().div_ceil(2);
     let exponents = polynomial.exponents.get(start * bytes..).unwrap_or(&[]);
     match (bytes, polynomial.degree < 8) {

@@ -22,6 +22,12 @@ pub const MAX_LIMITS: usize = 256;
 pub const MAX_PROVENANCE: usize = 256;
 /// Most variables that were held.
 pub const MAX_HELD: usize = 64;
+/// Most uncertain parameters.
+pub const MAX_PARAMETERS: usize = 32;
+/// Most terms of the slopes with respect to them.
+pub const MAX_SLOPE_TERMS: usize = 128;
+/// Most conditions at which a model was compared with measurements.
+pub const MAX_MEASURED: usize = 256;
 /// Most further sections.
 pub const MAX_SECTIONS: usize = 64;
 /// Most self-test vectors; there is at least one.
@@ -35,7 +41,7 @@ pub const SELF_TEST_TOLERANCE: f64 = 1e-7;
 pub const HEADER: usize = 48;
 /// Bytes of a variable, point or provenance record.
 pub const SMALL_RECORD: usize = 8;
-/// Bytes of a limit, centre-set, basis or held record.
+/// Bytes of a limit, centre-set, basis, held or parameter record.
 pub const MEDIUM_RECORD: usize = 16;
 /// Bytes of a polynomial record.
 pub const POLYNOMIAL_RECORD: usize = 28;
@@ -43,6 +49,10 @@ pub const POLYNOMIAL_RECORD: usize = 28;
 pub const SECTION_HEADER: usize = 8;
 /// Tag of the section of held variables.
 pub const HELD: [u8; 4] = *b"HELD";
+/// Tag of the section of what the answers leave open.
+pub const UNCERTAIN: [u8; 4] = *b"UNCT";
+/// Bytes before the records of that section.
+pub const UNCERTAIN_HEADER: usize = 24;
 /// Bytes of the checksum that ends the file.
 pub const TRAILER: usize = 4;
 

@@ -29,18 +29,27 @@
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 
+mod assess;
+mod belief;
 mod bytes;
 mod evaluate;
 pub mod format;
+mod further;
 mod limit;
 mod math;
+mod normal;
 mod open;
 mod surrogate;
+mod uncertain;
 mod verdict;
 
+pub use assess::{Band, Chance, LimitChance};
+pub use belief::{Belief, LearnError, Reading, Surprise};
 pub use bytes::Numbers;
 pub use evaluate::ShapeError;
 pub use limit::LimitKind;
+pub use normal::{NINETY_FIVE, probability_above_chi_square, probability_below};
 pub use open::OpenError;
 pub use surrogate::{Basis, Held, Indices, Kernel, Limit, Point, Polynomial, Surrogate, Transform, Variable};
-pub use verdict::{Acceptability, LimitValue, Verdict};
+pub use uncertain::{Origin, Parameter, Scale, Uncertainty};
+pub use verdict::{Acceptability, CONFIDENCE, LimitValue, Verdict};

@@ -4,7 +4,8 @@ use core::fmt;
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::*;
-use crate::surrogate::{Held, Indices, Kernel, Scaling, Surrogate, Transform};
+use crate::further::Further;
+use crate::surrogate::{Indices, Kernel, Scaling, Surrogate, Transform};
 
 /// Why a file was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,13 +80,13 @@ impl fmt::Display for OpenError {
 
 impl core::error::Error for OpenError {}
 
-type Checked = Result<(), OpenError>;
+pub(crate) type Checked = Result<(), OpenError>;
 
-fn ensure(condition: bool, error: OpenError) -> Checked {
+pub(crate) fn ensure(condition: bool, error: OpenError) -> Checked {
     if condition { Ok(()) } else { Err(error) }
 }
 
-fn within(count: usize, least: usize, most: usize, what: &'static str) -> Checked {
+pub(crate) fn within(count: usize, least: usize, most: usize, what: &'static str) -> Checked {
     ensure((least..=most).contains(&count), OpenError::Count(what))
 }
 
@@ -110,26 +111,9 @@ impl<'a> Surrogate<'a> {
             && cursor.text == text.len();
         ensure(all_used, OpenError::Length)?;
         surrogate.check_held()?;
+        let surrogate = surrogate.check_uncertainty()?;
         surrogate.check_self_tests()?;
         Ok(surrogate)
-    }
-
-    fn check_held(&self) -> Checked {
-        let mut end = 0;
-        for (i, record) in self.held.iter().enumerate() {
-            let (start, name, unit) = (u32_at(record, 8), u16_at(record, 12), u16_at(record, 14));
-            ensure(start == end, OpenError::Place("texts of the held variables"))?;
-            end = start + name + unit;
-            let whole = self.held_text.get(start..end).and_then(|text| text.is_char_boundary(name).then_some(text));
-            ensure(whole.is_some(), OpenError::Place("texts of the held variables"))?;
-            let Held { name, unit, value } = self.held_variable(record);
-            check_name(name, false).map_err(|()| OpenError::Text("name of a held variable"))?;
-            check_name(unit, true).map_err(|()| OpenError::Text("unit of a held variable"))?;
-            ensure(value.is_finite(), OpenError::Number("value of a held variable"))?;
-            let earlier = self.held().take(i).any(|other| other.name == name) || self.variables().any(|v| v.name == name);
-            ensure(!earlier, OpenError::Text("name of a held variable"))?;
-        }
-        ensure(end == self.held_text.len(), OpenError::Length)
     }
 
     fn check_variables(&self, cursor: &mut Cursor) -> Checked {
@@ -273,6 +257,7 @@ impl<'a> Surrogate<'a> {
                 let close = (value - expected).abs() <= SELF_TEST_TOLERANCE * expected.abs().max(1.0);
                 ensure(close, OpenError::SelfTest { vector, point })?;
             }
+            self.check_bands(vector, x, values)?;
         }
         Ok(())
     }
@@ -306,7 +291,7 @@ impl<'a> Surrogate<'a> {
     }
 
     /// Checks the transforms of a model and prepares their scaling.
-    fn use_transforms(&mut self, codes: &[u8]) -> Checked {
+    pub(crate) fn use_transforms(&mut self, codes: &[u8]) -> Checked {
         for (v, code) in codes.iter().enumerate() {
             if v >= self.variables.len() {
                 ensure(*code == 0, OpenError::Reserved)?;
@@ -371,7 +356,7 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
     let (exponents, rest) = rest.split_at_checked(u32_at(bytes, 40)).ok_or(OpenError::Length)?;
     let (text, rest) = rest.split_at_checked(u32_at(bytes, 44)).ok_or(OpenError::Length)?;
     let text = core::str::from_utf8(text).map_err(|_| OpenError::Text("text"))?;
-    let (held, held_text) = further_sections(rest, body.len(), further)?;
+    let further = Further::cut(rest, body.len(), further, variables.len(), points.len())?;
     ensure(numbers.iter().all(f64::is_finite), OpenError::Number("number"))?;
     let scaling = [[None; MAX_VARIABLES]; 3];
     Ok(Surrogate {
@@ -388,58 +373,22 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
         text,
         version,
         self_tests,
-        held,
-        held_text,
+        held: further.held,
+        held_text: further.held_text,
+        uncertainty: further.uncertainty,
         scaling,
     })
 }
 
-/// The records of the held variables and their text.
-type HeldSection<'a> = (&'a [[u8; MEDIUM_RECORD]], &'a str);
-
-/// The `count` sections in `rest`, which ends at byte `end` of the file: tags rise, contents begin at multiples of eight.
-/// A tag that begins with a capital letter is one that answers depend on, and refused where it is unknown; one that
-/// begins with a small letter may be passed over.
-fn further_sections(mut rest: &[u8], end: usize, count: usize) -> Result<HeldSection<'_>, OpenError> {
-    let mut held: HeldSection<'_> = (&[], "");
-    let mut last = [0; 4];
-    for _ in 0..count {
-        let gap = (end - rest.len()).wrapping_neg() % 8;
-        let padding: &[[u8; 1]] = records(&mut rest, gap)?;
-        ensure(padding.iter().all(|b| b[0] == 0), OpenError::Reserved)?;
-        let (head, behind) = rest.split_first_chunk::<SECTION_HEADER>().ok_or(OpenError::Length)?;
-        let [a, b, c, d, ..] = *head;
-        let tag = [a, b, c, d];
-        ensure(tag > last && tag.iter().all(u8::is_ascii_alphabetic), OpenError::Section(tag))?;
-        last = tag;
-        let (mut content, behind) = behind.split_at_checked(u32_at(head, 4)).ok_or(OpenError::Length)?;
-        rest = behind;
-        match tag {
-            HELD => {
-                let count: &[[u8; 8]] = records(&mut content, 1)?;
-                let count = count.first().ok_or(OpenError::Length)?;
-                within(u32_at(count, 0), 1, MAX_HELD, "held variables")?;
-                ensure(u32_at(count, 4) == 0, OpenError::Reserved)?;
-                held.0 = records(&mut content, u32_at(count, 0))?;
-                held.1 = core::str::from_utf8(content).map_err(|_| OpenError::Text("text of the held variables"))?;
-            }
-            _ if tag[0].is_ascii_uppercase() => return Err(OpenError::Section(tag)),
-            _ => {}
-        }
-    }
-    ensure(rest.is_empty(), OpenError::Length)?;
-    Ok(held)
-}
-
 /// Takes `count` records of `N` bytes off the front.
-fn records<'a, const N: usize>(rest: &mut &'a [u8], count: usize) -> Result<&'a [[u8; N]], OpenError> {
+pub(crate) fn records<'a, const N: usize>(rest: &mut &'a [u8], count: usize) -> Result<&'a [[u8; N]], OpenError> {
     let length = count.checked_mul(N).ok_or(OpenError::Length)?;
     let (taken, left) = rest.split_at_checked(length).ok_or(OpenError::Length)?;
     *rest = left;
     Ok(taken.as_chunks().0)
 }
 
-fn check_name(name: &str, may_be_empty: bool) -> Result<(), ()> {
+pub(crate) fn check_name(name: &str, may_be_empty: bool) -> Result<(), ()> {
     let fits = name.len() <= MAX_NAME && (may_be_empty || !name.is_empty());
     if fits && !name.chars().any(char::is_control) { Ok(()) } else { Err(()) }
 }

@@ -3,6 +3,7 @@
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
 use crate::limit::LimitKind;
+use crate::uncertain::Uncertainty;
 
 /// An opened surrogate file. It borrows the bytes, and holds nothing but slices of them and the
 /// scaling of the variables.
@@ -24,6 +25,7 @@ pub struct Surrogate<'a> {
     pub(crate) held: &'a [[u8; MEDIUM_RECORD]],
     /// Names and units of the held variables.
     pub(crate) held_text: &'a str,
+    pub(crate) uncertainty: Option<Uncertainty<'a>>,
     /// Per transform and variable; `None` where no model asks for it.
     pub(crate) scaling: [[Option<Scaling>; MAX_VARIABLES]; 3],
 }

@@ -1,10 +1,14 @@
 //! Limits and the verdict on a condition.
 
+use crate::assess::{Band, LimitChance};
 use crate::bytes::Numbers;
 use crate::evaluate::ShapeError;
 use crate::format::{MAX_POINTS, MEDIUM_RECORD};
 use crate::limit::LimitKind;
 use crate::surrogate::{Indices, Surrogate};
+
+/// Probability with which a verdict is said where none is asked for.
+pub const CONFIDENCE: f64 = 0.95;
 
 /// Whether a condition, or one limit at it, is acceptable; the numbers are in the order of severity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -64,6 +68,8 @@ impl Surrogate<'_> {
     /// Acceptable if every limit is kept at the upper end of its band; not acceptable if one is
     /// broken at the lower end of its band; uncertain otherwise, and always outside the fitted
     /// range, for values that are no numbers, for a wrong number of values, and without limits.
+    /// Where the file says what its answers leave open, acceptable and not acceptable are said with
+    /// a probability of 95 %; [`Surrogate::assess`] takes another one.
     #[must_use]
     pub fn verdict(&self, x: &[f64]) -> Verdict {
         let mut buffer = [0.0; MAX_POINTS];
@@ -82,6 +88,13 @@ impl Surrogate<'_> {
     /// # Errors
     /// If `x` does not have one value per variable, or `values` one place per point.
     pub fn query(&self, x: &[f64], values: &mut [f64]) -> Result<Verdict, ShapeError> {
+        if self.uncertainty.is_some() {
+            let mut bands = [Band::default(); MAX_POINTS];
+            let chance = self.assess(x, None, CONFIDENCE, values, &mut bands[..self.points.len().min(MAX_POINTS)])?;
+            let binding = chance.binding.and_then(|index| self.limit_value(index, x, values));
+            let (value, margin) = binding.map_or((f64::NAN, f64::NAN), |limit| (limit.value, limit.margin));
+            return Ok(Verdict { state: chance.state, in_domain: chance.in_domain, binding: chance.binding, value, margin });
+        }
         self.evaluate(x, values)?;
         let in_domain = self.in_domain(x);
         let mut verdict = Verdict { state: Acceptability::Uncertain, in_domain, binding: None, value: f64::NAN, margin: f64::NAN };
@@ -107,11 +120,19 @@ impl Surrogate<'_> {
     /// Limit `index` at condition `x`, given the points' values there; `None` if there is no such
     /// limit. Its value is NaN if the slices are too short for it.
     ///
-    /// The band of a maximum or a rise is the point's, that of a difference the sum of both points'.
+    /// Where the file says what its answers leave open, `values` are those that [`Surrogate::bands`] or [`Surrogate::query`] finds,
+    /// and the band holds the limited quantity with a probability of 95 %. Otherwise
+    /// the band of a maximum or a rise is the point's, that of a difference the sum of both points'.
     /// The upper end of a spread is the largest difference of any two of its points with both
     /// bands against it, and the lower end that with both bands in its favour.
     #[must_use]
     pub fn limit_value(&self, index: usize, x: &[f64], values: &[f64]) -> Option<LimitValue> {
+        if self.uncertainty.is_some() {
+            let LimitChance { value, band, maximum, probability } = self.limit_chance(index, x, None, values)?;
+            let half = band.half_width();
+            let state = judged(probability, CONFIDENCE);
+            return Some(LimitValue { value, low: value - half, high: value + half, maximum, margin: maximum - value, state });
+        }
         let maximum = self.maxima().get(index)?;
         let (value, low, high) = self.limited(self.limits.get(index)?, x, values, self.half_widths());
         Some(LimitValue { value, low, high, maximum, margin: maximum - value, state: judge(low, high, maximum) })
@@ -187,6 +208,17 @@ fn greater(a: f64, b: f64) -> f64 {
 
 fn lesser(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
+}
+
+/// Verdict on what is kept with a probability; a probability that is no number leaves it uncertain.
+pub(crate) fn judged(probability: f64, confidence: f64) -> Acceptability {
+    if probability >= confidence {
+        Acceptability::Acceptable
+    } else if probability <= 1.0 - confidence {
+        Acceptability::NotAcceptable
+    } else {
+        Acceptability::Uncertain
+    }
 }
 
 /// Verdict of one limit. Comparisons with NaN are false and leave it uncertain, and a value that has

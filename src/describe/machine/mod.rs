@@ -31,6 +31,7 @@ mod slope;
 mod source_law;
 mod sources;
 pub mod starters;
+mod uncertain;
 mod variables;
 
 pub use coldplate_runtime::LimitKind;
@@ -50,6 +51,7 @@ pub use region::Region;
 pub use response::{SensorResponse, Shown};
 pub use slope::Slope;
 pub use source_law::{ConstantPower, LinearPower, SourceLaw};
+pub use uncertain::{Correlation, ModelError, NumberKind, Shared, SharedFactor};
 
 /// A machine, as described by one file.
 #[derive(Debug, Clone)]
@@ -102,6 +104,12 @@ pub struct Machine {
     pub assumptions: Vec<Assumption>,
     /// Measured readings to print beside the prediction.
     pub measurements: Vec<Measurement>,
+    /// Factors that several numbers share and that are uncertain.
+    pub shared_factors: Vec<SharedFactor>,
+    /// Uncertain numbers that deviate together.
+    pub correlations: Vec<Correlation>,
+    /// What the model misses.
+    pub model_error: ModelError,
     /// Cells aimed at when the caller does not say.
     pub default_cells: usize,
     /// The names formulas use, slot by slot.

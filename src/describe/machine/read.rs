@@ -16,6 +16,7 @@ use super::names::Index;
 use super::sensors::{limits, measurements, nodes, sensors};
 use super::shape::{distance, overlap};
 use super::sources::sources;
+use super::uncertain::{correlations, model_error, shared_factors};
 use super::variables::{definitions, drives, formula_or, variables};
 use super::{Assumption, Chamber, Film, Machine, Part};
 use crate::error::Result;
@@ -111,6 +112,8 @@ fn machine(document: &Document) -> Result<Machine> {
     let heat_flows = heat_flows(&root, &index, &contacts, &boundaries)?;
     let limits = limits(&root, &sensor_names, &variables)?;
     let measurements = measurements(&root, &variables, &sensor_names)?;
+    let (shared_factors, correlations) = (shared_factors(&root)?, correlations(&root)?);
+    let model_error = model_error(&root, &sensor_names, &variables)?;
     let assumption = |a: crate::foundation::document::Assumed| Assumption { key: a.key, value: a.value, reason: a.reason };
     let assumptions = document.assumptions()?.into_iter().map(assumption).collect();
     let mut machine = Machine {
@@ -138,6 +141,9 @@ fn machine(document: &Document) -> Result<Machine> {
         limits,
         assumptions,
         measurements,
+        shared_factors,
+        correlations,
+        model_error,
         default_cells,
         symbols,
         unused: Vec::new(),

@@ -3,10 +3,20 @@
 use std::path::Path;
 
 use super::{Estimate, Problem};
+use crate::describe::machine::Variable;
 use crate::error::Result;
-use crate::foundation::document::name_of;
+use crate::foundation::document::{Leaf, name_of};
+use crate::foundation::numbers::{TWO_SIDED_95, significant};
+use crate::solve::sensitivity::{Kind, Parameter};
+use crate::units;
 
-/// Text of the machine file with the values found; comments stay, and a block above says where the values come from. Values of
+/// Least correlation that is written.
+const LEAST_CORRELATION: f64 = 0.02;
+/// Most conditions that are written: those of a design, not of a log.
+const MOST_CONDITIONS: usize = 64;
+
+/// Text of the machine file with the values found, each with its standard deviation, their correlations and the model error that
+/// was learnt; comments stay, and a block above says where the values come from. Values of
 /// one test alone stand in that block only.
 ///
 /// # Errors
@@ -43,8 +53,91 @@ pub fn write_machine(problem: &Problem, estimate: &Estimate, tests: &[String]) -
             shown(estimate.intervals[k].1)
         ));
         if free.test.is_none() {
-            sets.extend(p.to_set(estimate.values[k], machine)?);
+            sets.extend(p.to_set(estimate.values[k], machine)?.map(|(key, value)| (key, uncertain(p, estimate, k).unwrap_or(value))));
         }
     }
+    sets.extend(correlations(problem, estimate));
+    sets.extend(model_error(problem, estimate)?);
     problem.study.document().rewritten(&sets, &remarks)
+}
+
+/// A number that was found, with its standard deviation, as TOML; `None` for a factor or offset, which is no number of the file.
+fn uncertain(p: &Parameter, estimate: &Estimate, k: usize) -> Option<String> {
+    let (low, high) = estimate.intervals[k];
+    let deviation = (high - low).abs() / (2.0 * TWO_SIDED_95) / p.per_unit(1.0).abs();
+    if p.kind != Kind::Quantity || !(deviation > 0.0 && deviation.is_finite()) {
+        return None;
+    }
+    let (value, deviation) = (p.shown(estimate.values[k]), significant(deviation, 3));
+    Some(match p.unit.as_str() {
+        "1" => format!("\"{value:?} +- {deviation}\""),
+        unit if p.dimension.is_absolute() => format!("\"{value:?} {unit} +- {deviation} K\""),
+        unit => format!("\"{value:?} +- {deviation} {unit}\""),
+    })
+}
+
+/// Correlations of the numbers that were found, beside those that the file has of others.
+fn correlations(problem: &Problem, estimate: &Estimate) -> Option<(String, String)> {
+    let is_found = |k: &usize| {
+        let free = &problem.free[*k];
+        free.test.is_none() && !estimate.kept[*k] && uncertain(&free.parameter, estimate, *k).is_some()
+    };
+    let found: Vec<usize> = (0..problem.free.len()).filter(is_found).collect();
+    let name = |k: usize| problem.free[k].parameter.name.as_str();
+    let entry = |a: &str, b: &str, value: f64| format!("{{ between = [{}, {}], value = {value:?} }}", text(a), text(b));
+    let mut all = Vec::new();
+    for own in &problem.study.model.machine.correlations {
+        let [a, b] = &own.between;
+        if !found.iter().any(|k| name(*k) == a) && !found.iter().any(|k| name(*k) == b) {
+            all.push(entry(a, b, own.value));
+        }
+    }
+    for (i, a) in found.iter().enumerate() {
+        for b in &found[..i] {
+            let value = (1e4 * estimate.correlation[(*a, *b)]).round() / 1e4;
+            if value.abs() >= LEAST_CORRELATION {
+                all.push(entry(name(*b), name(*a), value));
+            }
+        }
+    }
+    let is_new = !all.is_empty() || !problem.study.model.machine.correlations.is_empty();
+    is_new.then(|| ("correlation".to_string(), format!("[{}]", all.join(", "))))
+}
+
+/// What was learnt of the model's error, and where the model was compared with readings.
+fn model_error(problem: &Problem, estimate: &Estimate) -> Result<Option<(String, String)>> {
+    let machine = &problem.study.model.machine;
+    let learnt = estimate.model_error.map(|own| own.level.wandering).filter(|own| *own > 0.0);
+    let mut conditions: Vec<String> = Vec::new();
+    if !problem.data.is_transient() {
+        for row in &problem.data.rows {
+            let value = |(v, si): (&Variable, &f64)| Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit));
+            let all = machine.variables.iter().zip(row.condition.si()).map(value).collect::<Result<Vec<String>>>()?;
+            let condition = format!("{{ {} }}", all.join(", "));
+            if !conditions.contains(&condition) && conditions.len() < MOST_CONDITIONS {
+                conditions.push(condition);
+            }
+        }
+    }
+    if learnt.is_none() && conditions.is_empty() {
+        return Ok(None);
+    }
+    let own = &machine.model_error;
+    let mut entries = Vec::new();
+    match learnt {
+        Some(deviation) => entries.push(format!("sensors = \"{} K\"", significant(deviation, 3))),
+        None => {
+            let each = machine.sensors.iter().zip(&own.sensors).map(|(s, k)| format!("{} = \"{k:?} K\"", text(&s.name)));
+            entries.push(format!("sensor = {{ {} }}", each.collect::<Vec<_>>().join(", ")));
+        }
+    }
+    entries.push(format!("common = \"{:?} K\"", own.common));
+    entries.push(format!("growth = {:?}", own.growth));
+    entries.push(format!("measured = [{}]", conditions.join(", ")));
+    Ok(Some(("model_error".into(), format!("{{ {} }}", entries.join(", ")))))
+}
+
+/// A text as TOML.
+fn text(text: &str) -> String {
+    Leaf::Text(text.into()).to_toml()
 }

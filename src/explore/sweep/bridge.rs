@@ -4,12 +4,14 @@
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use super::{Definition, Plan, Subject, SweepOptions, Swept, execute};
+use super::{Definition, Open, Plan, Subject, SweepOptions, Swept, execute};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
+use crate::foundation::document::Document;
 use crate::solve::Solver;
-use crate::solve::meshed::{MeshedMachine, SteadyState};
+use crate::solve::meshed::SteadyState;
+use crate::solve::sensitivity::{Derivatives, Study};
 
 /// Conditions of a design for each one that others start from.
 const WORTH_ONE_START: usize = 8;
@@ -21,8 +23,10 @@ const MOST_STARTS: usize = 16;
 pub struct Sweep {
     /// The sweep file.
     pub definition: Definition,
-    /// The machine on its mesh.
-    pub model: MeshedMachine,
+    /// The machine file with the machine on its mesh.
+    pub study: Study,
+    /// What is open of it.
+    pub open: Open,
     /// The conditions.
     pub plan: Plan,
 }
@@ -36,20 +40,33 @@ impl Sweep {
     pub fn open(path: impl AsRef<Path>, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
         let definition = Definition::read(path.as_ref())?;
         let sets: Vec<(String, String)> = definition.set.iter().chain(sets).cloned().collect();
-        let machine = Machine::read(&definition.machine, &sets)?;
+        let mut document = Document::read(&definition.machine)?;
+        for (key, value) in &sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
         // Before the mesh, which takes its time: a mistake in the design should show at once.
-        let plan = definition.plan(&machine.variables)?;
-        let model = MeshedMachine::new(machine, cells.or(definition.cells))?;
-        Ok(Self { definition, model, plan })
+        let plan = definition.plan(&Machine::from_document(&document)?.variables)?;
+        let study = Study::new(document, cells.or(definition.cells))?;
+        Self::of(definition, plan, study)
+    }
+
+    /// The same of what was read already.
+    ///
+    /// # Errors
+    /// As [`Open::of`].
+    pub fn of(definition: Definition, plan: Plan, study: Study) -> Result<Self> {
+        let open = Open::of(&study, definition.uncertainty)?;
+        Ok(Self { definition, study, open, plan })
     }
 
     /// What the results depend on, and what they are called.
     pub fn subject(&self) -> Subject {
         Subject {
-            machine: self.model.machine.name.clone(),
-            hash: self.model.machine.hash.clone(),
-            mesh: format!("{} cells, {} nodes", self.model.mesh.cells, self.model.network.nodes),
-            outputs: self.model.network.sensor_names.iter().map(|name| (name.clone(), "degC".to_string())).collect(),
+            machine: self.study.model.machine.name.clone(),
+            hash: self.study.model.machine.hash.clone(),
+            mesh: format!("{} cells, {} nodes", self.study.model.mesh.cells, self.study.model.network.nodes),
+            outputs: self.study.model.network.sensor_names.iter().map(|name| (name.clone(), "degC".to_string())).collect(),
+            open: self.open.clone(),
         }
     }
 
@@ -65,11 +82,11 @@ impl Sweep {
 
     /// The shared setup, at the middle of the ranges, or at the first condition of the design where it can be made.
     fn solver(&self) -> Result<Solver<'_>> {
-        let first = match self.model.solver(&self.reference()) {
+        let first = match self.study.model.solver(&self.reference()) {
             Ok(solver) => return Ok(solver),
             Err(error) => error,
         };
-        let others = self.plan.conditions.iter().map(|row| self.model.solver(&Condition::from_si(row.clone())));
+        let others = self.plan.conditions.iter().map(|row| self.study.model.solver(&Condition::from_si(row.clone())));
         others.flatten().next().ok_or_else(|| {
             Error::numerics(format!("every condition failed, that in the middle of the ranges because: {}", first.what()))
                 .help("solve one of them with `coldplate solve`")
@@ -86,18 +103,23 @@ impl Sweep {
         // have been solved before it or in this run.
         let rows = &self.plan.conditions;
         let known = (rows.len() / WORTH_ONE_START).min(MOST_STARTS);
-        let start = |i: usize| Load::at(&self.model.machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
+        let start = |i: usize| Load::at(&self.study.model.machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
         solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
         // By stream: conditions solved now at which its wall boils, and the hottest wall, K.
-        let boiling = Mutex::new(vec![(0, 0.0); self.model.network.streams.len()]);
+        let boiling = Mutex::new(vec![(0, 0.0); self.study.model.network.streams.len()]);
         let mut swept = execute(&self.plan, &self.subject(), folder.as_ref(), options, |si| {
-            let state = self.model.solve(&solver, &Condition::from_si(si.to_vec()))?;
+            let state = self.study.model.solve(&solver, &Condition::from_si(si.to_vec()))?;
             self.count_boiling(&state, &mut boiling.lock().unwrap_or_else(PoisonError::into_inner));
-            Ok(self.model.readings(&state).into_iter().map(|t| t.0).collect())
+            let mut values: Vec<f64> = self.study.model.readings(&state).into_iter().map(|t| t.0).collect();
+            if !self.open.parameters.is_empty() {
+                let at = Derivatives::at(&self.study, &Condition::from_si(si.to_vec()), &state.solution.temperatures)?;
+                values.extend(at.along_open(&self.open.parameters)?.into_iter().flatten());
+            }
+            Ok(values)
         })?;
         let boiling = boiling.into_inner().unwrap_or_else(PoisonError::into_inner);
         let note = |(s, (count, wall)): (usize, &(usize, f64))| {
-            let network = &self.model.network;
+            let network = &self.study.model.network;
             let what = network.boiling_note(s, *wall);
             format!("channel '{}' at {count} of the conditions solved now: {what}", network.streams[s].name)
         };
@@ -108,7 +130,7 @@ impl Sweep {
     fn count_boiling(&self, state: &SteadyState, found: &mut [(usize, f64)]) {
         let solution = &state.solution;
         for (s, (count, hottest)) in found.iter_mut().enumerate() {
-            if let Some(wall) = self.model.network.boiling_wall(s, &solution.streams[s], &solution.temperatures) {
+            if let Some(wall) = self.study.model.network.boiling_wall(s, &solution.streams[s], &solution.temperatures) {
                 (*count, *hottest) = (*count + 1, hottest.max(wall));
             }
         }

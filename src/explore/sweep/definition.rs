@@ -25,7 +25,28 @@ pub struct Definition {
     pub charts: Vec<PathBuf>,
     /// Settings of the fit.
     pub fit: FitKeys,
+    /// What is taken as open of the machine.
+    pub uncertainty: Openness,
     document: Document,
+}
+
+/// What a sweep takes as open of its machine: the slopes of every reading along it are found beside the reading.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Openness {
+    /// What the machine file states, and what every such model leaves open.
+    All,
+    /// What the machine file states alone.
+    Stated,
+    /// Nothing.
+    None,
+}
+
+impl Openness {
+    const WORDS: [&str; 3] = ["all", "stated", "none"];
+
+    fn read(root: &Section<'_>) -> Result<Self> {
+        Ok([Self::All, Self::Stated, Self::None][root.opt_choice("uncertainty", &Self::WORDS)?.unwrap_or(0)])
+    }
 }
 
 /// Largest degree of a polynomial that a surrogate file holds.
@@ -81,7 +102,8 @@ impl Definition {
             }
         }
         let fit = fit_keys(&root)?;
-        Ok(Self { name, machine, cells, set, compare, charts, fit, document })
+        let uncertainty = Openness::read(&root)?;
+        Ok(Self { name, machine, cells, set, compare, charts, fit, uncertainty, document })
     }
 
     /// The parsed file, for the tables that others read from it.
@@ -96,7 +118,7 @@ impl Definition {
     pub fn plan(&self, variables: &[Variable]) -> Result<Plan> {
         let root = self.document.root();
         let others = EMPTY.map(|(table, _)| table);
-        for key in ["name", "machine", "cells", "set", "compare", "charts", "fit"].into_iter().chain(others) {
+        for key in ["name", "machine", "cells", "set", "compare", "charts", "fit", "uncertainty"].into_iter().chain(others) {
             let _ = root.has(key);
         }
         let sweeps = root.tables("one_factor")?;

@@ -14,12 +14,14 @@ mod definition;
 pub mod design;
 pub mod journal;
 mod lhs;
+pub mod open;
 mod plan;
 pub mod record;
 pub mod runner;
 mod sobol;
 
-pub use definition::{Definition, FitKeys};
+pub use definition::{Definition, FitKeys, Openness};
+pub use open::Open;
 pub use plan::{Group, Plan, Purpose};
 pub use runner::{SweepOptions, run};
 
@@ -34,7 +36,7 @@ use journal::{Header, Journal, Outcome};
 pub const JOURNAL: &str = "sweep.journal";
 
 /// What is swept: enough to tell whether results on disk are its results.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone)]
 pub struct Subject {
     /// Name of the machine.
     pub machine: String,
@@ -44,6 +46,24 @@ pub struct Subject {
     pub mesh: String,
     /// Name and unit of each output.
     pub outputs: Vec<(String, String)>,
+    /// What is open of the machine; each output has a slope along each of its parameters.
+    pub open: Open,
+}
+
+impl Subject {
+    /// Name and unit of each slope: per output, its change with one standard deviation of each parameter.
+    fn slopes(&self) -> Vec<(String, String)> {
+        let of = |(output, unit): &(String, String)| -> Vec<(String, String)> {
+            let unit = if unit == "degC" { "K" } else { unit };
+            self.open.parameters.iter().map(|p| (slope_name(output, &p.name), unit.to_string())).collect()
+        };
+        self.outputs.iter().flat_map(of).collect()
+    }
+}
+
+/// Name of the column of an output's slope along a parameter.
+pub fn slope_name(output: &str, parameter: &str) -> String {
+    format!("d({output})/d({parameter})")
 }
 
 /// A condition that gave no result.
@@ -64,6 +84,8 @@ pub struct Swept {
     pub table: Table,
     /// The held-out conditions, in the same columns, where the sweep has any.
     pub validation: Option<Table>,
+    /// The slopes of every output along all that is open, at the conditions to be fitted, where anything is.
+    pub slopes: Option<Table>,
     /// Conditions without a result; they are in neither table.
     pub failures: Vec<Failure>,
     /// How many conditions the journal held already.
@@ -77,10 +99,11 @@ pub struct Swept {
 }
 
 /// Runs the conditions of `plan` that the journal in `folder` does not hold, and writes `sweep.csv` and
-/// `sweep.parquet`, `validation.*` where there are held-out conditions and `failures.csv` where there are failures.
+/// `sweep.parquet`, `slopes.*` where anything of the machine is open, `validation.*` where there are held-out conditions and
+/// `failures.csv` where there are failures.
 ///
 /// `solve` takes a condition in SI, in the order of [`Plan::variables`], and returns the outputs in their units, in
-/// the order of [`Subject::outputs`]; see [`run`] for what it must keep to.
+/// the order of [`Subject::outputs`], then their slopes, output by output; see [`run`] for what it must keep to.
 ///
 /// # Errors
 /// The folder or the journal cannot be written, the journal is that of another sweep, or every condition failed.
@@ -92,13 +115,15 @@ pub fn execute(
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
 ) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
-    let outputs: Vec<String> = subject.outputs.iter().map(|(name, unit)| format!("{name} [{unit}]")).collect();
+    let slopes = subject.slopes();
+    let outputs: Vec<String> = subject.outputs.iter().chain(&slopes).map(|(name, unit)| format!("{name} [{unit}]")).collect();
     let mut deciding = identity(plan, subject);
     deciding.push(("numerics of the program".into(), NUMERICS.into()));
+    let width = outputs.len();
     let header = Header { identity: deciding, outputs, conditions: plan.conditions.len() };
     let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
     let resumed = journal.outcomes().iter().flatten().count();
-    let outcomes = run(&plan.conditions, subject.outputs.len(), &mut journal, options, solve)?;
+    let outcomes = run(&plan.conditions, width, &mut journal, options, solve)?;
 
     let group_of = |row: usize| plan.group_of(row).map_or(String::new(), |g| g.name.clone());
     let failures: Vec<Failure> = (outcomes.iter().enumerate())
@@ -114,10 +139,18 @@ pub fn execute(
             .in_file(folder.join("failures.csv"))
             .help("solve one of them with `coldplate solve`; the reasons of all are in this file"));
     }
-    let table = results(plan, subject, &outcomes, Purpose::Fit);
+    let table = results(plan, subject, &outcomes, Purpose::Fit, (0, &subject.outputs));
     let validation = plan.groups.iter().any(|g| g.purpose == Purpose::Validation);
-    let validation = validation.then(|| results(plan, subject, &outcomes, Purpose::Validation));
-    for (name, table) in [("sweep", Some(&table)), ("validation", validation.as_ref())] {
+    let validation = validation.then(|| results(plan, subject, &outcomes, Purpose::Validation, (0, &subject.outputs)));
+    let slopes = match slopes.is_empty() {
+        true => None,
+        false => {
+            let mut table = results(plan, subject, &outcomes, Purpose::Fit, (subject.outputs.len(), &slopes));
+            table.provenance.push(subject.open.note(&subject.outputs, &plan.variables)?);
+            Some(table)
+        }
+    };
+    for (name, table) in [("sweep", Some(&table)), ("slopes", slopes.as_ref()), ("validation", validation.as_ref())] {
         for extension in ["csv", "parquet"] {
             let path = folder.join(name).with_extension(extension);
             match table {
@@ -133,7 +166,7 @@ pub fn execute(
             }
         }
     }
-    Ok(Swept { table, validation, failures, resumed, damaged_lines: journal.damaged_lines().to_vec(), notes: Vec::new(), files })
+    Ok(Swept { table, validation, slopes, failures, resumed, damaged_lines: journal.damaged_lines().to_vec(), notes: Vec::new(), files })
 }
 
 /// What results depend on.
@@ -159,7 +192,8 @@ pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(Stri
     pairs
 }
 
-fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose) -> Table {
+/// The values from place `first` on, under the names and units of `columns`.
+fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose, (first, names): (usize, &[(String, String)])) -> Table {
     let mut rows = Vec::new();
     let mut values: Vec<&[f64]> = Vec::new();
     let mut groups = Vec::new();
@@ -171,10 +205,10 @@ fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpos
         }
     }
     let mut columns = plan.columns(&rows);
-    columns.extend(subject.outputs.iter().enumerate().map(|(o, (name, unit))| Column {
+    columns.extend(names.iter().enumerate().map(|(o, (name, unit))| Column {
         name: name.clone(),
         unit: unit.clone(),
-        values: values.iter().map(|v| v[o]).collect(),
+        values: values.iter().map(|v| v[first + o]).collect(),
     }));
     let texts = vec![TextColumn { name: "group".into(), values: groups }];
     Table { texts, columns, inputs: plan.variables.len(), provenance: provenance(plan, subject, purpose) }

@@ -55,7 +55,7 @@ impl Swept {
             failures: self.failures.iter().map(failure).collect(),
             notes: self.notes.clone(),
             files: self.files.iter().map(|f| f.display().to_string()).collect(),
-            cells: sweep.model.mesh.cells,
+            cells: sweep.study.model.mesh.cells,
             seconds,
         }
     }

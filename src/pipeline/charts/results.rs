@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use super::super::designs::{Fitted, fit_designs};
+use super::super::designs::{Fitted, Tables, fit_designs};
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
@@ -59,16 +59,15 @@ impl<'a> Results<'a> {
         let machine = Machine::read(&definition.machine, &definition.set)?;
         let plan = definition.plan(&machine.variables)?;
         let folder = self.root.join(path.file_stem().unwrap_or("sweep".as_ref()));
-        let (table, validation) = match finished(&folder, &plan, &machine)? {
+        let tables = match finished(&folder, &plan, &machine)? {
             Some(found) => found,
             None => {
                 self.progress.say(&format!("{}: solving what {} does not hold yet", path.display(), folder.display()));
-                let swept = Sweep::open(path, None, &[])?.run(&folder, self.options)?;
-                (swept.table, swept.validation)
+                Tables::from(&Sweep::open(path, None, &[])?.run(&folder, self.options)?)
             }
         };
-        let fitted = fit_designs(&plan, &machine, &table, validation.as_ref(), definition.fit)?;
-        let result = Rc::new(SweepResult { plan, machine: machine.name, table, fitted });
+        let fitted = fit_designs(&plan, &machine, &tables, definition.fit)?;
+        let result = Rc::new(SweepResult { plan, machine: machine.name, table: tables.fitted, fitted });
         self.sweeps.insert(key(path), Rc::clone(&result));
         Ok(result)
     }
@@ -93,20 +92,20 @@ fn key(path: &Path) -> PathBuf {
 }
 
 /// The tables in `folder`, where they are of this machine and hold every condition of the plan.
-fn finished(folder: &Path, plan: &Plan, machine: &Machine) -> Result<Option<(Table, Option<Table>)>> {
+fn finished(folder: &Path, plan: &Plan, machine: &Machine) -> Result<Option<Tables>> {
     let path = folder.join("sweep.csv");
     if !path.exists() {
         return Ok(None);
     }
-    let table = Table::read(&path)?;
-    let hash = table.provenance.iter().find(|(k, _)| k == "machine hash").map(|(_, v)| v.as_str());
+    let fitted = Table::read(&path)?;
+    let hash = fitted.provenance.iter().find(|(k, _)| k == "machine hash").map(|(_, v)| v.as_str());
     if hash != Some(machine.hash.as_str()) {
         return Err(Error::input("these results are of another machine file than the sweep names now")
             .in_file(&path)
             .help("remove the folder, or look for results elsewhere with --results DIR"));
     }
-    let validation = folder.join("validation.csv");
-    let validation = if validation.exists() { Some(Table::read(&validation)?) } else { None };
-    let rows = table.rows() + validation.as_ref().map_or(0, Table::rows);
-    Ok((rows == plan.conditions.len()).then_some((table, validation)))
+    let beside = |name: &str| Some(folder.join(name)).filter(|path| path.exists()).map(Table::read).transpose();
+    let (validation, slopes) = (beside("validation.csv")?, beside("slopes.csv")?);
+    let rows = fitted.rows() + validation.as_ref().map_or(0, Table::rows);
+    Ok((rows == plan.conditions.len()).then_some(Tables { fitted, validation, slopes }))
 }

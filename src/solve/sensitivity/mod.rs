@@ -20,6 +20,7 @@
 //! ```
 
 mod difference;
+mod open;
 mod parameter;
 mod point;
 mod response;
@@ -28,6 +29,7 @@ mod study;
 mod uncertain;
 
 pub use difference::{Partial, UNEVEN, Variation};
+pub use open::{OpenParameter, Origin, Scale, assumed};
 pub use parameter::{Kind, Parameter};
 pub use point::{Adjoint, Derivatives, Jacobian, Target};
 pub use response::{Basis, Course, Moment, Moments};

@@ -50,14 +50,16 @@ fn polynomial_value(polynomial: &Polynomial, variables: &[Variable], x: &[f64]) 
 /// # Errors
 /// A point or basis that does not exist, or a condition of the wrong length, as bad input.
 pub fn evaluate(surrogate: &Surrogate, point: usize, x: &[f64]) -> Result<f64> {
-    let Some(point) = surrogate.points.get(point) else {
-        return Err(Error::input(format!("point {point} is asked for, the surrogate has {}", surrogate.points.len())));
+    let index = point;
+    let Some(point) = surrogate.points.get(index) else {
+        return Err(Error::input(format!("point {index} is asked for, the surrogate has {}", surrogate.points.len())));
     };
     if x.len() != surrogate.variables.len() {
         return Err(Error::input(format!("a condition of this surrogate has {} values", surrogate.variables.len())).read(x.len()));
     }
+    let learnt = surrogate.uncertainty.as_ref().map_or(0.0, |own| own.shift(surrogate, index, x));
     match &point.model {
-        PointModel::Polynomial(polynomial) => Ok(polynomial_value(polynomial, &surrogate.variables, x)),
+        PointModel::Polynomial(polynomial) => Ok(polynomial_value(polynomial, &surrogate.variables, x) + learnt),
         PointModel::Rbf { basis, weights, tail } => {
             let Some(basis) = surrogate.bases.get(*basis) else {
                 return Err(Error::input("a point names a radial basis the surrogate does not hold").at_key(point.name.clone()));
@@ -69,7 +71,7 @@ pub fn evaluate(surrogate: &Surrogate, point: usize, x: &[f64]) -> Result<f64> {
                 .zip(weights)
                 .map(|(centre, w)| w * radial(basis.kernel, distance_square(&basis.scales, &u, centre)))
                 .sum();
-            Ok(radial + polynomial_value(tail, &surrogate.variables, x))
+            Ok(radial + polynomial_value(tail, &surrogate.variables, x) + learnt)
         }
     }
 }

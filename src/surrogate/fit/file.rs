@@ -7,6 +7,7 @@ use std::path::Path;
 use coldplate_runtime as runtime;
 use runtime::format;
 
+use super::uncertain::Uncertainty;
 use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
@@ -95,6 +96,7 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
         bases,
         points: points.collect(),
         limits: limits.collect(),
+        uncertainty: file.uncertainty().map(|own| Uncertainty::of(&own)),
         provenance: file.provenance().map(|(key, value)| (key.to_owned(), value.to_owned())).collect(),
     })
 }
@@ -347,6 +349,10 @@ impl Layout {
         let mut count = 0;
         if !surrogate.held.is_empty() {
             section(&mut sections, before_sections, format::HELD, &held(&surrogate.held)?)?;
+            count += 1;
+        }
+        if let Some(uncertainty) = &surrogate.uncertainty {
+            section(&mut sections, before_sections, format::UNCERTAIN, &uncertainty.section(surrogate, &tests)?)?;
             count += 1;
         }
         let length = before_sections + sections.len() + format::TRAILER;

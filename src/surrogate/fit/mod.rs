@@ -16,6 +16,7 @@ pub mod polynomial;
 pub mod rbf;
 mod select;
 pub mod tune;
+pub mod uncertain;
 pub mod validation;
 
 pub use evaluate::evaluate;

@@ -1,5 +1,6 @@
 //! A surrogate as owned, plain data: the result of a fit, the content of a surrogate file.
 
+use super::uncertain::Uncertainty;
 pub use coldplate_runtime::{Kernel, LimitKind, Transform};
 
 /// A condition variable of a surrogate.
@@ -103,6 +104,8 @@ pub struct Surrogate {
     pub points: Vec<Point>,
     /// Limits.
     pub limits: Vec<Limit>,
+    /// What the answers leave open, where that is known.
+    pub uncertainty: Option<Uncertainty>,
     /// Provenance: key and value, both text.
     pub provenance: Vec<(String, String)>,
 }

@@ -146,7 +146,7 @@ impl Search<'_> {
         all
     }
 
-    fn columns(&self, rows: &[&[f64]], transforms: &[Transform], terms: &[Vec<u8>]) -> Vec<Vec<f64>> {
+    pub(super) fn columns(&self, rows: &[&[f64]], transforms: &[Transform], terms: &[Vec<u8>]) -> Vec<Vec<f64>> {
         let most = terms.iter().flatten().copied().max().unwrap_or(0);
         let tables: Vec<Vec<Vec<f64>>> = rows
             .iter()

@@ -1,6 +1,6 @@
 //! The answer to a condition as a row of a table: which columns, with how many digits.
 
-use coldplate_runtime::Surrogate;
+use coldplate_runtime::{Band, Surrogate};
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
@@ -24,6 +24,7 @@ enum Cell {
     Low(usize),
     High(usize),
     Margin(usize),
+    Probability,
     Verdict,
     Binding,
     InDomain,
@@ -36,7 +37,7 @@ impl Cell {
             Self::Point(_) => group == "temperatures",
             Self::Low(_) | Self::High(_) => group == "bands",
             Self::Margin(_) => group == "margins",
-            Self::Label | Self::Verdict | Self::Binding | Self::InDomain => false,
+            Self::Label | Self::Probability | Self::Verdict | Self::Binding | Self::InDomain => false,
         }
     }
 }
@@ -63,6 +64,14 @@ pub struct Columns<'a> {
     limits: Vec<&'a str>,
     held: Vec<f64>,
     digits: Option<usize>,
+    confidence: f64,
+}
+
+/// Room for what is found at one condition.
+#[derive(Debug, Default)]
+pub struct Room {
+    values: Vec<f64>,
+    bands: Vec<Band>,
 }
 
 /// What is known at one condition, for the columns to choose from.
@@ -70,6 +79,9 @@ pub struct Answered<'r> {
     label: Option<&'r str>,
     x: &'r [f64],
     values: &'r [f64],
+    bands: &'r [Band],
+    /// Probability that all limits are kept; not a number where the surrogate does not say what its answers leave open.
+    probability: f64,
     binding: Option<usize>,
     /// The verdict.
     pub verdict: Acceptability,
@@ -79,11 +91,11 @@ pub struct Answered<'r> {
 impl<'a> Columns<'a> {
     /// The columns that `names` asks for, in that order; all where it asks for none. A name is that of a column, with or
     /// without its unit, or one of `conditions`, `temperatures`, `bands` and `margins`; commas separate names. Numbers
-    /// have `digits` significant digits, or all they need to come back bit for bit.
+    /// have `digits` significant digits, or all they need to come back bit for bit. Verdicts are said at the `confidence`.
     ///
     /// # Errors
     /// A name that no column has.
-    pub fn new(surrogate: &'a Surrogate<'a>, labelled: bool, names: &[String], digits: Option<usize>) -> Result<Self> {
+    pub fn new(surrogate: &'a Surrogate<'a>, labelled: bool, names: &[String], digits: Option<usize>, confidence: f64) -> Result<Self> {
         let all = all(surrogate, labelled);
         let mut chosen = Vec::new();
         for name in names {
@@ -111,7 +123,7 @@ impl<'a> Columns<'a> {
         let half_widths = surrogate.points().map(|p| p.half_width).collect();
         let limits = surrogate.limits().map(|l| l.name).collect();
         let held = surrogate.held().map(|h| h.value).collect();
-        Ok(Self { surrogate, chosen, half_widths, limits, held, digits })
+        Ok(Self { surrogate, chosen, half_widths, limits, held, digits, confidence })
     }
 
     /// The header of a CSV file, with its line end.
@@ -119,22 +131,29 @@ impl<'a> Columns<'a> {
         self.chosen.iter().map(|c| quoted(&c.header())).collect::<Vec<_>>().join(",") + "\n"
     }
 
-    /// Evaluates the surrogate at `condition`; `values` is room for the values of its points.
-    pub fn answer<'r>(&self, label: Option<&'r str>, condition: &'r [f64], values: &'r mut Vec<f64>) -> Answered<'r> {
-        values.resize(self.half_widths.len(), 0.0);
+    /// Evaluates the surrogate at `condition`.
+    pub fn answer<'r>(&self, label: Option<&'r str>, condition: &'r [f64], room: &'r mut Room) -> Answered<'r> {
+        room.values.resize(self.half_widths.len(), 0.0);
         let (x, stated) = condition.split_at(self.surrogate.variable_count().min(condition.len()));
         let agrees = stated.iter().zip(&self.held).all(|(x, held)| x == held);
-        match self.surrogate.query(x, values) {
-            Ok(found) => Answered {
-                label,
-                x: condition,
-                values,
-                binding: found.binding,
-                verdict: if agrees { found.state } else { Acceptability::Uncertain },
-                in_domain: found.in_domain && agrees,
-            },
-            // A condition of the wrong length is none that a `Batch` gives.
-            Err(_) => Answered { label, x: condition, values, binding: None, verdict: Acceptability::Uncertain, in_domain: false },
+        let found = if self.surrogate.uncertainty().is_some() {
+            room.bands.resize(self.half_widths.len(), Band::default());
+            let found = self.surrogate.assess(x, None, self.confidence, &mut room.values, &mut room.bands);
+            found.map(|own| (own.binding, own.state, own.in_domain, own.probability))
+        } else {
+            self.surrogate.query(x, &mut room.values).map(|own| (own.binding, own.state, own.in_domain, f64::NAN))
+        };
+        // A condition of the wrong length is none that a `Batch` gives.
+        let (binding, state, in_domain, probability) = found.unwrap_or((None, Acceptability::Uncertain, false, f64::NAN));
+        Answered {
+            label,
+            x: condition,
+            values: &room.values,
+            bands: &room.bands,
+            probability,
+            binding,
+            verdict: if agrees { state } else { Acceptability::Uncertain },
+            in_domain: in_domain && agrees,
         }
     }
 
@@ -164,13 +183,19 @@ impl<'a> Columns<'a> {
             Cell::Label => Value::Text(answer.label.unwrap_or("")),
             Cell::Variable(v) => Value::Number(of(answer.x, v)),
             Cell::Point(p) => Value::Number(of(answer.values, p)),
-            Cell::Low(p) => Value::Number(of(answer.values, p) - of(&self.half_widths, p)),
-            Cell::High(p) => Value::Number(of(answer.values, p) + of(&self.half_widths, p)),
+            Cell::Low(p) => Value::Number(of(answer.values, p) - self.half_width(answer, p)),
+            Cell::High(p) => Value::Number(of(answer.values, p) + self.half_width(answer, p)),
+            Cell::Probability => Value::Number(answer.probability),
             Cell::Margin(l) => Value::Number(self.surrogate.limit_value(l, answer.x, answer.values).map_or(f64::NAN, |l| l.margin)),
             Cell::Verdict => Value::Text(code(answer.verdict)),
             Cell::Binding => Value::Text(answer.binding.and_then(|i| self.limits.get(i)).copied().unwrap_or("")),
             Cell::InDomain => Value::Truth(answer.in_domain),
         }
+    }
+
+    fn half_width(&self, answer: &Answered<'_>, point: usize) -> f64 {
+        let own = self.half_widths.get(point).copied().unwrap_or(f64::NAN);
+        answer.bands.get(point).map_or(own, |band| band.half_width())
     }
 
     fn number(&self, value: f64, out: &mut String) {
@@ -228,6 +253,9 @@ fn all(surrogate: &Surrogate<'_>, labelled: bool) -> Vec<Column> {
         columns.push(plain(&format!("{} high", p.name), Cell::High(i)));
     }
     columns.extend(surrogate.limits().enumerate().map(|(i, l)| plain(&format!("margin of {}", l.name), Cell::Margin(i))));
+    if surrogate.uncertainty().is_some() {
+        columns.push(plain("probability", Cell::Probability));
+    }
     columns.extend([plain("verdict", Cell::Verdict), plain("binding", Cell::Binding), plain("in_domain", Cell::InDomain)]);
     columns
 }

@@ -1,13 +1,14 @@
 //! The inverse question: which value of one variable makes a condition acceptable?
 //!
-//! The slack of a condition is the smallest distance of a limit from the upper end of its band; the
+//! The slack of a condition is the smallest distance of a limit from the upper end of its band, or, where the surrogate
+//! says what its answers leave open, by how much the probability that all limits are kept exceeds the one asked for; the
 //! condition is acceptable where it is not negative. Over the range of the free variable the slack
 //! need be neither monotone nor of one sign, so it is sampled, its extrema between samples are
 //! refined where they could hide a change of sign, and the changes of sign are bisected.
 
-use coldplate_runtime::Surrogate;
+use coldplate_runtime::{Band, CONFIDENCE, Surrogate};
 
-use super::{Answer, Outside, condition, query};
+use super::{Answer, Outside, condition, query_at};
 use crate::error::{Error, Result};
 
 /// Intervals of the scan over the fitted range. Twelve, the highest degree of a polynomial, would
@@ -15,6 +16,8 @@ use crate::error::{Error, Result};
 const INTERVALS: usize = 1024;
 /// Where bisection and the search for extrema stop, as a fraction of the fitted range.
 const RESOLUTION: f64 = 1e-9;
+/// What a standardised margin counts beside a probability.
+const TIE: f64 = 1e-12;
 
 /// The answer to the inverse question.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,14 +53,21 @@ pub enum Inverse {
 /// A variable that does not exist or was held fixed, a condition of wrong length, a surrogate
 /// without limits.
 pub fn free(surrogate: &Surrogate<'_>, x: &[f64], free: usize) -> Result<Inverse> {
-    free_within(surrogate, x, free, None)
+    free_within(surrogate, x, free, None, CONFIDENCE)
 }
 
-/// The same, looking at values from the first of `bounds` to the second only, in the variable's unit.
+/// The same, looking at values from the first of `bounds` to the second only, in the variable's unit; acceptable means with the
+/// probability `confidence`.
 ///
 /// # Errors
 /// As [`free`]; bounds outside the fitted range.
-pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Option<(f64, f64)>) -> Result<Inverse> {
+pub fn free_within(
+    surrogate: &Surrogate<'_>,
+    x: &[f64],
+    free: usize,
+    bounds: Option<(f64, f64)>,
+    confidence: f64,
+) -> Result<Inverse> {
     let (varied, variables) = (surrogate.variable_count(), condition::variables(surrogate));
     let Some(variable) = variables.get(free).filter(|_| [varied, variables.len()].contains(&x.len())) else {
         return Err(Error::input("a condition of this surrogate has another number of values").read(x.len()));
@@ -79,9 +89,11 @@ pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Op
             .help(format!("it is fitted from {low} to {high} {}", variable.unit)));
     }
     let (low, high) = (from, to);
-    let mut line = Line { surrogate, x: x.to_vec(), values: vec![0.0; surrogate.point_count()], free };
+    let points = surrogate.point_count();
+    let (values, bands) = (vec![0.0; points], vec![Band::default(); points]);
+    let mut line = Line { surrogate, x: x.to_vec(), values, bands, free, confidence };
     line.x[free] = low;
-    let missing = query(surrogate, &line.x)?.outside;
+    let missing = query_at(surrogate, &line.x, confidence)?.outside;
     if !missing.is_empty() {
         return Ok(Inverse::OutsideRange(missing));
     }
@@ -91,8 +103,8 @@ pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Op
     let samples = line.samples(low, high);
     let Some(first) = samples.iter().position(|s| s.slack >= 0.0) else {
         let best = samples.iter().max_by(|a, b| a.slack.total_cmp(&b.slack)).map_or(low, |s| s.at);
-        let (slack, limit) = line.slack(best);
-        return Ok(Inverse::Nowhere { best, limit, excess: -slack, answer: query(surrogate, &line.x)? });
+        let (_, limit) = line.slack(best);
+        return Ok(Inverse::Nowhere { best, limit, excess: line.excess(limit), answer: query_at(surrogate, &line.x, confidence)? });
     };
     let resolution = RESOLUTION * (high - low);
     let smallest = match first.checked_sub(1) {
@@ -104,7 +116,7 @@ pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Op
         None => high,
     };
     line.x[free] = smallest;
-    Ok(Inverse::Found { smallest, until, answer: query(surrogate, &line.x)? })
+    Ok(Inverse::Found { smallest, until, answer: query_at(surrogate, &line.x, confidence)? })
 }
 
 #[derive(Clone, Copy)]
@@ -118,7 +130,9 @@ struct Line<'a, 'b> {
     surrogate: &'a Surrogate<'b>,
     x: Vec<f64>,
     values: Vec<f64>,
+    bands: Vec<Band>,
     free: usize,
+    confidence: f64,
 }
 
 impl Line<'_, '_> {
@@ -126,6 +140,9 @@ impl Line<'_, '_> {
     /// limit has no finite value.
     fn slack(&mut self, at: f64) -> (f64, usize) {
         self.x[self.free] = at;
+        if self.surrogate.uncertainty().is_some() {
+            return self.chance();
+        }
         if self.surrogate.evaluate(&self.x, &mut self.values).is_err() {
             return (f64::NEG_INFINITY, 0);
         }
@@ -135,6 +152,22 @@ impl Line<'_, '_> {
         };
         let slacks = (0..self.surrogate.limit_count()).map(|i| (slack(i).unwrap_or(f64::NEG_INFINITY), i));
         slacks.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0))
+    }
+
+    /// By how much the probability exceeds the one asked for. Where it is zero or one the standardised margin still tells which way
+    /// is better.
+    fn chance(&mut self) -> (f64, usize) {
+        let found = self.surrogate.assess(&self.x, None, self.confidence, &mut self.values, &mut self.bands);
+        let Ok((chance, limit)) = found.map(|chance| (chance, chance.binding.unwrap_or(0))) else { return (f64::NEG_INFINITY, 0) };
+        let own = self.surrogate.limit_chance(limit, &self.x, None, &self.values);
+        let Some(own) = own.filter(|_| chance.probability.is_finite()) else { return (f64::NEG_INFINITY, limit) };
+        let standardised = (own.maximum - own.value) / own.band.total.max(f64::MIN_POSITIVE);
+        (chance.probability - self.confidence + TIE * standardised.clamp(-1e6, 1e6), limit)
+    }
+
+    /// By how much the upper end of the band of a limit exceeds it at the present condition, in its unit.
+    fn excess(&self, limit: usize) -> f64 {
+        self.surrogate.limit_value(limit, &self.x, &self.values).map_or(f64::NAN, |own| own.high - own.maximum)
     }
 
     /// Samples in order: the scan, with the extrema between its samples that reach for the other sign.

@@ -2,23 +2,29 @@
 //! limits with their margins, the verdict, and the inverse question.
 //!
 //! ```text
-//! acceptable        value + band <= limit, for every limit
-//! not acceptable    value - band >  limit, for some limit
+//! acceptable        all limits are kept, with a probability of at least 95 % or what else is asked for
+//! not acceptable    they are kept with a probability of at most 5 %, or one minus that
 //! uncertain         otherwise, and always outside the fitted range
 //! ```
+//!
+//! Where a surrogate says nothing of what its answers leave open, value and band of its fit stand for that: acceptable where
+//! every limit is kept at the upper end of the band, not acceptable where one is broken at the lower end.
 
 pub mod batch;
+mod chances;
 pub mod columns;
 pub mod condition;
 pub mod inverse;
 pub mod record;
+pub mod stated;
 pub mod stream;
+pub mod update;
 
 pub use coldplate_runtime::{Acceptability, LimitKind, Surrogate};
 pub use condition::condition;
 pub use inverse::{Inverse, free, free_within};
 
-use coldplate_runtime::Indices;
+use coldplate_runtime::{Band, CONFIDENCE, Indices, NINETY_FIVE};
 use serde::Serialize;
 
 use super::fit::model::Held;
@@ -37,6 +43,25 @@ pub struct Temperature {
     pub low: f64,
     /// Upper end of the band.
     pub high: f64,
+    /// What the band is made of, where the surrogate says what its answers leave open.
+    pub parts: Option<BandParts>,
+}
+
+/// What the half width of a 95 % band is made of; each is that of a band by this part alone.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct BandParts {
+    /// Of the function that was fitted to the solver's results.
+    pub fit: f64,
+    /// Of the machine's parameters.
+    pub parameters: f64,
+    /// Of what the model misses.
+    pub misses: f64,
+}
+
+impl From<Band> for BandParts {
+    fn from(band: Band) -> Self {
+        Self { fit: NINETY_FIVE * band.fit, parameters: NINETY_FIVE * band.parameters, misses: NINETY_FIVE * band.misses }
+    }
 }
 
 /// A limit at one condition.
@@ -56,6 +81,9 @@ pub struct LimitAnswer {
     pub limit: f64,
     /// `limit - value`: positive where the limit is kept.
     pub margin: f64,
+    /// Probability that it is kept, where the surrogate says what its answers leave open.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
     /// What this limit alone says, inside the fitted range.
     #[serde(skip)]
     pub state: Acceptability,
@@ -96,6 +124,47 @@ pub struct Answer {
     pub in_domain: bool,
     /// The variables that do not.
     pub outside: Vec<Outside>,
+    /// What its probability rests on, where the surrogate says what its answers leave open.
+    pub chance: Option<ChanceAnswer>,
+}
+
+/// The probability of a verdict, and what decides it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChanceAnswer {
+    /// Probability that all limits are kept together.
+    pub probability: f64,
+    /// The probability that was asked for.
+    pub confidence: f64,
+    /// What the variance of the limit that decides is made of, the largest share first: parameters, the fit, and what the model
+    /// misses.
+    pub deciding: Vec<Share>,
+    /// The point whose reading at this condition would tell most about that limit, where anything would.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub would_settle: Option<Settling>,
+}
+
+/// A share of a variance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Share {
+    /// Key of a parameter, name of a factor, `fit`, or `what the model misses`.
+    pub name: String,
+    /// Its share; shares of correlated parameters may be negative.
+    pub share: f64,
+    /// Whether its deviation is assumed, since the machine file says nothing of it.
+    pub is_assumed: bool,
+}
+
+/// A reading that would tell much.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Settling {
+    /// The point.
+    pub point: String,
+    /// Standard deviation of the instrument that is assumed.
+    pub deviation: f64,
+    /// Unit of that.
+    pub unit: String,
+    /// Share of the limit's variance that it would take away.
+    pub share: f64,
 }
 
 impl Answer {
@@ -111,22 +180,46 @@ impl Answer {
 /// # Errors
 /// If `x` has another number of values than there are variables, with or without the held ones.
 pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<Answer> {
+    query_at(surrogate, x, CONFIDENCE)
+}
+
+/// The same with a verdict at another confidence than 95 %, between one half and one; a surrogate that says nothing of what its
+/// answers leave open knows no other.
+///
+/// # Errors
+/// As [`query`].
+pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result<Answer> {
     let mut values = vec![0.0; surrogate.point_count()];
     let (x, stated) = split(surrogate, x);
     let outside = outside(surrogate, x, stated);
-    let mut verdict = surrogate
-        .query(x, &mut values)
-        .map_err(|e| Error::input(format!("a condition of this surrogate has {} values", e.expected)).read(e.found))?;
-    let temperatures = surrogate.points().zip(&values).map(|(point, value)| Temperature {
-        name: point.name.to_owned(),
-        unit: point.unit.to_owned(),
-        value: *value,
-        low: value - point.half_width,
-        high: value + point.half_width,
+    let wrong = |e: coldplate_runtime::ShapeError| {
+        Error::input(format!("a condition of this surrogate has {} values", e.expected)).read(e.found)
+    };
+    let mut verdict = surrogate.query(x, &mut values).map_err(wrong)?;
+    let mut bands = vec![Band::default(); values.len()];
+    let mut chance = None;
+    if surrogate.uncertainty().is_some() {
+        let found = surrogate.assess(x, None, confidence, &mut values, &mut bands).map_err(wrong)?;
+        verdict.state = found.state;
+        chance = Some(chances::explain(surrogate, x, &values, found, confidence));
+    }
+    let is_open = chance.is_some();
+    let temperatures = surrogate.points().zip(&values).zip(&bands).map(|((point, value), band)| {
+        let half = if is_open { band.half_width() } else { point.half_width };
+        Temperature {
+            name: point.name.to_owned(),
+            unit: point.unit.to_owned(),
+            value: *value,
+            low: value - half,
+            high: value + half,
+            parts: is_open.then(|| BandParts::from(*band)),
+        }
     });
     let limits = surrogate.limits().enumerate().filter_map(|(i, limit)| {
         let at = surrogate.limit_value(i, x, &values)?;
+        let probability = surrogate.limit_chance(i, x, None, &values).filter(|_| is_open).map(|own| own.probability);
         Some(LimitAnswer {
+            probability,
             name: limit.name.to_owned(),
             unit: limit_unit(surrogate, limit.kind),
             value: at.value,
@@ -151,6 +244,7 @@ pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<Answer> {
         verdict: verdict.state,
         in_domain: verdict.in_domain,
         outside,
+        chance,
     })
 }
 

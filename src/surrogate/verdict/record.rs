@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::batch::Row;
 use super::condition;
-use super::{Acceptability, Answer, Inverse, LimitAnswer, Outside, Surrogate, Temperature};
+use super::{Acceptability, Answer, BandParts, ChanceAnswer, Inverse, LimitAnswer, Outside, Surrogate, Temperature};
 use crate::units::celsius;
 
 /// The answer at one condition.
@@ -20,6 +20,10 @@ pub struct QueryRecord {
     /// Name of the limit that decides.
     pub binding: Option<String>,
     pub in_domain: bool,
+    /// Probability that all limits are kept, the one that was asked for, and what decides it; where the surrogate says what
+    /// its answers leave open.
+    #[serde(flatten)]
+    pub chance: Option<ChanceAnswer>,
     /// Variables that were held while the surrogate was made, at the value they were held at.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub held: BTreeMap<String, ValueRecord>,
@@ -41,6 +45,9 @@ pub struct PointRecord {
     pub value: BTreeMap<String, f64>,
     pub low: f64,
     pub high: f64,
+    /// Half widths of the band by each part alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub parts: Option<BandParts>,
 }
 
 /// The smallest value of one variable that makes a condition acceptable.
@@ -110,6 +117,7 @@ impl Answer {
             limits: self.limits.clone(),
             binding: self.binding_name().map(str::to_owned),
             in_domain: self.in_domain,
+            chance: self.chance.clone(),
             held: self.held.iter().map(|held| (held.name.clone(), ValueRecord { value: held.value, unit: held.unit.clone() })).collect(),
             outside: self.outside.clone(),
             free: None,
@@ -158,6 +166,6 @@ impl PointRecord {
             "" => ("value".into(), values),
             unit => (unit.replace("°C", "degC"), values),
         };
-        Self { value: BTreeMap::from([(unit, value)]), low, high }
+        Self { value: BTreeMap::from([(unit, value)]), low, high, parts: point.parts }
     }
 }

@@ -3,18 +3,18 @@
 
 use std::io::{BufRead, Write};
 
-use coldplate_runtime::Surrogate;
+use coldplate_runtime::{CONFIDENCE, Surrogate};
 use serde::Serialize;
 use serde_json::ser::{CompactFormatter, Formatter, Serializer};
 
 use super::batch::{Batch, Lines, Piece, no_conditions};
-use super::columns::{Columns, shown};
-use super::{Acceptability, query};
+use super::columns::{Columns, Room, shown};
+use super::{Acceptability, query_at};
 use crate::error::{Error, Result};
 use crate::foundation::progress::Progress;
 
 /// What is written for each row.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Form {
     /// One JSON object with the rows under `conditions`, in place of CSV.
     pub json: bool,
@@ -22,6 +22,14 @@ pub struct Form {
     pub columns: Vec<String>,
     /// Significant digits of every number; all where there are none.
     pub digits: Option<usize>,
+    /// Probability with which verdicts are said.
+    pub confidence: f64,
+}
+
+impl Default for Form {
+    fn default() -> Self {
+        Self { json: false, columns: Vec::new(), digits: None, confidence: CONFIDENCE }
+    }
 }
 
 /// What was answered.
@@ -75,7 +83,7 @@ pub fn answer(
 ) -> Result<Tally> {
     let mut lines = Lines::new(reader);
     let batch = Batch::begin(surrogate, &mut lines, given)?;
-    let columns = Columns::new(surrogate, batch.is_labelled(), &form.columns, form.digits)?;
+    let columns = Columns::new(surrogate, batch.is_labelled(), &form.columns, form.digits, form.confidence)?;
     let mut tally = Tally::default();
     let work = |piece: &Piece| if form.json { objects(surrogate, &batch, &columns, form, piece) } else { rows(&batch, &columns, piece) };
     lines.each(work, |(text, counted)| {
@@ -104,10 +112,10 @@ pub fn answer(
 }
 
 fn rows(batch: &Batch<'_>, columns: &Columns<'_>, piece: &Piece) -> Result<(Vec<u8>, Tally)> {
-    let (mut text, mut values, mut tally) = (String::new(), Vec::new(), Tally::default());
+    let (mut text, mut room, mut tally) = (String::new(), Room::default(), Tally::default());
     for row in batch.rows(piece) {
         let row = row?;
-        let answer = columns.answer(row.label.as_deref(), &row.condition, &mut values);
+        let answer = columns.answer(row.label.as_deref(), &row.condition, &mut room);
         columns.csv(&answer, &mut text);
         tally.add(answer.verdict);
     }
@@ -115,18 +123,18 @@ fn rows(batch: &Batch<'_>, columns: &Columns<'_>, piece: &Piece) -> Result<(Vec<
 }
 
 fn objects(surrogate: &Surrogate<'_>, batch: &Batch<'_>, columns: &Columns<'_>, form: &Form, piece: &Piece) -> Result<(Vec<u8>, Tally)> {
-    let (mut text, mut values, mut tally) = (Vec::new(), Vec::new(), Tally::default());
+    let (mut text, mut room, mut tally) = (Vec::new(), Room::default(), Tally::default());
     for row in batch.rows(piece) {
         let row = row?;
         if tally.rows > 0 {
             text.extend(b",\n");
         }
         if form.columns.is_empty() {
-            let answer = query(surrogate, &row.condition)?;
+            let answer = query_at(surrogate, &row.condition, form.confidence)?;
             put(&answer.record_of_row(surrogate, &row), form.digits, &mut text)?;
             tally.add(answer.verdict);
         } else {
-            let answer = columns.answer(row.label.as_deref(), &row.condition, &mut values);
+            let answer = columns.answer(row.label.as_deref(), &row.condition, &mut room);
             put(&columns.object(&answer), form.digits, &mut text)?;
             tally.add(answer.verdict);
         }

@@ -9,6 +9,7 @@ pub(super) mod heat;
 pub(super) mod joints;
 pub(super) mod outputs;
 pub(super) mod radiation;
+pub(super) mod uncertain;
 
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
 use crate::units::Dimension;
@@ -72,6 +73,9 @@ pub const SCHEMA: Table = Table {
         Key::new("limit", Form::Named(&outputs::LIMIT), "what is acceptable").also(&["limits"]),
         Key::new("measurement", Form::Named(&outputs::MEASUREMENT), "measured states to print beside the prediction")
             .also(&["measurements"]),
+        Key::new("uncertain", Form::Named(&uncertain::FACTOR), "factors that several numbers share and that are uncertain"),
+        Key::new("correlation", Form::Tables(&uncertain::CORRELATION), "uncertain numbers that deviate together"),
+        Key::new("model_error", Form::Table(&uncertain::MODEL_ERROR), "what the model misses"),
     ]],
     one_of: &[],
 };

@@ -1,0 +1,205 @@
+//! The further sections of a file: what they hold, and every check of it.
+
+use crate::assess::Band;
+use crate::bytes::{Numbers, part, u16_at, u32_at};
+use crate::format::*;
+use crate::open::{Checked, OpenError, check_name, ensure, records, within};
+use crate::surrogate::{Held, Surrogate};
+use crate::uncertain::{Scale, Uncertainty, packed};
+
+/// What the further sections hold.
+#[derive(Default)]
+pub(crate) struct Further<'a> {
+    pub(crate) held: &'a [[u8; MEDIUM_RECORD]],
+    /// Names and units of the held variables.
+    pub(crate) held_text: &'a str,
+    pub(crate) uncertainty: Option<Uncertainty<'a>>,
+}
+
+impl<'a> Further<'a> {
+    /// The `count` sections in `rest`, which ends at byte `end` of the file: tags rise, contents begin at multiples of eight.
+    /// A tag that begins with a capital letter is one that answers depend on, and refused where it is unknown; one that
+    /// begins with a small letter may be passed over.
+    pub(crate) fn cut(mut rest: &'a [u8], end: usize, count: usize, variables: usize, points: usize) -> Result<Self, OpenError> {
+        let mut further = Self::default();
+        let mut last = [0; 4];
+        for _ in 0..count {
+            let gap = (end - rest.len()).wrapping_neg() % 8;
+            let padding: &[[u8; 1]] = records(&mut rest, gap)?;
+            ensure(padding.iter().all(|b| b[0] == 0), OpenError::Reserved)?;
+            let (head, behind) = rest.split_first_chunk::<SECTION_HEADER>().ok_or(OpenError::Length)?;
+            let [a, b, c, d, ..] = *head;
+            let tag = [a, b, c, d];
+            ensure(tag > last && tag.iter().all(u8::is_ascii_alphabetic), OpenError::Section(tag))?;
+            last = tag;
+            let (content, behind) = behind.split_at_checked(u32_at(head, 4)).ok_or(OpenError::Length)?;
+            rest = behind;
+            match tag {
+                HELD => (further.held, further.held_text) = held(content)?,
+                UNCERTAIN => further.uncertainty = Some(uncertain(content, variables, points)?),
+                _ if tag[0].is_ascii_uppercase() => return Err(OpenError::Section(tag)),
+                _ => {}
+            }
+        }
+        ensure(rest.is_empty(), OpenError::Length)?;
+        Ok(further)
+    }
+}
+
+/// The records of the held variables, and their text.
+fn held(mut content: &[u8]) -> Result<(&[[u8; MEDIUM_RECORD]], &str), OpenError> {
+    let count: &[[u8; 8]] = records(&mut content, 1)?;
+    let count = count.first().ok_or(OpenError::Length)?;
+    within(u32_at(count, 0), 1, MAX_HELD, "held variables")?;
+    ensure(u32_at(count, 4) == 0, OpenError::Reserved)?;
+    let list = records(&mut content, u32_at(count, 0))?;
+    Ok((list, core::str::from_utf8(content).map_err(|_| OpenError::Text("text of the held variables"))?))
+}
+
+/// What the answers leave open, cut into its parts; all its numbers are finite afterwards.
+fn uncertain(mut content: &[u8], variables: usize, points: usize) -> Result<Uncertainty<'_>, OpenError> {
+    let head: &[[u8; UNCERTAIN_HEADER]] = records(&mut content, 1)?;
+    let head: &[u8; UNCERTAIN_HEADER] = head.first().ok_or(OpenError::Length)?;
+    let [parameters, terms, degree, measured] = [0, 2, 4, 6].map(|at| u16_at(head, at));
+    within(parameters, 0, MAX_PARAMETERS, "uncertain parameters")?;
+    within(terms, usize::from(parameters > 0), if parameters > 0 { MAX_SLOPE_TERMS } else { 0 }, "terms of the slopes")?;
+    within(degree, 0, MAX_DEGREE, "degree of the slopes")?;
+    within(measured, 0, MAX_MEASURED, "measured conditions")?;
+    let tests = u16_at(head, 22);
+    within(tests, 1, MAX_SELF_TESTS, "self-tests")?;
+    let is_known = match u16_at(head, 20) {
+        0 => false,
+        1 => true,
+        _ => return Err(OpenError::Reserved),
+    };
+    let transforms = part(head, 8, MAX_VARIABLES);
+    let list = records(&mut content, parameters)?;
+    let mut numbers = |count: usize| -> Result<Numbers<'_>, OpenError> {
+        let taken = Numbers(records(&mut content, count)?);
+        ensure(taken.iter().all(f64::is_finite), OpenError::Number("number of the uncertainty"))?;
+        Ok(taken)
+    };
+    let states = if is_known { parameters + points + 1 } else { 0 };
+    let values = numbers(4 * parameters)?;
+    let misses = numbers(2 * points)?;
+    let growth = numbers(1)?.at(0);
+    let measured = numbers(measured * variables)?;
+    let (mean, covariance) = (numbers(states)?, numbers(packed(states, 0))?);
+    let slopes = numbers(points * terms * parameters)?;
+    let tests = numbers(tests * points)?;
+    let exponents: &[[u8; 1]] = records(&mut content, terms * variables.div_ceil(2))?;
+    let text = core::str::from_utf8(content).map_err(|_| OpenError::Text("text of the uncertainty"))?;
+    ensure(text.len() == u32_at(head, 16), OpenError::Length)?;
+    Ok(Uncertainty {
+        records: list,
+        text,
+        values,
+        misses,
+        growth,
+        measured,
+        mean,
+        covariance,
+        transforms,
+        exponents: exponents.as_flattened(),
+        terms,
+        degree,
+        slopes,
+        tests,
+        points,
+        variables,
+    })
+}
+
+impl<'a> Surrogate<'a> {
+    pub(crate) fn check_held(&self) -> Checked {
+        let mut end = 0;
+        for (i, record) in self.held.iter().enumerate() {
+            end = check_texts(self.held_text, end, [u32_at(record, 8), u16_at(record, 12), u16_at(record, 14)], ["name of a held variable", "unit of a held variable"])?;
+            let Held { name, value, .. } = self.held_variable(record);
+            ensure(value.is_finite(), OpenError::Number("value of a held variable"))?;
+            let earlier = self.held().take(i).any(|other| other.name == name) || self.variables().any(|v| v.name == name);
+            ensure(!earlier, OpenError::Text("name of a held variable"))?;
+        }
+        ensure(end == self.held_text.len(), OpenError::Length)
+    }
+
+    /// Checks what the answers leave open, and prepares the scaling of its variables.
+    pub(crate) fn check_uncertainty(mut self) -> Result<Self, OpenError> {
+        let Some(uncertainty) = self.uncertainty else { return Ok(self) };
+        let mut end = 0;
+        for (i, record) in uncertainty.records.iter().enumerate() {
+            end = check_texts(uncertainty.text, end, [u32_at(record, 0), u16_at(record, 4), u16_at(record, 6)], ["name of a parameter", "unit of a parameter"])?;
+            ensure(record[9] <= 1 && record[10..].iter().all(|b| *b == 0), OpenError::Reserved)?;
+            let scale = Scale::from_code(record[8]).ok_or(OpenError::Transform)?;
+            let Some(parameter) = uncertainty.parameter(i) else { return Err(OpenError::Length) };
+            let earlier = uncertainty.parameters().take(i).any(|other| other.name == parameter.name)
+                || self.variables().any(|v| v.name == parameter.name)
+                || self.held().any(|held| held.name == parameter.name);
+            ensure(!earlier, OpenError::Text("name of a parameter"))?;
+            let is_ordered = parameter.low <= parameter.nominal && parameter.nominal <= parameter.high;
+            ensure(parameter.deviation > 0.0 && is_ordered, OpenError::Number("value of a parameter"))?;
+            let is_positive = parameter.low > 0.0;
+            ensure(scale == Scale::Linear || is_positive, OpenError::Number("value of a parameter"))?;
+            let ends = [parameter.standardised(parameter.low), parameter.standardised(parameter.high)];
+            ensure(ends.iter().all(|z| z.is_finite()), OpenError::Number("value of a parameter"))?;
+        }
+        ensure(end == uncertainty.text.len(), OpenError::Length)?;
+        ensure((0..self.points.len()).all(|p| uncertainty.missed(p).0 >= 0.0), OpenError::Number("error of the model"))?;
+        ensure(uncertainty.growth >= 0.0, OpenError::Number("growth of the model's error"))?;
+        check_exponents(&uncertainty)?;
+        check_covariance(&uncertainty)?;
+        ensure(uncertainty.tests.len() == self.self_tests * self.points.len(), OpenError::Length)?;
+        self.use_transforms(uncertainty.transforms)?;
+        Ok(self)
+    }
+
+    /// The bands at the conditions of the self-tests.
+    pub(crate) fn check_bands(&self, vector: usize, x: &[f64], values: &mut [f64]) -> Checked {
+        let Some(uncertainty) = self.uncertainty else { return Ok(()) };
+        let mut bands = [Band::default(); MAX_POINTS];
+        let bands = &mut bands[..self.points.len().min(MAX_POINTS)];
+        self.bands(x, None, values, bands).map_err(|_| OpenError::Length)?;
+        for (point, band) in bands.iter().enumerate() {
+            let stated = uncertainty.tests.at(vector * bands.len() + point);
+            let tolerance = SELF_TEST_TOLERANCE * stated.abs().max(1.0);
+            ensure((band.total - stated).abs() <= tolerance, OpenError::SelfTest { vector, point })?;
+        }
+        Ok(())
+    }
+}
+
+/// Name and unit of a record, which follow those of the one before; returns where they end.
+fn check_texts(text: &str, end: usize, [start, name, unit]: [usize; 3], what: [&'static str; 2]) -> Result<usize, OpenError> {
+    ensure(start == end, OpenError::Place("texts of a section"))?;
+    let whole = text.get(start..start + name + unit).filter(|whole| whole.is_char_boundary(name));
+    let (name, unit) = whole.ok_or(OpenError::Place("texts of a section"))?.split_at(name);
+    check_name(name, false).map_err(|()| OpenError::Text(what[0]))?;
+    check_name(unit, true).map_err(|()| OpenError::Text(what[1]))?;
+    Ok(start + name.len() + unit.len())
+}
+
+fn check_exponents(uncertainty: &Uncertainty<'_>) -> Checked {
+    let bytes = uncertainty.variables.div_ceil(2);
+    let mut degree = 0;
+    for term in uncertainty.exponents.chunks_exact(bytes.max(1)) {
+        let total = term.iter().map(|pair| usize::from(pair & 15) + usize::from(pair >> 4)).sum();
+        ensure(total <= MAX_DEGREE, OpenError::Degree)?;
+        let unpaired = uncertainty.variables % 2 == 1 && term.last().is_some_and(|pair| pair >> 4 != 0);
+        ensure(!unpaired, OpenError::Reserved)?;
+        degree = degree.max(total);
+    }
+    ensure(degree == uncertainty.degree, OpenError::Degree)
+}
+
+/// Variances are none negative, and no covariance is larger than they allow.
+fn check_covariance(uncertainty: &Uncertainty<'_>) -> Checked {
+    let of = |i: usize, j: usize| uncertainty.covariance.at(packed(i, j));
+    for i in 0..uncertainty.mean.len() {
+        ensure(of(i, i) >= 0.0, OpenError::Number("variance"))?;
+        for j in 0..i {
+            let most = of(i, i) * of(j, j);
+            ensure(of(i, j) * of(i, j) <= most * (1.0 + 1e-9) + 1e-18, OpenError::Number("covariance"))?;
+        }
+    }
+    Ok(())
+}

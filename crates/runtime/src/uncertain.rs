@@ -1,0 +1,298 @@
+//! What a surrogate's answers leave open: its uncertain parameters, the slopes of every point with respect to them, and what
+//! the model misses.
+//!
+//! All of it is said in *states*, which are standard normal as long as nothing is known of them: one per parameter, one per
+//! point (what the model misses there alone), and one for what it misses at all points together. The value of point i at
+//! condition x is
+//!
+//! ```text
+//! f_i(x) + sum over parameters k of  J_ik(x) z_k  +  own_i b_i  +  common_i s
+//! ```
+//!
+//! with the fitted function f, its error, and an error that grows with the distance from the measured conditions.
+
+use crate::bytes::{Numbers, part, u16_at, u32_at};
+use crate::evaluate::{monomials, pick};
+use crate::format::{MAX_PARAMETERS, MAX_SLOPE_TERMS, MAX_VARIABLES, MEDIUM_RECORD};
+use crate::math::{exp_minus, ln, sqrt};
+use crate::surrogate::{Indices, Polynomial, Surrogate, Transform};
+
+/// How a parameter's value follows from its standardised deviation z.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scale {
+    /// value = nominal + deviation z
+    Linear,
+    /// value = nominal exp(deviation z / nominal)
+    Log,
+    /// value = nominal / (1 - deviation z / nominal): what acts as a resistance, as contacts and films do
+    Reciprocal,
+}
+
+impl Scale {
+    pub(crate) fn from_code(code: u8) -> Option<Self> {
+        match code {
+            0 => Some(Self::Linear),
+            1 => Some(Self::Log),
+            2 => Some(Self::Reciprocal),
+            _ => None,
+        }
+    }
+}
+
+/// Where the uncertainty of a parameter was taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// The machine file states it.
+    Stated,
+    /// Nothing was stated: what every such model leaves open.
+    Assumed,
+}
+
+/// An uncertain parameter of the machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter<'a> {
+    /// Its key in the machine file, or the name of a factor that several share.
+    pub name: &'a str,
+    /// Unit of its values.
+    pub unit: &'a str,
+    /// The value the surrogate was made with.
+    pub nominal: f64,
+    /// Its standard deviation, to first order.
+    pub deviation: f64,
+    /// Smallest value that may be stated for it.
+    pub low: f64,
+    /// Largest value that may be stated for it.
+    pub high: f64,
+    /// How it enters.
+    pub scale: Scale,
+    /// Where its deviation is from.
+    pub origin: Origin,
+}
+
+impl Parameter<'_> {
+    /// The standardised deviation z at which it has this value; not finite for values it cannot have.
+    #[must_use]
+    pub fn standardised(&self, value: f64) -> f64 {
+        let share = self.deviation / self.nominal;
+        match self.scale {
+            Scale::Linear => (value - self.nominal) / self.deviation,
+            Scale::Log => ln(value / self.nominal) / share,
+            Scale::Reciprocal => (1.0 - self.nominal / value) / share,
+        }
+    }
+
+    /// Its value at a standardised deviation.
+    #[must_use]
+    pub fn value(&self, z: f64) -> f64 {
+        let change = self.deviation / self.nominal * z;
+        match self.scale {
+            Scale::Linear => self.nominal + self.deviation * z,
+            Scale::Log => self.nominal * if change < 0.0 { exp_minus(-change) } else { 1.0 / exp_minus(change) },
+            Scale::Reciprocal => self.nominal / (1.0 - change),
+        }
+    }
+}
+
+/// The section of a file that says what its answers leave open.
+#[derive(Debug, Clone, Copy)]
+pub struct Uncertainty<'a> {
+    pub(crate) records: &'a [[u8; MEDIUM_RECORD]],
+    pub(crate) text: &'a str,
+    /// Nominal value, deviation, low and high of each parameter.
+    pub(crate) values: Numbers<'a>,
+    /// What the model misses at each point: of its own and in common with the others, as standard deviations.
+    pub(crate) misses: Numbers<'a>,
+    /// Standard deviation that is added per unit of distance from the measured conditions, as a share of the above.
+    pub(crate) growth: f64,
+    /// Conditions at which the model was compared with measurements, in the variables' units.
+    pub(crate) measured: Numbers<'a>,
+    /// Mean of every state and packed lower triangle of their covariance; empty where nothing is known of them.
+    pub(crate) mean: Numbers<'a>,
+    pub(crate) covariance: Numbers<'a>,
+    pub(crate) transforms: &'a [u8],
+    pub(crate) exponents: &'a [u8],
+    pub(crate) terms: usize,
+    pub(crate) degree: usize,
+    /// Point by point, term by term, one coefficient per parameter, in the point's unit per standard deviation.
+    pub(crate) slopes: Numbers<'a>,
+    /// The standard deviation of every point at the conditions of the self-tests.
+    pub(crate) tests: Numbers<'a>,
+    pub(crate) points: usize,
+    pub(crate) variables: usize,
+}
+
+impl<'a> Uncertainty<'a> {
+    /// How many uncertain parameters.
+    #[must_use]
+    pub fn parameter_count(&self) -> usize {
+        self.records.len()
+    }
+
+    /// Parameter `index`.
+    #[must_use]
+    pub fn parameter(&self, index: usize) -> Option<Parameter<'a>> {
+        let record = self.records.get(index)?;
+        let (start, name, unit) = (u32_at(record, 0), u16_at(record, 4), u16_at(record, 6));
+        let text = |from: usize, length: usize| from.checked_add(length).and_then(|end| self.text.get(from..end)).unwrap_or("");
+        let [nominal, deviation, low, high] = [0, 1, 2, 3].map(|k| self.values.at(4 * index + k));
+        Some(Parameter {
+            name: text(start, name),
+            unit: text(start.saturating_add(name), unit),
+            nominal,
+            deviation,
+            low,
+            high,
+            scale: Scale::from_code(record[8]).unwrap_or(Scale::Linear),
+            origin: if record[9] == 0 { Origin::Stated } else { Origin::Assumed },
+        })
+    }
+
+    /// The parameters, in the order of the states.
+    pub fn parameters(&self) -> impl Iterator<Item = Parameter<'a>> + '_ {
+        (0..self.records.len()).filter_map(|i| self.parameter(i))
+    }
+
+    /// How many points the slopes are of.
+    #[must_use]
+    pub fn point_count(&self) -> usize {
+        self.points
+    }
+
+    /// How many variables the slopes are functions of.
+    #[must_use]
+    pub fn variable_count(&self) -> usize {
+        self.variables
+    }
+
+    /// How many terms the slopes have.
+    #[must_use]
+    pub fn terms(&self) -> usize {
+        self.terms
+    }
+
+    /// Exponent of a variable in a term of the slopes; zero where there is no such term or variable.
+    #[must_use]
+    pub fn exponent(&self, term: usize, variable: usize) -> u8 {
+        self.polynomial().exponent(term, variable)
+    }
+
+    /// How variable `index` enters the slopes.
+    #[must_use]
+    pub fn transform(&self, index: usize) -> Transform {
+        self.polynomial().transform(index)
+    }
+
+    /// Coefficient of a term of a point's slope along a parameter, in the point's unit per standard deviation; zero where there is
+    /// none.
+    #[must_use]
+    pub fn slope_coefficient(&self, point: usize, term: usize, parameter: usize) -> f64 {
+        let parameters = self.records.len();
+        let exists = point < self.points && term < self.terms && parameter < parameters;
+        if exists { self.slopes.at((point * self.terms + term) * parameters + parameter) } else { 0.0 }
+    }
+
+    /// How much more the model misses per half of a fitted range away from the mean of the measured conditions, as a share.
+    #[must_use]
+    pub fn growth(&self) -> f64 {
+        self.growth
+    }
+
+    /// The conditions at which the model was compared with measurements, one value per variable each.
+    pub fn measured(&self) -> impl Iterator<Item = Numbers<'a>> + '_ {
+        (0..self.measured.len() / self.variables.max(1)).map(|i| self.measured.part(i * self.variables, self.variables))
+    }
+
+    /// Mean of the states and packed lower triangle of their covariance, where anything is known of them beyond their standard
+    /// deviations.
+    #[must_use]
+    pub fn known(&self) -> Option<(Numbers<'a>, Numbers<'a>)> {
+        if self.mean.is_empty() { None } else { Some((self.mean, self.covariance)) }
+    }
+
+    pub(crate) fn polynomial(&self) -> Polynomial<'a> {
+        Polynomial {
+            transforms: self.transforms,
+            points: Indices(&[]),
+            exponents: self.exponents,
+            coefficients: Numbers(&[]),
+            terms: self.terms,
+            degree: self.degree,
+        }
+    }
+
+    /// Coefficient of a term in what the mean of the parameters adds to a point.
+    pub(crate) fn shift(&self, point: usize, term: usize) -> f64 {
+        (0..self.records.len()).map(|k| self.slope_coefficient(point, term, k) * self.mean.at(k)).sum()
+    }
+
+    /// How many states there are: one per parameter, one per point, one for all points.
+    #[must_use]
+    pub fn states(&self) -> usize {
+        self.records.len() + self.points + 1
+    }
+
+    /// How many entries the packed covariance of the states has.
+    #[must_use]
+    pub fn covariances(&self) -> usize {
+        packed(self.states(), 0)
+    }
+
+    /// How far a condition is from the mean of those that were measured, in halves of the fitted ranges; zero where no measured
+    /// condition is known.
+    pub(crate) fn distance(&self, surrogate: &Surrogate<'_>, x: &[f64]) -> f64 {
+        let rows = self.measured.len() / self.variables.max(1);
+        if rows == 0 {
+            return 0.0;
+        }
+        let mut square = 0.0;
+        for (v, x) in x.iter().enumerate().take(self.variables) {
+            let half = 0.5 * (surrogate.high(v) - surrogate.low(v));
+            let mean = (0..rows).map(|row| self.measured.at(row * self.variables + v)).sum::<f64>() / rows as f64;
+            let d = if half > 0.0 { (x - mean) / half } else { 0.0 };
+            square += d * d;
+        }
+        sqrt(square)
+    }
+
+    /// The monomials of the slopes at a condition.
+    pub(crate) fn monomials(&self, surrogate: &Surrogate<'_>, x: &[f64]) -> Monomials {
+        let mut all = Monomials { values: [0.0; MAX_SLOPE_TERMS], count: self.terms.min(MAX_SLOPE_TERMS) };
+        let polynomial = self.polynomial();
+        let u = pick(self.transforms, &surrogate.scale(x));
+        monomials(&polynomial, &u[..x.len().min(MAX_VARIABLES)], 0, &mut all.values[..all.count]);
+        all
+    }
+
+    /// Adds `weight` times the slopes of a point to `slopes`.
+    pub(crate) fn add_slopes(&self, monomials: &Monomials, point: usize, weight: f64, slopes: &mut [f64; MAX_PARAMETERS]) {
+        let parameters = self.records.len();
+        let table = part(self.slopes.0, point * self.terms * parameters, self.terms * parameters);
+        if parameters == 0 {
+            return;
+        }
+        for (monomial, row) in monomials.values[..monomials.count].iter().zip(table.chunks_exact(parameters)) {
+            let factor = weight * monomial;
+            for (slope, entry) in slopes.iter_mut().zip(row) {
+                *slope += factor * f64::from_le_bytes(*entry);
+            }
+        }
+    }
+
+    /// What the model misses at a point, of its own and in common with all points: standard deviations in the point's unit; zero
+    /// where there is no such point.
+    #[must_use]
+    pub fn missed(&self, point: usize) -> (f64, f64) {
+        (self.misses.at(2 * point), self.misses.at(2 * point + 1))
+    }
+}
+
+/// Monomials of the slopes at one condition.
+pub(crate) struct Monomials {
+    values: [f64; MAX_SLOPE_TERMS],
+    count: usize,
+}
+
+/// Place of the entry (i, j), j at most i, in a packed lower triangle.
+pub(crate) fn packed(i: usize, j: usize) -> usize {
+    i * (i + 1) / 2 + j
+}

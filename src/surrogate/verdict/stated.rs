@@ -1,0 +1,68 @@
+//! The same surrogate for a machine of which more is known: parameters that are stated, or learnt from readings.
+
+use coldplate_runtime::{Belief, Parameter, Surrogate, Variable};
+
+use super::condition;
+use crate::error::{Error, Result};
+use crate::surrogate::fit::file;
+use crate::surrogate::fit::uncertain::States;
+
+/// Whether a name is that of an uncertain parameter of a surrogate.
+pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
+    surrogate.uncertainty().is_some_and(|own| own.parameters().any(|p| p.name == name))
+}
+
+/// The surrogate file of the machine whose parameters have these values (name and text with its unit).
+///
+/// # Errors
+/// A name that is no parameter of the surrogate; a value without its unit, or outside the range in which it may be stated.
+pub fn with_stated(bytes: &[u8], stated: &[(String, String)]) -> Result<Vec<u8>> {
+    let opened = file::open(bytes)?;
+    let Some(uncertainty) = opened.uncertainty() else {
+        return Err(Error::input("this surrogate has no parameters: it says nothing of what its answers leave open"));
+    };
+    learnt(bytes, |belief, work| {
+        for (name, text) in stated {
+            let found = uncertainty.parameters().enumerate().find(|(_, p)| p.name == name);
+            let (index, parameter) = found.ok_or_else(|| {
+                let known: Vec<&str> = uncertainty.parameters().map(|p| p.name).collect();
+                Error::input(format!("'{name}' is no parameter of this surrogate")).at_key(name).help(format!("it has {}", known.join(", ")))
+            })?;
+            let z = parameter.standardised(value(&parameter, text).map_err(|e| e.at_key(name))?);
+            belief.know(index, z, work).map_err(|e| Error::numerics(e.to_string()))?;
+        }
+        Ok(())
+    })
+}
+
+/// The surrogate file with what `learn` makes of the states, which gets what is known of them and room to work in.
+///
+/// # Errors
+/// Bytes that are no surrogate file, or one without uncertainty; as `learn`.
+pub fn learnt(bytes: &[u8], learn: impl FnOnce(&mut Belief<'_>, &mut [f64]) -> Result<()>) -> Result<Vec<u8>> {
+    let opened = file::open(bytes)?;
+    let Some(uncertainty) = opened.uncertainty() else {
+        return Err(Error::input("this surrogate says nothing of what its answers leave open, so nothing can be learnt of it")
+            .help("sweep its machine and fit anew: `coldplate run SWEEP.toml`"));
+    };
+    let (mut mean, mut covariance) = (vec![0.0; uncertainty.states()], vec![0.0; uncertainty.covariances()]);
+    let mut work = vec![0.0; uncertainty.states()];
+    let wrong = |e: coldplate_runtime::ShapeError| Error::numerics(e.to_string());
+    let mut belief = Belief::begin(&uncertainty, &mut mean, &mut covariance).map_err(wrong)?;
+    learn(&mut belief, &mut work)?;
+    let mut surrogate = file::decode(bytes)?;
+    if let Some(own) = &mut surrogate.uncertainty {
+        own.states = Some(States { mean, covariance });
+    }
+    file::encode(&surrogate)
+}
+
+fn value(parameter: &Parameter<'_>, text: &str) -> Result<f64> {
+    let Parameter { name, unit, low, high, .. } = *parameter;
+    let value = condition::value_of(&Variable { name, unit, low, high }, text)?;
+    if (low..=high).contains(&value) {
+        return Ok(value);
+    }
+    let range = format!("it may be stated from {low:.6} to {high:.6} {unit}, where the slopes of this surrogate hold");
+    Err(Error::input("this value is too far from that of the machine").read(text).help(range))
+}
