@@ -137,7 +137,7 @@ pub fn draw(seed: u64) -> Drawn {
     let stated = uncertainty(Unkindness::stated(&unkind));
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.seed) = (stated, seed);
-    let problem = problem.cleared().expect("the machine as it is").thinned();
+    let problem = problem.cleared().expect("the machine as it is").thinned().timed().expect("a machine with a time");
     // Shifts of the readings that are left.
     let at = |(r, k): &(usize, usize)| {
         let row = &problem.data.rows[*r];

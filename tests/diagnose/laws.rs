@@ -10,6 +10,9 @@ use coldplate::foundation::progress::Silent;
 use coldplate::foundation::random::Random;
 use coldplate::solve::sensitivity::Study;
 
+use super::hidden::Hidden;
+use super::twin::SMALL;
+
 /// A winding and a housing in a room; what drives them is a load, and a valve that opens.
 const MACHINE: &str = r#"
 name = "Winding and housing"
@@ -142,4 +145,58 @@ fn no_threshold_by_one_row() {
     let lowest = (0..5).min_by(|a, b| data.rows[*a].condition.si()[load].total_cmp(&data.rows[*b].condition.si()[load])).unwrap();
     data.rows.push(Row { test: "again".into(), ..data.rows[lowest].clone() });
     assert_eq!(thresholds(&data), [0, 1, 2]);
+}
+
+/// What is found of 9 W at full speed in the gear that follow a power of the speed, on another mesh: the law in words, and the interval
+/// of its exponent.
+fn power_of_the_speed(exponent: f64, seed: u64) -> (String, Option<(f64, f64)>) {
+    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let heat = format!("{{ in = [\"gear\"], power = \"9 * (motor_speed_rpm / 2500)^{exponent}\" }}");
+    let lines = [("source.hidden", heat.as_str())];
+    let conditions = Hidden::conditions(&machine, 16, seed, &[]);
+    let found =
+        diagnose(&Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions, seed: seed + 1 }.problem(), &Silent).unwrap();
+    for e in found.explanations.iter().take(5) {
+        println!("{exponent}: {:.3} {:.1} {}", e.probability, e.deviance, e.causes.iter().map(sentence).collect::<Vec<_>>().join("; "));
+    }
+    let cause = &found.explanations[0].causes[0];
+    assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell));
+    assert_eq!(cause.hypothesis.place, "gear");
+    let number = cause.hypothesis.number.as_ref();
+    if number.is_some() {
+        assert!(found.sets.as_ref().is_some_and(|sets| sets[0].1.contains(")^")), "{:?}", found.sets);
+    }
+    (cause.hypothesis.law_words(), number.map(|n| (n.low, n.high)))
+}
+
+/// A power without a name is found as a number with its interval.
+#[test]
+fn powers_without_a_name() {
+    for (exponent, seed) in [(1.5, 61), (0.6, 63)] {
+        let (words, interval) = power_of_the_speed(exponent, seed);
+        let (low, high) = interval.unwrap_or_else(|| panic!("{exponent}: {words}"));
+        assert!(words.starts_with("in proportion to motor_speed^") && words.ends_with(')'), "{words}");
+        assert!(low < exponent && exponent < high && high - low < 0.8, "{exponent}: {low} to {high}");
+    }
+}
+
+/// One that has a name keeps it.
+#[test]
+fn powers_with_a_name() {
+    for (exponent, seed, words) in
+        [(1.0, 65, "in proportion to the motor speed"), (2.0, 67, "with the square of the motor speed"), (0.0, 69, "constant")]
+    {
+        let (found, interval) = power_of_the_speed(exponent, seed);
+        assert_eq!((found.as_str(), interval), (words, None));
+    }
+}
+
+/// A power of a variable that the file declares.
+#[test]
+fn a_power_of_a_load() {
+    let (verdict, place, law, sets) = named(&[("source.hidden", "{ in = \"housing\", power = \"20 * (load_W / 10)^1.5\" }")], 5);
+    assert!(matches!(verdict, Verdict::Explained | Verdict::CannotTell));
+    assert_eq!(place, "housing");
+    assert!(law.starts_with("in proportion to load^1."), "{law}");
+    assert!(sets[0].1.contains("(load_W / "), "{sets:?}");
 }

@@ -97,7 +97,11 @@ fn conditions(study: &Study, test: usize, time: f64) -> Condition {
         (1, _) => ("7 L/min", "1800 rpm"),
         _ => ("6 L/min", "2200 rpm"),
     };
-    study.model.machine.condition(&[("coolant_flow", flow), ("motor_speed", speed)]).unwrap()
+    let machine = &study.model.machine;
+    let time = format!("{time} s");
+    let mut given = vec![("coolant_flow", flow), ("motor_speed", speed)];
+    given.extend(machine.variables.iter().any(|v| v.name == "time").then_some(("time", time.as_str())));
+    machine.condition(&given).unwrap()
 }
 
 /// Three logs of 1 h 20 min, `each` seconds between rows; a change of condition takes one second.
@@ -126,14 +130,20 @@ pub fn table(rows: Vec<Row>, study: &Study) -> Data {
     Data { source: "a twin".into(), sensors: (0..4).collect(), names, rows, notes: Vec::new() }
 }
 
-struct Hidden {
-    lines: Vec<(String, String)>,
+/// Error of a sensor, K, at a time, s.
+pub type Error = fn(f64) -> f64;
+
+#[derive(Default)]
+pub struct Hidden {
+    pub lines: Vec<(String, String)>,
     /// Sensor and time constant, s.
-    lag: Option<(usize, f64)>,
+    pub lag: Option<(usize, f64)>,
+    /// Sensor and its error.
+    pub error: Option<(usize, Error)>,
 }
 
 /// What the program finds where the truth has other cells, other films, heats and capacities, and what is hidden.
-fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
+pub fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
     let mut random = Random::new(seed.wrapping_mul(104_729).wrapping_add(7));
     let model = study(CELLS, &[]);
     let machine = &model.model.machine;
@@ -172,7 +182,8 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
             };
             shown = Some((row.test.clone(), time, true_value, value));
             if let Some(own) = coarse.rows.iter_mut().find(|r| r.test == row.test && r.time == row.time) {
-                own.readings[k] = Some(value + bias[k] + 0.05 * random.normal());
+                let error = hidden.error.filter(|(sensor, _)| *sensor == k).map_or(0.0, |(_, error)| error(time));
+                own.readings[k] = Some(value + error + bias[k] + 0.05 * random.normal());
             }
         }
     }
@@ -187,10 +198,10 @@ fn found(seed: u64, hidden: &Hidden) -> Diagnosis {
     };
     let mut problem = Problem::new(model, coarse);
     (problem.uncertainty, problem.seed) = (uncertainty, seed);
-    diagnose(&problem, &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"))
+    diagnose(&problem.timed().unwrap(), &Silent).unwrap_or_else(|e| panic!("seed {seed}: {e}"))
 }
 
-fn told(seed: u64, found: &Diagnosis) -> String {
+pub fn told(seed: u64, found: &Diagnosis) -> String {
     let best = found.explanations.iter().take(2).map(|e| {
         let parts: Vec<_> = e.causes.iter().map(|p| (p.hypothesis.kind(), p.hypothesis.place.clone(), p.amplitude, p.deviation)).collect();
         (e.probability, e.misfit, parts)
@@ -201,7 +212,7 @@ fn told(seed: u64, found: &Diagnosis) -> String {
 }
 
 /// The first explanation is this cause alone, and nearly all of the probability is with explanations that hold it.
-fn is_named(found: &Diagnosis, kind: &str, place: &str) -> bool {
+pub fn is_named(found: &Diagnosis, kind: &str, place: &str) -> bool {
     let is_this = |p: &coldplate::evidence::diagnose::Cause| p.hypothesis.kind() == kind && p.hypothesis.place == place;
     let with: f64 = found.explanations.iter().filter(|e| e.causes.iter().any(is_this)).map(|e| e.probability).sum();
     let first = &found.explanations[0];
@@ -211,7 +222,7 @@ fn is_named(found: &Diagnosis, kind: &str, place: &str) -> bool {
 #[test]
 fn silence_on_clean_logs() {
     for seed in 1..=24 {
-        let found = found(seed, &Hidden { lines: Vec::new(), lag: None });
+        let found = found(seed, &Hidden::default());
         println!("{}", told(seed, &found));
         assert_eq!(found.verdict, Verdict::Consistent, "{}", told(seed, &found));
     }
@@ -222,7 +233,7 @@ fn a_wrong_heat_capacity() {
     for (seed, factor) in [(11, 1.5), (12, 0.65), (13, 1.35)] {
         // What the motor stores: 0.96 L of 7400 kg/m3 and 440 J/(kg K).
         let line = ("material.\"wound iron\".specific_heat".to_string(), format!("\"{} J/(kg K)\"", 440.0 * factor));
-        let found = found(seed, &Hidden { lines: vec![line], lag: None });
+        let found = found(seed, &Hidden { lines: vec![line], ..Hidden::default() });
         println!("{}", told(seed, &found));
         assert!(is_named(&found, "heat capacity", "motor"), "{}", told(seed, &found));
         let part = found.explanations[0].causes.iter().find(|p| p.hypothesis.kind() == "heat capacity").unwrap();
@@ -236,7 +247,7 @@ fn a_wrong_heat_capacity() {
 #[test]
 fn a_slow_sensor() {
     for (seed, lag) in [(21, 90.0), (22, 150.0)] {
-        let found = found(seed, &Hidden { lines: Vec::new(), lag: Some((0, lag)) });
+        let found = found(seed, &Hidden { lag: Some((0, lag)), ..Hidden::default() });
         println!("{}", told(seed, &found));
         assert!(is_named(&found, "sensor lag", "motor"), "{}", told(seed, &found));
         let part = found.explanations[0].causes.iter().find(|p| p.hypothesis.kind() == "sensor lag").unwrap();
@@ -264,7 +275,7 @@ fn a_worse_contact_a_leak_and_a_heat() {
         (33, "heat source", "motor", 8.0, vec![line("source.hidden", "{ in = [\"motor\"], power = \"8 W\" }")]),
     ];
     for (seed, kind, place, amplitude, lines) in cases {
-        let found = found(seed, &Hidden { lines, lag: None });
+        let found = found(seed, &Hidden { lines, ..Hidden::default() });
         println!("{}", told(seed, &found));
         assert!(is_named(&found, kind, place), "{}", told(seed, &found));
         let part = &found.explanations[0].causes[0];

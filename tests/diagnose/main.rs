@@ -12,6 +12,7 @@ mod kinds;
 mod laws;
 mod logs;
 mod next;
+mod over_time;
 mod pipe;
 mod refused;
 #[allow(dead_code)] // the benchmark uses all of it

@@ -118,6 +118,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             out.note(&format!("note: {} of {rows} rows are looked at; --every-row takes all", problem.data.rows.len()));
         }
     }
+    problem = problem.timed()?;
     let found = diagnosis::examine(&problem, &path, args.surrogate.as_deref(), &out.progress())?;
     // Everything is made before anything is written.
     let report = args.report.as_ref().map(|_| found.report()).transpose()?;

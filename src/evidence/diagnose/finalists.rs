@@ -20,6 +20,8 @@ use crate::foundation::progress::Progress;
 const FINALISTS: usize = 6;
 /// Least probability of a finalist, once there is one.
 const LEAST: f64 = 3e-3;
+/// The same beside them of causes by laws that are looked for only where something is wrong.
+const RARE_FINALISTS: usize = 2;
 /// A cause that takes away more than this share of the misfit that the best one takes looks like it, and how many such are fitted.
 const ALIKE: f64 = 0.97;
 const MOST_ALIKE: usize = 3;
@@ -40,6 +42,7 @@ const BEHIND_SHARE: f64 = 0.5;
 const ROUNDS: usize = 2;
 
 /// What fitting needs.
+#[derive(Clone)]
 pub struct Finalists<'a> {
     /// Machine and data.
     pub problem: &'a Problem,
@@ -79,6 +82,21 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// The same with an explanation fitted anew.
+    pub fn with(mut self, entry: Entry) -> Self {
+        self.fitted.retain(|(members, _)| *members != entry.0);
+        self.fitted.push(entry);
+        self
+    }
+
+    /// The same without an explanation.
+    pub fn without(mut self, members: &[usize]) -> Self {
+        self.fitted.retain(|(own, _)| own != members);
+        self.posterior.candidates.retain(|c| c.members != members);
+        self.posterior.normalise();
+        self
+    }
+
     /// The fit of the most probable explanation, where it was fitted.
     pub fn leading(&self) -> Option<&Entry> {
         let leading = self.posterior.candidates.first()?;
@@ -199,7 +217,10 @@ impl Finalists<'_> {
     fn settle(&self, now: &mut Outcome, view: &Comparison) {
         for _ in 0..MOST_TURNS {
             let is_open = |c: &&Candidate| c.probability > LEAST && !now.fitted.iter().any(|(m, _)| *m == c.members);
-            let open: Vec<Candidate> = now.posterior.candidates.iter().take(FINALISTS).filter(is_open).cloned().collect();
+            let (rare, usual): (Vec<&Candidate>, Vec<&Candidate>) =
+                now.posterior.candidates.iter().partition(|c| has_rare(self.screened, c));
+            let foremost = usual.into_iter().take(FINALISTS).chain(rare.into_iter().take(RARE_FINALISTS));
+            let open: Vec<Candidate> = foremost.filter(is_open).cloned().collect();
             let more = self.solve(&open, &[], view);
             if more.is_empty() {
                 break;
@@ -318,7 +339,7 @@ impl Finalists<'_> {
     }
 
     /// The evidence of fits in place of the linear one.
-    fn weigh(&self, now: &mut Outcome) {
+    pub fn weigh(&self, now: &mut Outcome) {
         for (members, f) in &now.fitted {
             let Some(candidate) = now.posterior.candidates.iter_mut().find(|c| c.members == *members) else { continue };
             let sides = members.iter().filter(|j| !self.screened.signed[**j]).count() as f64 * 2f64.ln();
@@ -333,6 +354,8 @@ impl Finalists<'_> {
         let mut singles: Vec<&Entry> = now.fitted.iter().filter(|(members, _)| members.len() == 1).collect();
         singles.sort_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
         let mut pairs: Vec<Candidate> = Vec::new();
+        // Beside another cause a law with a number of its own makes up for anything.
+        singles.retain(|(members, _)| !self.screened.is_rare[members[0]]);
         for (members, f) in singles.into_iter().take(FIRSTS) {
             for pair in self.beside(members[0], f, now, view)? {
                 if !pairs.iter().any(|p| p.members == pair.members) && !now.fitted.iter().any(|(m, _)| *m == pair.members) {
@@ -416,10 +439,22 @@ fn bounded(hypothesis: &Hypothesis, amplitude: f64) -> f64 {
     amplitude.clamp(-hypothesis.largest(), hypothesis.largest())
 }
 
-/// Candidates worth a fit, at most `most`. Slopes serve only near the machine as it is: where even the best leaves more than
-/// noise, differences of evidence count for as much less.
+/// Whether a cause by a rarer law is part of it.
+fn has_rare(screened: &Screened, candidate: &Candidate) -> bool {
+    candidate.members.iter().any(|j| screened.is_rare[*j])
+}
+
+/// Candidates worth a fit, at most `most` and some by rarer laws, which take nothing from the others.
 pub fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<Candidate> {
-    let candidates = &posterior.candidates;
+    let (rare, usual): (Vec<Candidate>, Vec<Candidate>) = posterior.candidates.iter().cloned().partition(|c| has_rare(screened, c));
+    let mut chosen = leading_of(&usual, screened, most);
+    chosen.extend(leading_of(&rare, screened, most.min(RARE_FINALISTS)));
+    chosen
+}
+
+/// Candidates worth a fit of some, at most `most`. Slopes serve only near the machine as it is: where even the best leaves more than
+/// noise, differences of evidence count for as much less.
+fn leading_of(candidates: &[Candidate], screened: &Screened, most: usize) -> Vec<Candidate> {
     let Some(best) = candidates.first() else { return Vec::new() };
     let left = (screened.misfit() - best.gain) / screened.residual.len() as f64;
     let share = 1.0 / left.max(1.0);

@@ -47,7 +47,11 @@ pub fn logs(
     // A state that is steady but for some parts is no state of rest to linearise about.
     let is_rest = start != Start::Steady || !study.model.machine.has_starts();
     if is_rest && !has_fronts(study, data)? {
-        let (values, histories) = identify::histories(study, data, start, TIME_TOLERANCE)?;
+        let (values, mut histories) = identify::histories(study, data, start, TIME_TOLERANCE)?;
+        let turns = scales.turns(hypotheses.iter().map(|h| h.law));
+        for moments in &mut histories {
+            look_at(&turns, moments, study)?;
+        }
         // A machine without a path to any given temperature, or readings of inlets alone, have no such unknowns.
         if let Ok(followed) = logs.follow(&histories, uncertain, hypotheses) {
             let residual = difference(&whiten::readings(data), &values);
@@ -77,6 +81,24 @@ pub fn has_fronts(study: &Study, data: &Data) -> Result<bool> {
         water += 0.25 * std::f64::consts::PI * stream.diameter.powi(2) * stream.length * liquid.density * liquid.specific_heat;
     }
     Ok(water > FRONTS * (water + network.capacity.iter().sum::<f64>()))
+}
+
+/// Adds moments at given times (s, rising) to those between which a history runs about straight.
+fn look_at(times: &[f64], moments: &mut Vec<Moment>, study: &Study) -> Result<()> {
+    for time in times {
+        let later = moments.partition_point(|m| m.time < *time);
+        let (Some(before), Some(after)) = (later.checked_sub(1).and_then(|i| moments.get(i)), moments.get(later)) else { continue };
+        if after.time <= *time {
+            continue;
+        }
+        let share = (time - before.time) / (after.time - before.time);
+        let between = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect() };
+        let condition = Condition::from_si(between(before.condition.si(), after.condition.si()));
+        let load = Load::at(&study.model.machine, &condition)?;
+        let temperatures = between(&before.temperatures, &after.temperatures);
+        moments.insert(later, Moment { time: *time, condition, load, temperatures });
+    }
+    Ok(())
 }
 
 /// The machine and its logs.

@@ -18,8 +18,10 @@ mod joint;
 mod ladder;
 mod missing;
 mod next;
+mod numbers;
 mod predictor;
 mod probability;
+mod rarer;
 mod refine;
 mod rung;
 mod screen;
@@ -28,18 +30,22 @@ mod view;
 
 use std::path::Path;
 
+use crate::describe::machine::{Condition, Machine};
 use crate::error::Result;
 use crate::evidence::discrepancy;
 use crate::evidence::faulty::{Cleared, cleared};
 use crate::evidence::measurement::faults::Fault;
-use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, Whitener, thinned};
+use crate::evidence::measurement::{Data, MOST_READINGS, TIME, Uncertainty, VariableUncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
+use crate::foundation::document::Document;
 use crate::foundation::numbers::TWO_SIDED_90;
 use crate::solve::sensitivity::{Parameter, Study, UncertainNumber};
 
 pub use decide::{Certainty, Level, Verdict};
 pub use effects::{Common, Contact, Flow, Heat, Leak, Material, Radiation, Sensor, Storage, User};
-pub use effects::{CommonFactor, Effect, Hypothesis, Law, LawForm, Scales, Shown, UserKind, hypotheses, sentence};
+pub use effects::{
+    CommonFactor, Effect, Hypothesis, Law, LawForm, LawNumber, Scales, Shown, UserKind, hypotheses, sentence, under_rarer_laws,
+};
 pub use gain::{Gain, HeldOutReading};
 pub use ladder::diagnose;
 pub use missing::MissingHeat;
@@ -101,6 +107,8 @@ pub struct Problem {
     pub costs: Costs,
     /// Faulty readings that were found in the data; see [`Problem::cleared`].
     pub faults: Vec<Fault>,
+    /// The machine file as it was before its formulas could name the time; see [`Problem::timed`].
+    untimed: Option<Document>,
 }
 
 impl Problem {
@@ -119,6 +127,7 @@ impl Problem {
             without: Vec::new(),
             costs: Costs::default(),
             faults: Vec::new(),
+            untimed: None,
         }
     }
 
@@ -134,6 +143,37 @@ impl Problem {
     /// The same with logs thinned to about [`MOST_READINGS`].
     pub fn thinned(self) -> Self {
         Self { data: thinned(&self.data, MOST_READINGS), ..self }
+    }
+
+    /// The same in which formulas of the machine may name the time of the logs, so that causes may set in or grow in their course.
+    /// Nothing changes where the machine file declares `time` itself, and in steady tables.
+    ///
+    /// # Errors
+    /// The machine cannot be read again.
+    pub fn timed(self) -> Result<Self> {
+        let given = &self.study.model.machine;
+        let at = |machine: &Machine, name: &str| machine.variables.iter().position(|v| v.name == name);
+        if !self.data.is_transient() || at(given, TIME).is_some() {
+            return Ok(self);
+        }
+        let study = self.study.edited(&[(format!("variables.{TIME}"), "{ unit = \"s\", default = \"0 s\" }".into())])?;
+        let order: Vec<Option<usize>> = study.model.machine.variables.iter().map(|v| at(given, &v.name)).collect();
+        let (mut data, mut uncertainty) = (self.data, self.uncertainty);
+        for row in &mut data.rows {
+            let (si, time) = (row.condition.si(), row.time.unwrap_or(0.0));
+            let timed = order.iter().map(|before| before.map_or(time, |v| si[v])).collect();
+            row.condition = Condition::from_si(timed);
+        }
+        let of = |before: &Option<usize>| before.and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
+        uncertainty.variables = order.iter().map(of).collect::<Vec<VariableUncertainty>>();
+        let untimed = Some(self.study.document().clone());
+        Ok(Self { study, data, uncertainty, untimed, ..self })
+    }
+
+    /// The machine file that some lines are written into: `time` is declared in it where they name it, or it did so itself.
+    pub fn document(&self, sets: &[(String, String)]) -> &Document {
+        let names_time = sets.iter().any(|(_, value)| value.contains("time_s"));
+        self.untimed.as_ref().filter(|_| !names_time).unwrap_or_else(|| self.study.document())
     }
 
     /// A machine file on about `cells` cells (the file's own number where `None`) against a table of readings, with the

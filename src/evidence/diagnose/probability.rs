@@ -59,17 +59,17 @@ pub struct Posterior {
 
 /// Prior of every visible hypothesis, summing to one.
 pub fn prior(screened: &Screened, hypotheses: &[Hypothesis]) -> Vec<f64> {
-    let mut laws: HashMap<(&str, &str), usize> = HashMap::new();
+    let mut laws: HashMap<(&str, &str), f64> = HashMap::new();
     let mut places: HashMap<&str, usize> = HashMap::new();
     let all = || screened.visible.iter().map(|i| &hypotheses[*i]);
     for h in all() {
         let of_place = laws.entry((h.kind(), &h.place)).or_default();
-        if *of_place == 0 {
+        if *of_place == 0.0 {
             *places.entry(h.kind()).or_default() += 1;
         }
-        *of_place += 1;
+        *of_place += h.share();
     }
-    all().map(|h| 1.0 / (places.len() * places[h.kind()] * laws[&(h.kind(), h.place.as_str())]) as f64).collect()
+    all().map(|h| h.share() / ((places.len() * places[h.kind()]) as f64 * laws[&(h.kind(), h.place.as_str())])).collect()
 }
 
 /// Logarithm of the prior of one cause or two.
@@ -125,7 +125,8 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
     }
 }
 
-/// Probabilities from the linear model; pairs only where slopes serve for more than the first step.
+/// Probabilities from the linear model; pairs only where slopes serve for more than the first step, and none with a rarer law: beside
+/// another cause a law with a number of its own makes up for anything.
 pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs: bool) -> Posterior {
     let n = screened.visible.len();
     let beside_nothing = 0.5 * (ground.usual - ground.screen);
@@ -139,8 +140,9 @@ pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs
     let best_single = candidates.iter().map(|c| c.weight).fold(f64::NEG_INFINITY, f64::max);
     let pairs: Vec<Candidate> = (0..if with_pairs { n } else { 0 })
         .into_par_iter()
+        .filter(|i| !screened.is_rare[*i])
         .flat_map_iter(|i| {
-            (i + 1..n).filter_map(move |j| {
+            (i + 1..n).filter(|j| !screened.is_rare[*j]).filter_map(move |j| {
                 let (amplitudes, gain) = screened.pair(i, j);
                 if gain <= 0.0 {
                     return None;

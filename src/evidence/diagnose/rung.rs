@@ -4,19 +4,23 @@ use super::effects::{Hypothesis, Scales, hypotheses};
 use super::finalists::{Finalists, Outcome};
 use super::gain::KeptOut;
 use super::joint::{Joint, joint};
+use super::numbers::{self, Settled};
 use super::predictor::Predictor;
 use super::probability::Ground;
 use super::screen::Screened;
 use super::view::Comparison;
 use super::{
     Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, decide, gain, history, missing,
-    next, probability,
+    next, probability, rarer,
 };
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
 use crate::evidence::identify::chi_square_tail;
 use crate::evidence::measurement::whiten;
 use crate::foundation::progress::Progress;
+
+/// Laws with a number that a law with a name does as well as, one after another.
+const MOST_SETTLED: usize = 3;
 
 /// One step of the ladder.
 #[derive(Debug, Clone)]
@@ -64,9 +68,17 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     let mut catalogue = hypotheses(study, data, &problem.user);
     catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind()));
     progress.say(&format!("{} readings, {} causes that could act", data.count(), catalogue.len()));
-    let base = Comparison::of(problem, study, &catalogue, &scales)?;
-    let screened = base.screen(&catalogue, data);
+    let mut base = Comparison::of(problem, study, &catalogue, &scales)?;
+    let mut screened = base.screen(&catalogue, data);
     let misfit = decide::misfit_of(&screened, problem.seed);
+    let is_wrong = decide::is_wrong(&misfit);
+    if is_wrong {
+        progress.say("laws of the time, and powers");
+        if let Err(e) = rarer::add(problem, &mut base, &mut catalogue, &scales) {
+            progress.say(&format!("they could not be looked for: {e}"));
+        }
+        screened = base.screen(&catalogue, data);
+    }
     let prior = probability::prior(&screened, &catalogue);
     let predictor = Predictor {
         study,
@@ -78,7 +90,6 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         user: &problem.user,
         fronts: history::has_fronts(study, data)?,
     };
-    let is_wrong = decide::is_wrong(&misfit);
     let (unexplained, usual) = if is_wrong { levels(&base) } else { (Level::NONE, Level::NONE) };
     let ground = Ground { usual: base.ground(&usual), any: base.ground(&unexplained), screen: base.ground(&base.level) };
     let posterior = probability::posterior(&screened, &prior, &ground, !data.is_transient());
@@ -93,10 +104,26 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         unexplained,
         places: whiten::places(data),
     };
-    let outcome = match is_wrong {
+    let mut outcome = match is_wrong {
         true => finals.fit(posterior, progress),
         false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), view: base.clone(), ground },
     };
+    let (mut settled, mut prior_of_settled) = (catalogue.clone(), prior.clone());
+    for _ in 0..MOST_SETTLED {
+        let found = numbers::settle(&Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals.clone() }, &outcome);
+        match found.unwrap_or(None) {
+            Some(Settled::Named { members }) => outcome = outcome.without(&members),
+            Some(Settled::At { cause, hypothesis, entry }) => {
+                settled[screened.visible[cause]] = *hypothesis;
+                prior_of_settled = probability::prior(&screened, &settled);
+                outcome = outcome.with(entry);
+                Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals.clone() }.weigh(&mut outcome);
+                break;
+            }
+            None => break,
+        }
+    }
+    let finals = Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals };
     let mut explanations = finals.explanations(&outcome, MOST_EXPLANATIONS);
     let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
     if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {

@@ -31,6 +31,10 @@ pub struct Screened {
     pub most: Vec<f64>,
     /// For swaps, which have no amplitude: the residual with the readings permuted.
     pub relabelled: Vec<Option<Relabelled>>,
+    /// How many laws each was chosen from by these data, and is to be compared with noise beside.
+    pub chosen_from: Vec<f64>,
+    /// Whether its law is one of those that are looked for only where something is wrong.
+    pub is_rare: Vec<bool>,
 }
 
 /// The residual with two sensors swapped.
@@ -65,7 +69,13 @@ impl Screened {
         let along = products(&residual);
         let of = |left: &Vec<f64>| Relabelled { misfit: left.iter().map(|v| v * v).sum(), along: products(left) };
         let relabelled = relabelled.par_iter().map(|left| left.as_ref().map(of)).collect();
-        Self { residual, visible, columns: matrix, along, gram, signed, most, relabelled }
+        let (chosen_from, is_rare) = (vec![1.0; visible.len()], vec![false; visible.len()]);
+        Self { residual, visible, columns: matrix, along, gram, signed, most, relabelled, chosen_from, is_rare }
+    }
+
+    /// The same with rarer laws, and from how many each was chosen.
+    pub fn with_rare(self, is_rare: Vec<bool>, chosen_from: Vec<f64>) -> Self {
+        Self { is_rare, chosen_from, ..self }
     }
 
     /// Whether a hypothesis is a swap, without an amplitude.
@@ -146,7 +156,9 @@ impl Screened {
 
     /// Probability that pure noise lets some hypothesis take away as much misfit as the best one does.
     pub fn look_elsewhere(&self, seed: u64) -> f64 {
-        let best = (0..self.visible.len()).map(|j| self.single(j).1).fold(0.0, f64::max);
+        // The best of n tries takes away 2 ln n more than one of them.
+        let fair = |j: usize| self.single(j).1 - 2.0 * self.chosen_from[j].ln();
+        let best = (0..self.visible.len()).map(fair).fold(0.0, f64::max);
         let n = self.residual.len();
         let signatures = self.columns.transpose();
         let exceeding = |batch: usize| -> usize {

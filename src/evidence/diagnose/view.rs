@@ -151,7 +151,9 @@ impl ScreenInput<'_> {
         let relabelled: Vec<Option<Vec<f64>>> = visible.par_iter().map(relabelled).collect();
         let signed: Vec<bool> = visible.iter().map(|h| self.catalogue[*h].is_signed).collect();
         let most: Vec<f64> = visible.iter().map(|h| self.catalogue[*h].most / self.catalogue[*h].scale).collect();
-        Screened::new(visible, self.whitener.apply(self.residual), signatures, (signed, most), relabelled)
+        let chosen_from = visible.iter().map(|h| self.catalogue[*h].number.as_ref().map_or(1.0, |number| 1.0 / number.share)).collect();
+        let is_rare = visible.iter().map(|h| self.catalogue[*h].is_rare()).collect();
+        Screened::new(visible, self.whitener.apply(self.residual), signatures, (signed, most), relabelled).with_rare(is_rare, chosen_from)
     }
 }
 

@@ -63,7 +63,7 @@ impl ExtendedMachine {
                 remarks.push("  (sensors exchanged in the data: nothing in this file changes for it)".into());
             }
         }
-        let document = problem.study.document();
+        let document = problem.document(sets);
         let text = document.rewritten(sets, &remarks)?;
         // It must be a machine.
         Machine::from_document(&Document::parse(&text, path)?)?;

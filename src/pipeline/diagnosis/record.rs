@@ -340,11 +340,15 @@ fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
         let shown = p.shown();
         let (low, high) = p.interval();
         let own = EstimateRecord { value: shown.value, low: shown.low, high: shown.high, unit: shown.unit.into() };
+        let of_law = p.hypothesis.number.as_ref().map(|n| {
+            let estimate = EstimateRecord { value: n.value, low: n.low, high: n.high, unit: n.unit.into() };
+            (n.name.to_string(), estimate)
+        });
         records.push(CauseRecord {
             kind: p.hypothesis.kind().into(),
             place: p.hypothesis.place.clone(),
             law: p.hypothesis.law_words(),
-            parameters: BTreeMap::from([(shown.name.into(), own)]),
+            parameters: [(shown.name.into(), own)].into_iter().chain(of_law).collect(),
             amplitude: EstimateRecord { value: p.amplitude, low, high, unit: p.hypothesis.unit.into() },
             probability: explanation.probability,
             misfit_left: explanation.misfit,

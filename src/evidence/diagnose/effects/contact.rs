@@ -1,6 +1,6 @@
 //! Contacts between parts: better or worse than stated, or changing with their temperature.
 
-use super::file::temperature_table;
+use super::file::{temperature_table, text};
 use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
 use crate::error::Result;
@@ -54,6 +54,15 @@ impl Family for Contact {
     fn lines(&self, edit: &MachineEdit<'_>) -> Result<Lines> {
         let name = &edit.machine().contacts[self.0].name;
         let Some(key) = key(edit.study, name) else { return Ok(None) };
+        if let Some(law) = edit.over_time() {
+            let key = format!("contact.{}.factor", quoted(name));
+            let own = match edit.study.document().leaf(&key)? {
+                Some(Leaf::Text(own)) => format!("({own}) * "),
+                Some(own) => format!("({}) * ", own.to_toml()),
+                None => String::new(),
+            };
+            return Ok(Some(vec![(key, text(format!("{own}exp(({:?}) * ({law}))", edit.amplitude)))]));
+        }
         if !edit.hypothesis.is_drift() {
             return edit.scaled(&key, edit.amplitude.exp());
         }
@@ -76,13 +85,17 @@ impl Family for Contact {
         Some(at.screen.contact_by(name, |mean| if at.is_drift { (mean - REFERENCE) / DRIFT } else { 1.0 }))
     }
 
+    fn follows_time(&self) -> bool {
+        true
+    }
+
     fn quantity(&self, law: Law) -> Quantity {
-        Quantity::factor(if law == Law::Constant { "factor" } else { "factor_per_10_K" })
+        Quantity::factor(if law == Law::Temperature { "factor_per_10_K" } else { "factor" })
     }
 
     fn sentence(&self, told: &Told<'_>) -> String {
-        if told.is_constant() {
-            return format!("the contact {} conducts {} times what the model has", told.place(), told.range(""));
+        if !told.hypothesis.is_drift() {
+            return format!("the contact {} conducts {} times what the model has{}", told.place(), told.range(""), told.law());
         }
         format!("the contact {} changes with its temperature: {} times per 10 K", told.place(), told.range(""))
     }

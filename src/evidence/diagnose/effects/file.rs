@@ -62,6 +62,11 @@ impl MachineEdit<'_> {
         self.scales.expression(self.hypothesis.law)
     }
 
+    /// What follows the time, as an expression of formulas; `None` where it is always alike.
+    pub fn over_time(&self) -> Option<String> {
+        self.hypothesis.law.is_of_time().then(|| self.law())
+    }
+
     /// Key of a table that is added: `source."diagnosed heat source gear"`.
     pub fn added(&self, table: &str) -> String {
         format!("{table}.\"{ADDED} {} {}\"", self.hypothesis.kind(), self.hypothesis.place.replace('"', ""))
@@ -105,10 +110,11 @@ pub fn text(t: impl Into<String>) -> String {
     Leaf::Text(t.into()).to_toml()
 }
 
-/// A contact of a conductance (W/K) between two places, which need not touch, as TOML.
-pub fn conductor(ends: [&str; 2], conductance: f64) -> String {
+/// A contact of a conductance (W/K) between two places, which need not touch, as TOML; times a factor that is a formula.
+pub fn conductor(ends: [&str; 2], conductance: f64, factor: Option<String>) -> String {
     let [a, b] = ends.map(text);
-    format!("{{ between = [{a}, {b}], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\" }}", 100.0 * conductance)
+    let factor = factor.map_or(String::new(), |factor| format!(", factor = {}", text(factor)));
+    format!("{{ between = [{a}, {b}], conductance = \"{:?} W/(m2 K)\", area = \"0.01 m2\"{factor} }}", 100.0 * conductance)
 }
 
 /// A contact's table of conductance, W/(m² K), against its mean temperature, K: rows from -50 to 200 degC as TOML.

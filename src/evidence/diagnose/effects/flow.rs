@@ -98,6 +98,11 @@ impl Family for Flow {
                 let now = edit.study.document().leaf(&key)?.unwrap_or_else(|| Leaf::Text("coolant_temperature".into()));
                 Ok(warmer(&now, machine, &format!("({:?}) * ({})", edit.amplitude, edit.law()))?.map(|value| vec![(key, value)]))
             }
+            Self::BoundaryFilm(b) if edit.over_time().is_some() => {
+                let key = film_key(&machine.boundaries[b].name);
+                let film = edit.study.parameter(&key)?.value;
+                Ok(Some(vec![(key, text(format!("{film:?} * exp(({:?}) * ({}))", edit.amplitude, edit.law())))]))
+            }
             Self::BoundaryFilm(b) => edit.scaled(&film_key(&machine.boundaries[b].name), edit.amplitude.exp()),
         }
     }
@@ -119,6 +124,10 @@ impl Family for Flow {
             Self::Inlet(c) | Self::Line(c) => at.screen.inlet(c).ok(),
             Self::BoundaryFilm(b) => Some(at.screen.boundary(b as u32)),
         }
+    }
+
+    fn follows_time(&self) -> bool {
+        matches!(self, Self::Inlet(_) | Self::BoundaryFilm(_))
     }
 
     fn quantity(&self, _law: Law) -> Quantity {

@@ -101,7 +101,7 @@ fn probed(study: &Study, parts: std::ops::Range<usize>) -> Option<Vec<Entry>> {
     let name = |p: usize| format!("{PROBE}: {}", own[p].name);
     let mut lines = vec![(format!("node.{}", quoted(PROBE)), "{ temperature = \"20 degC\" }".to_string())];
     for p in parts.clone() {
-        lines.push((format!("contact.{}", quoted(&name(p))), conductor([&own[p].name, PROBE], 1.0)));
+        lines.push((format!("contact.{}", quoted(&name(p))), conductor([&own[p].name, PROBE], 1.0, None)));
         lines.push((format!("source.{}", quoted(&name(p))), format!("{{ in = {}, power = \"0 W\" }}", text(&own[p].name))));
     }
     let probe = study.edited(&lines).ok()?;

@@ -96,6 +96,10 @@ impl Family for Heat {
         })
     }
 
+    fn follows_time(&self) -> bool {
+        true
+    }
+
     fn quantity(&self, law: Law) -> Quantity {
         match self {
             Self::Into(_) => Quantity::plain("heat", "W"),
@@ -115,6 +119,9 @@ impl Family for Heat {
             Self::Source(_) if told.hypothesis.is_drift() => {
                 let range = told.range("");
                 format!("the heat of {place} grows with its temperature otherwise than the model's: {range} times as much per 10 K")
+            }
+            Self::Source(_) if told.hypothesis.law.is_of_time() => {
+                format!("the heat of {place} is {} times what the model has{law}", told.range(""))
             }
             Self::Source(_) => {
                 let full = if matches!(told.hypothesis.law, Law::Of(..)) { "where that is most" } else { "at full speed" };

@@ -86,11 +86,11 @@ impl Family for Leak {
             Self::Surroundings(g) => {
                 let node = edit.added_name(&format!("surroundings of {}", edit.group(g)));
                 let held = format!("{{ temperature = {} }}", edit.surroundings()?);
-                let contact = conductor([edit.group(g), &node], edit.positive());
+                let contact = conductor([edit.group(g), &node], edit.positive(), edit.over_time());
                 vec![(format!("node.{}", quoted(&node)), held), (edit.added("contact"), contact)]
             }
             Self::Film(p) => vec![(edit.added("boundary"), film(edit.machine(), p, edit.positive(), &edit.surroundings()?))],
-            Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive()))],
+            Self::Link(a, b) => vec![(edit.added("contact"), conductor([edit.group(a), edit.group(b)], edit.positive(), None))],
             Self::Convection(n) | Self::Radiation(n) => {
                 let law = if matches!(self, Self::Convection(_)) {
                     format!("free_convection = \"vertical_plate\", length = \"{HEIGHT} m\", fluid_temperature")
@@ -138,6 +138,10 @@ impl Family for Leak {
         })
     }
 
+    fn follows_time(&self) -> bool {
+        matches!(self, Self::Surroundings(_))
+    }
+
     fn quantity(&self, _law: Law) -> Quantity {
         match self {
             Self::Surroundings(_) | Self::Link(..) => Quantity::plain("conductance", "W/K"),
@@ -150,7 +154,7 @@ impl Family for Leak {
         let place = told.place();
         match self {
             Self::Surroundings(_) => {
-                format!("a cable, hose or foot conducts heat from {place} to the surroundings: {}", told.range(" W/K"))
+                format!("a cable, hose or foot conducts heat from {place} to the surroundings: {}{}", told.range(" W/K"), told.law())
             }
             Self::Film(_) => {
                 let film = told.range(" W/(m2 K)");

@@ -10,9 +10,10 @@ mod derivative;
 mod file;
 mod ground;
 mod law;
+mod site;
 mod words;
 
-use crate::describe::machine::{Machine, Place};
+use crate::describe::machine::Machine;
 use crate::discretise::network::{Load, Network, Surface};
 use crate::error::Result;
 use crate::evidence::measurement::Data;
@@ -22,7 +23,8 @@ use super::Discrepancy;
 pub use derivative::EffectDerivatives;
 use file::{Lines, MachineEdit};
 use ground::Ground;
-pub use law::{Form as LawForm, Law, Scales};
+pub use law::{Form as LawForm, Law, LawNumber, Scales};
+use site::{Group, Site};
 use words::{Quantity, Told};
 pub use words::{Shown, sentence};
 
@@ -84,6 +86,9 @@ families! {
     user: User,
 }
 
+/// How much rarer a cause by a rarer law is than one by the laws that are always looked for.
+const RARE: f64 = 0.1;
+
 /// What each family says about its effects.
 trait Family {
     /// Those that could act on a machine and show in its data.
@@ -124,6 +129,11 @@ trait Family {
 
     /// Whether more and less of it bend so differently that logs are followed along a secant to one side.
     fn is_bent(&self) -> bool {
+        false
+    }
+
+    /// Whether its lines, or what it makes of readings, can follow the time of a log.
+    fn follows_time(&self) -> bool {
         false
     }
 }
@@ -182,6 +192,8 @@ pub struct Hypothesis {
     pub law: Law,
     /// That law in words, where it is by a variable of the machine.
     law_of: Option<String>,
+    /// The number of that law which was found from the data.
+    pub number: Option<LawNumber>,
     /// Prior standard deviation of its amplitude.
     pub scale: f64,
     /// Whether a negative amplitude means anything.
@@ -201,6 +213,7 @@ impl Hypothesis {
             parts,
             law: Law::Constant,
             law_of: None,
+            number: None,
             scale,
             is_signed: true,
             unit,
@@ -221,6 +234,22 @@ impl Hypothesis {
     /// The same under a law of some data.
     fn under_of(self, law: Law, scales: &Scales) -> Self {
         Self { law_of: matches!(law, Law::Of(..)).then(|| scales.words(law)), ..self.under(law) }
+    }
+
+    /// The same under a law whose number was found from the data.
+    pub fn under_found(&self, law: Law, number: LawNumber, scales: &Scales) -> Self {
+        Self { law, law_of: Some(scales.words_with(law, &number)), number: Some(number), ..self.clone() }
+    }
+
+    /// What its share of the prior of its place counts: laws that change with the time, and exponents between those that physics names,
+    /// are rarer, and what chooses a number of its own from the data pays for it.
+    pub fn share(&self) -> f64 {
+        if self.is_rare() { RARE * self.number.as_ref().map_or(1.0, |number| number.share) } else { 1.0 }
+    }
+
+    /// Whether its law is one that is looked for only where something is wrong.
+    pub fn is_rare(&self) -> bool {
+        self.law.is_of_time() || self.law.is_free()
     }
 
     /// How it depends on the condition, in words.
@@ -253,6 +282,8 @@ impl Hypothesis {
     /// As [`Hypothesis::sets`].
     pub fn written(&self, study: &Study, data: &Data, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Lines> {
         match self.sensor() {
+            // The machine file has no words for a sensor whose error changes with the time.
+            Some(_) if self.law.is_of_time() => Ok(None),
             Some(sensor) => Ok(Some(sensor.written(&study.model.machine, data, amplitude))),
             None => self.sets(study, scales, user, amplitude),
         }
@@ -329,111 +360,29 @@ impl Hypothesis {
 
     /// What it does to predicted readings (rows, then sensors) beside the machine: sensors' own errors.
     pub fn read(&self, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
-        self.sensor().map_or_else(|| predicted.to_vec(), |sensor| sensor.read(data, predicted, amplitude))
-    }
-}
-
-/// Where candidates are looked for.
-struct Site<'a> {
-    study: &'a Study,
-    machine: &'a Machine,
-    network: &'a Network,
-    data: &'a Data,
-    user: &'a [UserKind],
-    /// Parts and lumped nodes that are free to move.
-    groups: Vec<Group>,
-    /// Laws that heat can follow in these data.
-    laws: Vec<Law>,
-    /// Where they are one.
-    scales: Scales,
-    /// Whether the coolant flow varies.
-    flow_varies: bool,
-    /// Whether anything radiates to the chamber: a machine in vacuum, not in a room.
-    is_in_vacuum: bool,
-}
-
-/// A part or lumped node.
-#[derive(Debug, Clone)]
-struct Group {
-    index: u32,
-    name: String,
-}
-
-impl<'a> Site<'a> {
-    fn new(study: &'a Study, data: &'a Data, user: &'a [UserKind]) -> Self {
-        let (machine, network) = (&study.model.machine, &study.model.network);
-        let varies = |name: &str| {
-            let at = machine.variables.iter().position(|v| v.name == name);
-            let first = |v: usize| data.rows[0].condition.si()[v].max(1e-30);
-            at.is_some_and(|v| data.rows.iter().any(|r| (r.condition.si()[v] / first(v) - 1.0).abs() > 0.02))
-        };
-        let mut laws = vec![Law::Constant];
-        if varies("motor_speed") {
-            laws.extend([Law::Speed, Law::SpeedSquared]);
-        }
-        let scales = Scales::of(data, machine);
-        laws.extend(scales.laws(machine));
-        let is_free =
-            |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));
-        let groups = network.groups.iter().enumerate().filter(|(g, _)| is_free(*g));
-        Self {
-            groups: groups.map(|(g, name)| Group { index: g as u32, name: name.clone() }).collect(),
-            flow_varies: varies("coolant_flow"),
-            is_in_vacuum: network.surfaces.iter().any(|s| s.emissive > 0.0),
-            study,
-            machine,
-            network,
-            data,
-            user,
-            laws,
-            scales,
-        }
-    }
-
-    /// All heat of the sources, W: the most at any condition of the data.
-    fn whole_heat(&self) -> f64 {
-        let loads = self.data.rows.iter().filter_map(|row| Load::at(self.machine, &row.condition).ok());
-        loads.map(|load| load.powers.iter().map(|p| p.abs()).sum::<f64>()).fold(0.0, f64::max)
-    }
-
-    /// Names of the parts and lumped nodes of some places.
-    fn part_names(&self, places: &[Place]) -> Vec<String> {
-        let name = |place: &Place| match place {
-            Place::Part(p) => self.machine.parts[*p].name.clone(),
-            Place::Face(face) => self.machine.parts[face.part].name.clone(),
-            Place::Node(n) => self.machine.nodes[*n].name.clone(),
-        };
-        places.iter().map(name).collect()
-    }
-
-    /// Lumped nodes of given temperature, but those at the temperature of the chamber, to which every group may leak.
-    fn given(&self) -> Vec<Group> {
-        let loads: Vec<Load> = self.data.rows.iter().filter_map(|row| Load::at(self.machine, &row.condition).ok()).collect();
-        let differs = |n: usize| loads.iter().any(|load| (load.fixed[n] - load.chamber).abs() > 1e-6);
-        let parts = self.machine.parts.len();
-        let held = self.machine.nodes.iter().enumerate().filter(|(n, node)| node.fixed.is_some() && differs(*n));
-        held.map(|(n, node)| Group { index: (parts + n) as u32, name: node.name.clone() }).collect()
-    }
-
-    /// Whether something joins two groups.
-    fn touch(&self, a: u32, b: u32) -> bool {
-        let of = |n: u32| self.network.group[n as usize];
-        self.network.joints.iter().any(|j| (of(j.a), of(j.b)) == (a, b) || (of(j.a), of(j.b)) == (b, a))
-    }
-
-    /// Pairs of some groups that do not touch.
-    fn apart<'g>(&self, groups: &'g [Group]) -> Vec<(&'g Group, &'g Group)> {
-        let of = |n: u32| self.network.group[n as usize];
-        let touches: std::collections::HashSet<(u32, u32)> =
-            self.network.joints.iter().map(|j| (of(j.a).min(of(j.b)), of(j.a).max(of(j.b)))).collect();
-        let pairs = groups.iter().enumerate().flat_map(|(i, a)| groups[i + 1..].iter().map(move |b| (a, b)));
-        pairs.filter(|(a, b)| !touches.contains(&(a.index.min(b.index), a.index.max(b.index)))).collect()
+        self.sensor().map_or_else(|| predicted.to_vec(), |sensor| sensor.read(self.law, data, predicted, amplitude))
     }
 }
 
 /// Everything that could be wrong with this machine and could show in these data.
 pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothesis> {
     candidates(&Site::new(study, data, user))
+}
+
+/// Causes by laws that are looked for only where something is wrong: some of the catalogue's as they set in or grow in the course of
+/// logs, and heats with other powers than those that have names. Of laws with a number to be found the grid of its values.
+pub fn under_rarer_laws(catalogue: &[Hypothesis], machine: &Machine, scales: &Scales) -> Vec<Hypothesis> {
+    let (times, powers) = (scales.laws_of_time(), scales.powers(machine));
+    let of = |h: &Hypothesis| -> Vec<Hypothesis> {
+        let is_gain = matches!(h.effect, Effect::Sensor(Sensor::Gain(_)));
+        if h.law != Law::Constant && !is_gain {
+            return Vec::new();
+        }
+        let times = if h.effect.family().follows_time() { times.as_slice() } else { &[] };
+        let powers = if matches!(h.effect, Effect::Heat(_)) { powers.as_slice() } else { &[] };
+        times.iter().chain(powers).map(|law| h.clone().under_of(*law, scales)).collect()
+    };
+    catalogue.iter().flat_map(of).collect()
 }
 
 /// What a derivative needs that does not depend on the state.

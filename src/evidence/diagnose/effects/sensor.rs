@@ -70,6 +70,10 @@ impl Family for Sensor {
         None
     }
 
+    fn follows_time(&self) -> bool {
+        matches!(self, Self::Offset(_) | Self::Gain(_) | Self::All)
+    }
+
     fn quantity(&self, _law: Law) -> Quantity {
         match self {
             Self::Offset(_) | Self::All => Quantity::plain("offset", "K"),
@@ -80,12 +84,12 @@ impl Family for Sensor {
     }
 
     fn sentence(&self, told: &Told<'_>) -> String {
-        let place = told.place();
+        let (place, law) = (told.place(), if told.hypothesis.law.is_of_time() { told.law() } else { String::new() });
         match self {
-            Self::Offset(_) => format!("the sensor {place} reads too high by {}", told.range(" K")),
-            Self::Gain(_) => format!("the sensor {place} has a gain of {}", told.range("")),
+            Self::Offset(_) => format!("the sensor {place} reads too high by {}{law}", told.range(" K")),
+            Self::Gain(_) => format!("the sensor {place} has a gain of {}{law}", told.range("")),
             Self::Lag(_) => format!("the sensor {place} lags by {}", told.range(" s")),
-            Self::All => format!("all sensors read too high by {}: the scanner", told.range(" K")),
+            Self::All => format!("all sensors read too high by {}: the scanner{law}", told.range(" K")),
             Self::Swap(..) => format!("the sensors {} are exchanged", told.both_places()),
         }
     }
@@ -143,18 +147,16 @@ impl Sensor {
         numbers.into_iter().filter(|(_, before, now, _)| before != now).map(line).collect()
     }
 
-    /// What it makes of predicted readings (rows, then sensors), K.
-    pub fn read(self, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
+    /// What it makes of predicted readings (rows, then sensors), K, under a law of the time or always alike.
+    pub fn read(self, law: Law, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
         let places = whiten::places(data);
+        let now = at_rows(law, data, amplitude);
         let mut found = predicted.to_vec();
         let own = |k: usize| places.iter().enumerate().filter(move |(_, (_, sensor))| *sensor == k);
         match self {
-            Self::Offset(k) => own(k).for_each(|(i, _)| found[i] += amplitude),
-            Self::All => found.iter_mut().for_each(|value| *value += amplitude),
-            Self::Gain(k) => {
-                let more = SensorResponse::default().with_gain(amplitude);
-                own(k).for_each(|(i, _)| found[i] = more.settled(found[i]));
-            }
+            Self::Offset(k) => own(k).for_each(|(i, (r, _))| found[i] += now[*r]),
+            Self::All => found.iter_mut().zip(&places).for_each(|(value, (r, _))| *value += now[*r]),
+            Self::Gain(k) => own(k).for_each(|(i, (r, _))| found[i] = SensorResponse::default().with_gain(now[*r]).settled(found[i])),
             Self::Swap(..) => {
                 let others = self.relabelled(&places).unwrap_or_default();
                 others.iter().enumerate().for_each(|(i, other)| found[i] += amplitude * (predicted[*other] - predicted[i]));
@@ -174,4 +176,11 @@ impl Sensor {
         }
         found
     }
+}
+
+/// An amplitude at every row.
+fn at_rows(law: Law, data: &Data, amplitude: f64) -> Vec<f64> {
+    let times = || data.rows.iter().map(|row| row.time.unwrap_or(0.0));
+    let (first, last) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
+    times().map(|time| amplitude * law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE))).collect()
 }
