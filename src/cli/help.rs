@@ -55,7 +55,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
 const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
     ("Machine", &["set", "cells", "machine", "mesh_tolerance", "no_mesh_error"]),
-    ("Data", &["use_tests", "without", "uncertain", "kinds", "costs", "inputs", "ignored", "slopes", "noise", "from", "keep_all", "every_row"]),
+    (
+        "Data",
+        &["use_tests", "without", "uncertain", "kinds", "costs", "inputs", "ignored", "slopes", "noise", "from", "keep_all", "every_row"],
+    ),
     ("Question", &["to", "sensor", "rise", "query.free", "query.csv", "confidence", "map", "within", "passes", "new.from"]),
     ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
     ("Time", &["every", "until", "hold", "repeat", "tolerance", "simulate.from"]),

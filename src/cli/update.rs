@@ -50,7 +50,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if is_written {
         atomic_file::write(path, &found.bytes)?;
     }
-    let last = if is_written { format!("wrote {}\n", path.display()) } else { "nothing was written; --anyway writes it all the same\n".into() };
+    let last =
+        if is_written { format!("wrote {}\n", path.display()) } else { "nothing was written; --anyway writes it all the same\n".into() };
     out.report(&(text(&found.record) + &last), &found.record);
     Ok(u8::from(found.record.alarm))
 }

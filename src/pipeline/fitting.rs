@@ -8,8 +8,7 @@ use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::table::Table;
-use crate::surrogate::fit::model::{Held, Limit, LimitKind, Surrogate, Variable};
-use crate::surrogate::fit::uncertain::Uncertainty;
+use crate::surrogate::fit::model::{Held, Limit, LimitKind, Surrogate, Uncertainty, Variable};
 use crate::surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
 use crate::units::{Celsius, Kelvin};
 

@@ -260,9 +260,9 @@ fn surrogate(bytes: &[u8]) -> Result<SurrogateInfo> {
 fn uncertain(surrogate: &Surrogate<'_>) -> Vec<ParameterInfo> {
     let Some(own) = surrogate.uncertainty() else { return Vec::new() };
     let one = |(k, p): (usize, coldplate_runtime::Parameter<'_>)| {
-        let (mean, variance) = own.known().map_or((0.0, 1.0), |(mean, covariance)| {
-            (mean.get(k).unwrap_or(0.0), covariance.get(k * (k + 1) / 2 + k).unwrap_or(1.0))
-        });
+        let (mean, variance) = own
+            .known()
+            .map_or((0.0, 1.0), |(mean, covariance)| (mean.get(k).unwrap_or(0.0), covariance.get(k * (k + 1) / 2 + k).unwrap_or(1.0)));
         ParameterInfo {
             name: p.name.to_owned(),
             unit: p.unit.to_owned(),

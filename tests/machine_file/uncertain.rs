@@ -78,7 +78,8 @@ fn factors_correlations_and_the_models_own_error() {
     assert!((open[of("paint")].deviation - 0.12 / 3f64.sqrt()).abs() < 1e-12);
     assert!((open[of(key)].deviation - 40.0).abs() < 1e-9 && (open[of("heats")].deviation - 0.04).abs() < 1e-12);
     // Contacts, heats and emissivities are stated, so nothing is assumed of them.
-    let assumed: Vec<&str> = open.iter().filter(|p| p.origin == coldplate::solve::sensitivity::Origin::Assumed).map(|p| p.name.as_str()).collect();
+    let assumed: Vec<&str> =
+        open.iter().filter(|p| p.origin == coldplate::solve::sensitivity::Origin::Assumed).map(|p| p.name.as_str()).collect();
     assert!(assumed.iter().all(|name| *name == "all films"), "{assumed:?}");
     assert!(study.open_parameters(false).unwrap().len() == 3);
     let correlations = study.correlations(&open).unwrap();

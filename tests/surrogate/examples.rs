@@ -1,8 +1,6 @@
 //! The surrogates that the tests and the runtime's benchmark use.
 
 use coldplate::surrogate::fit::model::*;
-use coldplate::surrogate::fit::uncertain::{Miss, Parameter, States, Uncertainty};
-use coldplate_runtime::{Origin, Scale};
 
 /// SplitMix64: a small generator with a fixed sequence.
 pub struct Random(pub u64);
@@ -167,6 +165,34 @@ pub fn ten_polynomials() -> Surrogate {
         uncertainty: None,
         provenance: vec![("machine".into(), "none".into())],
     }
+}
+
+/// The same with twelve uncertain parameters, whose slopes are quadratic.
+pub fn ten_uncertain() -> Surrogate {
+    let mut random = Random(12);
+    let terms = all_terms(4, 2);
+    let parameter = |k: usize| Parameter {
+        name: format!("parameter {k}"),
+        unit: "1".into(),
+        nominal: 1.0,
+        deviation: 0.1,
+        low: 0.7,
+        high: 1.3,
+        scale: Scale::Linear,
+        origin: Origin::Stated,
+    };
+    let mut row = || -> Vec<f64> { (0..12).map(|_| random.signed() / 8.0).collect() };
+    let uncertainty = Uncertainty {
+        parameters: (0..12).map(parameter).collect(),
+        transforms: FLOW_RECIPROCAL.to_vec(),
+        slopes: (0..10).map(|_| terms.iter().map(|_| row()).collect()).collect(),
+        terms,
+        misses: vec![Miss { own: 0.25, common: 0.125 }; 10],
+        growth: 0.5,
+        measured: vec![vec![8.0, 20.0, 1500.0, 21.0]],
+        states: None,
+    };
+    Surrogate { uncertainty: Some(uncertainty), ..ten_polynomials() }
 }
 
 /// Ten points, four variables, 200 centres, a linear tail; one basis for all points, or one each.

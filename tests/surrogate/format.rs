@@ -19,6 +19,7 @@ fn fixtures() -> Vec<(&'static str, Surrogate)> {
         ("bench-ten-bases.cps", ten_radial(Kernel::ThinPlate, false)),
         ("held.cps", at_one_speed()),
         ("uncertain.cps", uncertain()),
+        ("bench-uncertain.cps", ten_uncertain()),
     ]
 }
 

@@ -140,7 +140,8 @@ fn verdicts_follow_the_confidence() {
     // Outside the fitted range nothing is sure.
     assert_eq!(query(&file, &[13.0, 15.0, 24.0]).unwrap().verdict, Acceptability::Uncertain);
     // The least flow that is acceptable is where the probability is the one asked for, and more is needed to be surer.
-    let least = |confidence: f64| match coldplate::surrogate::verdict::free_within(&file, &[0.0, 19.5, 21.0], 0, None, confidence).unwrap() {
+    let least = |confidence: f64| match coldplate::surrogate::verdict::free_within(&file, &[0.0, 19.5, 21.0], 0, None, confidence).unwrap()
+    {
         Inverse::Found { smallest, answer, .. } => {
             let found = answer.chance.unwrap().probability;
             assert!((found - confidence).abs() < 1e-5, "{found} {confidence}");
@@ -268,7 +269,8 @@ fn parameters_may_be_stated() {
 }
 
 fn table(rows: &[[f64; 5]]) -> Table {
-    let column = |k: usize, name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), values: rows.iter().map(|r| r[k]).collect() };
+    let column =
+        |k: usize, name: &str, unit: &str| Column { name: name.into(), unit: unit.into(), values: rows.iter().map(|r| r[k]).collect() };
     let columns = vec![
         column(0, "coolant_flow", "L/min"),
         column(1, "coolant_temperature", "degC"),
@@ -293,7 +295,10 @@ fn a_file_follows_its_machine() {
     assert!(!found.record.alarm && found.record.readings == 8, "{:?}", found.record);
     let contact = &found.record.parameters[0];
     // Minus 1.5 standard deviations is 500 / 1.15; the model's own errors leave some of it open.
-    assert!((contact.value - 500.0 / 1.15).abs() < 2.0 * contact.deviation && contact.deviation < 0.6 * contact.deviation_before, "{contact:?}");
+    assert!(
+        (contact.value - 500.0 / 1.15).abs() < 2.0 * contact.deviation && contact.deviation < 0.6 * contact.deviation_before,
+        "{contact:?}"
+    );
     let x = [6.0, 19.0, 22.0];
     let answer = |bytes: &[u8]| query(&open(bytes).unwrap(), &x).unwrap().temperatures[0].clone();
     let (before, after) = (answer(&bytes), answer(&found.bytes));
@@ -337,7 +342,9 @@ fn damage_of_the_section_is_refused() {
     }
     assert!(refused > 400, "{refused}");
     let place = bytes.windows(4).position(|w| w == format::UNCERTAIN).unwrap();
-    for (at, value, what) in [(place + 8, 33, "more parameters than there may be"), (place + 8 + 10, 3, "a transform"), (place + 8 + 24 + 8, 3, "a scale")] {
+    for (at, value, what) in
+        [(place + 8, 33, "more parameters than there may be"), (place + 8 + 10, 3, "a transform"), (place + 8 + 24 + 8, 3, "a scale")]
+    {
         let mut damaged = bytes.clone();
         damaged[at] = value;
         fix(&mut damaged);

@@ -13,8 +13,9 @@ const BATCHES: usize = 400;
 const CONDITIONS: usize = 256;
 
 fn main() {
-    let files: [(&str, &[u8], f64); 6] = [
+    let files: [(&str, &[u8], f64); 7] = [
         ("polynomial, 70 terms", include_bytes!("../fixtures/bench-polynomial.cps"), 0.5),
+        ("the same, 12 parameters", include_bytes!("../fixtures/bench-uncertain.cps"), 2.0),
         ("thin plate, 200 centres", include_bytes!("../fixtures/bench-thin-plate.cps"), 5.0),
         ("cubic, 200 centres", include_bytes!("../fixtures/bench-cubic.cps"), 5.0),
         ("multiquadric, 200 centres", include_bytes!("../fixtures/bench-multiquadric.cps"), 5.0),

@@ -12,6 +12,10 @@ use crate::verdict::{Acceptability, judged};
 
 /// Limits whose dependence on each other is followed; of more, those that are most likely broken.
 const MOST_LIMITS: usize = 8;
+/// Points whose slopes are found once for a whole verdict.
+const REMEMBERED: usize = 24;
+/// Probability below which a limit that may be broken needs no company.
+const NEGLIGIBLE: f64 = 1e-12;
 /// Correlation from which on two limits are of one quantity.
 const SAME: f64 = 1.0 - 1e-9;
 
@@ -84,12 +88,7 @@ impl Surrogate<'_> {
             return Ok(());
         };
         let known = belief.map_or(Known::File(&uncertainty), Known::Memory);
-        let here = self.here(&uncertainty, x);
-        for (point, (value, band)) in values.iter_mut().zip(bands).enumerate() {
-            let direction = here.point(point);
-            *value += direction.mean(&known);
-            *band = direction.band(&known);
-        }
+        self.here(&uncertainty, x).fill(&known, values, bands);
         Ok(())
     }
 
@@ -128,23 +127,55 @@ impl Surrogate<'_> {
         values: &mut [f64],
         bands: &mut [Band],
     ) -> Result<Chance, ShapeError> {
-        self.bands(x, belief, values, bands)?;
+        let Some(uncertainty) = &self.uncertainty else {
+            self.bands(x, belief, values, bands)?;
+            let independent = |limit: usize| self.limit_chance(limit, x, None, values);
+            return Ok(self.judge_together(x, confidence, independent, |_, _| 0.0));
+        };
+        self.evaluate_fit(x, values)?;
+        if bands.len() != values.len() {
+            return Err(ShapeError { argument: "number of bands", expected: values.len(), found: bands.len() });
+        }
+        let known = belief.map_or(Known::File(uncertainty), Known::Memory);
+        let mut here = self.here(uncertainty, x);
+        here.remember();
+        here.fill(&known, values, bands);
+        let direction = |limit: usize| self.limits.get(limit).map(|record| here.limit(self.limit_kind(record), values));
+        let chance = |limit: usize| {
+            let (kind, maximum) = (self.limit_kind(self.limits.get(limit)?), self.maxima().at(limit));
+            let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
+            let value = kind.value(|point| of(values, point), |variable| of(x, variable));
+            let band = here.limit(kind, values).band(&known);
+            Some(LimitChance { value, band, maximum, probability: kept(maximum - value, band.total) })
+        };
+        let shared = |a: usize, b: usize| match (direction(a), direction(b)) {
+            (Some(a), Some(b)) => a.covariance(&b, &known),
+            _ => 0.0,
+        };
+        Ok(self.judge_together(x, confidence, chance, shared))
+    }
+
+    /// The verdict on all limits together, from each of them and from the covariance of two.
+    fn judge_together(
+        &self,
+        x: &[f64],
+        confidence: f64,
+        chance_of: impl Fn(usize) -> Option<LimitChance>,
+        shared: impl Fn(usize, usize) -> f64,
+    ) -> Chance {
         let in_domain = self.in_domain(x);
         let mut chance = Chance { state: Acceptability::Uncertain, in_domain, probability: f64::NAN, binding: None };
-        let uncertainty = self.uncertainty;
-        let here = uncertainty.as_ref().map(|uncertainty| self.here(uncertainty, x));
-        let known = uncertainty.as_ref().map(|uncertainty| belief.map_or(Known::File(uncertainty), Known::Memory));
         // The limits most likely broken, the most likely first; what the others may add counts in full.
         let mut worst = [Critical::NONE; MOST_LIMITS];
         let (mut count, mut broken_elsewhere) = (0, 0.0);
         for index in 0..self.limits.len() {
-            let Some(limit) = self.limit_chance(index, x, belief, values) else { continue };
-            let slack = (limit.maximum - limit.value) / limit.band.total.max(f64::MIN_POSITIVE);
+            let Some(limit) = chance_of(index) else { continue };
             if limit.probability.is_nan() {
-                return Ok(Chance { binding: Some(index), ..chance });
+                return Chance { binding: Some(index), ..chance };
             }
+            let slack = (limit.maximum - limit.value) / limit.band.total.max(f64::MIN_POSITIVE);
             let mut own = Critical { index, slack, broken: 1.0 - limit.probability, variance: limit.band.total * limit.band.total };
-            for place in worst.iter_mut().take(MOST_LIMITS) {
+            for place in &mut worst {
                 if own.index != usize::MAX && (place.index == usize::MAX || own.slack < place.slack) {
                     core::mem::swap(place, &mut own);
                 }
@@ -152,25 +183,17 @@ impl Surrogate<'_> {
             if own.index == usize::MAX { count += 1 } else { broken_elsewhere += own.broken }
         }
         if count == 0 {
-            return Ok(chance);
+            return chance;
         }
-        let worst = &worst[..count];
+        // What is as good as never broken depends on nothing.
+        let doubtful = worst[..count].iter().skip(1).take_while(|own| own.broken > NEGLIGIBLE).count() + 1;
+        let worst = &worst[..doubtful.min(count)];
         let mut correlation = [[0.0; MOST_LIMITS]; MOST_LIMITS];
-        for i in 0..count {
+        for (i, a) in worst.iter().enumerate() {
             correlation[i][i] = 1.0;
-            for j in 0..i {
-                let shared = match (&here, &known) {
-                    (Some(here), Some(known)) => {
-                        let direction = |k: usize| self.limits.get(worst[k].index).map(|l| here.limit(self.limit_kind(l), values));
-                        match (direction(i), direction(j)) {
-                            (Some(a), Some(b)) => a.covariance(&b, known),
-                            _ => 0.0,
-                        }
-                    }
-                    _ => 0.0,
-                };
-                let scale = sqrt(worst[i].variance * worst[j].variance);
-                let r = if scale > 0.0 { (shared / scale).clamp(-1.0, 1.0) } else { 0.0 };
+            for (j, b) in worst[..i].iter().enumerate() {
+                let scale = sqrt(a.variance * b.variance);
+                let r = if scale > 0.0 { (shared(a.index, b.index) / scale).clamp(-1.0, 1.0) } else { 0.0 };
                 (correlation[i][j], correlation[j][i]) = (r, r);
             }
         }
@@ -180,7 +203,7 @@ impl Surrogate<'_> {
         if in_domain && chance.probability.is_finite() {
             chance.state = judged(chance.probability, confidence);
         }
-        Ok(chance)
+        chance
     }
 
     /// Share of each parameter in the variance that the parameters give limit `index` at condition `x`, into `shares`, one place
@@ -246,7 +269,8 @@ impl Surrogate<'_> {
 
     pub(crate) fn here<'h>(&'h self, uncertainty: &'h Uncertainty<'h>, x: &[f64]) -> Here<'h> {
         let away = uncertainty.growth * uncertainty.distance(self, x);
-        Here { surrogate: self, uncertainty, monomials: uncertainty.monomials(self, x), growth: away * away }
+        let monomials = uncertainty.monomials(self, x);
+        Here { surrogate: self, uncertainty, monomials, growth: away * away, slopes: [[0.0; MAX_PARAMETERS]; REMEMBERED], remembered: 0 }
     }
 }
 
@@ -292,9 +316,29 @@ pub(crate) struct Here<'h> {
     monomials: Monomials,
     /// Variance that the distance from the measured conditions adds, as a share of what the model misses.
     growth: f64,
+    /// Slopes of the first points, where they were asked for.
+    slopes: [[f64; MAX_PARAMETERS]; REMEMBERED],
+    remembered: usize,
 }
 
 impl Here<'_> {
+    /// Finds the slopes of the first points once, for all that looks at them.
+    fn remember(&mut self) {
+        self.remembered = self.surrogate.point_count().min(REMEMBERED);
+        for (point, slopes) in self.slopes.iter_mut().enumerate().take(self.remembered) {
+            self.uncertainty.add_slopes(&self.monomials, point, 1.0, slopes);
+        }
+    }
+
+    /// Adds what is known of the states to the values of all points, and finds their bands.
+    fn fill(&self, known: &Known<'_, '_, '_>, values: &mut [f64], bands: &mut [Band]) {
+        for (point, (value, band)) in values.iter_mut().zip(bands).enumerate() {
+            let direction = self.point(point);
+            *value += direction.mean(known);
+            *band = direction.band(known);
+        }
+    }
+
     pub(crate) fn point(&self, point: usize) -> Direction {
         self.direction(point, None)
     }
@@ -317,11 +361,15 @@ impl Here<'_> {
         };
         // A point against itself depends on nothing.
         if second != Some(first) {
-            for (end, (point, sign)) in direction.ends.iter_mut().zip([Some((first, 1.0)), second.map(|p| (p, -1.0))].into_iter().flatten()) {
+            for (end, (point, sign)) in direction.ends.iter_mut().zip([Some((first, 1.0)), second.map(|p| (p, -1.0))].into_iter().flatten())
+            {
                 let (own, common) = self.uncertainty.missed(point);
                 *end = End { state: parameters + point, sign, own, fit: self.surrogate.fit_variance(point) };
                 direction.common += sign * common;
-                self.uncertainty.add_slopes(&self.monomials, point, sign, &mut direction.slopes);
+                match self.slopes[..self.remembered].get(point) {
+                    Some(own) => direction.slopes.iter_mut().zip(own).take(parameters).for_each(|(slope, own)| *slope += sign * own),
+                    None => self.uncertainty.add_slopes(&self.monomials, point, sign, &mut direction.slopes),
+                }
             }
         }
         direction

@@ -114,7 +114,12 @@ impl<'a> Surrogate<'a> {
     pub(crate) fn check_held(&self) -> Checked {
         let mut end = 0;
         for (i, record) in self.held.iter().enumerate() {
-            end = check_texts(self.held_text, end, [u32_at(record, 8), u16_at(record, 12), u16_at(record, 14)], ["name of a held variable", "unit of a held variable"])?;
+            end = check_texts(
+                self.held_text,
+                end,
+                [u32_at(record, 8), u16_at(record, 12), u16_at(record, 14)],
+                ["name of a held variable", "unit of a held variable"],
+            )?;
             let Held { name, value, .. } = self.held_variable(record);
             ensure(value.is_finite(), OpenError::Number("value of a held variable"))?;
             let earlier = self.held().take(i).any(|other| other.name == name) || self.variables().any(|v| v.name == name);
@@ -128,7 +133,12 @@ impl<'a> Surrogate<'a> {
         let Some(uncertainty) = self.uncertainty else { return Ok(self) };
         let mut end = 0;
         for (i, record) in uncertainty.records.iter().enumerate() {
-            end = check_texts(uncertainty.text, end, [u32_at(record, 0), u16_at(record, 4), u16_at(record, 6)], ["name of a parameter", "unit of a parameter"])?;
+            end = check_texts(
+                uncertainty.text,
+                end,
+                [u32_at(record, 0), u16_at(record, 4), u16_at(record, 6)],
+                ["name of a parameter", "unit of a parameter"],
+            )?;
             ensure(record[9] <= 1 && record[10..].iter().all(|b| *b == 0), OpenError::Reserved)?;
             let scale = Scale::from_code(record[8]).ok_or(OpenError::Transform)?;
             let Some(parameter) = uncertainty.parameter(i) else { return Err(OpenError::Length) };

@@ -101,7 +101,9 @@ pub(super) fn shared_factors(root: &Section<'_>) -> Result<Vec<SharedFactor>> {
             }
         };
         if !(deviation > 0.0 && deviation < 1.0) {
-            return Err(section.error("an uncertain factor deviates by more than nothing and less than all").help("write for example \"7 %\""));
+            return Err(section
+                .error("an uncertain factor deviates by more than nothing and less than all")
+                .help("write for example \"7 %\""));
         }
         let source = section.opt_text("source")?;
         section.finish()?;

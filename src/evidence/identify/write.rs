@@ -111,7 +111,8 @@ fn model_error(problem: &Problem, estimate: &Estimate) -> Result<Option<(String,
     let mut conditions: Vec<String> = Vec::new();
     if !problem.data.is_transient() {
         for row in &problem.data.rows {
-            let value = |(v, si): (&Variable, &f64)| Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit));
+            let value =
+                |(v, si): (&Variable, &f64)| Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit));
             let all = machine.variables.iter().zip(row.condition.si()).map(value).collect::<Result<Vec<String>>>()?;
             let condition = format!("{{ {} }}", all.join(", "));
             if !conditions.contains(&condition) && conditions.len() < MOST_CONDITIONS {

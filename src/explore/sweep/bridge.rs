@@ -1,6 +1,7 @@
 //! From a sweep file to the solver: machine, mesh, network and multigrid hierarchy are set up once, and every condition
 //! starts from the same reference state, so that a result does not depend on which conditions went before.
 
+use std::collections::HashSet;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
@@ -107,13 +108,18 @@ impl Sweep {
         solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
         // By stream: conditions solved now at which its wall boils, and the hottest wall, K.
         let boiling = Mutex::new(vec![(0, 0.0); self.study.model.network.streams.len()]);
+        let bits = |si: &[f64]| -> Vec<u64> { si.iter().map(|x| x.to_bits()).collect() };
+        let sloped: HashSet<Vec<u64>> = (0..rows.len()).filter(|row| self.plan.is_sloped(*row)).map(|row| bits(&rows[row])).collect();
         let mut swept = execute(&self.plan, &self.subject(), folder.as_ref(), options, |si| {
             let state = self.study.model.solve(&solver, &Condition::from_si(si.to_vec()))?;
             self.count_boiling(&state, &mut boiling.lock().unwrap_or_else(PoisonError::into_inner));
             let mut values: Vec<f64> = self.study.model.readings(&state).into_iter().map(|t| t.0).collect();
-            if !self.open.parameters.is_empty() {
+            let count = self.open.parameters.len() * values.len();
+            if count > 0 && sloped.contains(&bits(si)) {
                 let at = Derivatives::at(&self.study, &Condition::from_si(si.to_vec()), &state.solution.temperatures)?;
                 values.extend(at.along_open(&self.open.parameters)?.into_iter().flatten());
+            } else {
+                values.extend(std::iter::repeat_n(0.0, count));
             }
             Ok(values)
         })?;

@@ -103,7 +103,8 @@ pub struct Swept {
 /// `failures.csv` where there are failures.
 ///
 /// `solve` takes a condition in SI, in the order of [`Plan::variables`], and returns the outputs in their units, in
-/// the order of [`Subject::outputs`], then their slopes, output by output; see [`run`] for what it must keep to.
+/// the order of [`Subject::outputs`], then their slopes, output by output (anything finite where [`Plan::is_sloped`] wants none);
+/// see [`run`] for what it must keep to.
 ///
 /// # Errors
 /// The folder or the journal cannot be written, the journal is that of another sweep, or every condition failed.
@@ -139,15 +140,15 @@ pub fn execute(
             .in_file(folder.join("failures.csv"))
             .help("solve one of them with `coldplate solve`; the reasons of all are in this file"));
     }
-    let table = results(plan, subject, &outcomes, Purpose::Fit, (0, &subject.outputs));
+    let table = results(plan, subject, &outcomes, Purpose::Fit);
     let validation = plan.groups.iter().any(|g| g.purpose == Purpose::Validation);
-    let validation = validation.then(|| results(plan, subject, &outcomes, Purpose::Validation, (0, &subject.outputs)));
+    let validation = validation.then(|| results(plan, subject, &outcomes, Purpose::Validation));
     let slopes = match slopes.is_empty() {
         true => None,
         false => {
-            let mut table = results(plan, subject, &outcomes, Purpose::Fit, (subject.outputs.len(), &slopes));
-            table.provenance.push(subject.open.note(&subject.outputs, &plan.variables)?);
-            Some(table)
+            let mut origin = provenance(plan, subject, Purpose::Fit);
+            origin.push(subject.open.note(&subject.outputs, &plan.variables)?);
+            Some(tabulated(plan, &outcomes, |row| plan.is_sloped(row), subject.outputs.len(), &slopes, origin))
         }
     };
     for (name, table) in [("sweep", Some(&table)), ("slopes", slopes.as_ref()), ("validation", validation.as_ref())] {
@@ -192,13 +193,26 @@ pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(Stri
     pairs
 }
 
-/// The values from place `first` on, under the names and units of `columns`.
-fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose, (first, names): (usize, &[(String, String)])) -> Table {
+/// The outputs at the rows of a purpose.
+fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose) -> Table {
+    let is_of = |row: usize| plan.group_of(row).is_some_and(|g| g.purpose == purpose);
+    tabulated(plan, outcomes, is_of, 0, &subject.outputs, provenance(plan, subject, purpose))
+}
+
+/// The values from place `first` on, under some names and units, at the rows that were solved and are wanted.
+fn tabulated(
+    plan: &Plan,
+    outcomes: &[Outcome],
+    is_wanted: impl Fn(usize) -> bool,
+    first: usize,
+    names: &[(String, String)],
+    provenance: Vec<(String, String)>,
+) -> Table {
     let mut rows = Vec::new();
     let mut values: Vec<&[f64]> = Vec::new();
     let mut groups = Vec::new();
     for (row, outcome) in outcomes.iter().enumerate() {
-        if let (Some(group), Outcome::Values(v)) = (plan.group_of(row).filter(|g| g.purpose == purpose), outcome) {
+        if let (Some(group), Outcome::Values(v)) = (plan.group_of(row).filter(|_| is_wanted(row)), outcome) {
             rows.push(row);
             values.push(v);
             groups.push(group.name.clone());
@@ -211,7 +225,7 @@ fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpos
         values: values.iter().map(|v| v[first + o]).collect(),
     }));
     let texts = vec![TextColumn { name: "group".into(), values: groups }];
-    Table { texts, columns, inputs: plan.variables.len(), provenance: provenance(plan, subject, purpose) }
+    Table { texts, columns, inputs: plan.variables.len(), provenance }
 }
 
 fn write_failures(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {

@@ -54,6 +54,14 @@ impl Plan {
         self.groups.iter().find(|g| g.rows.contains(&row))
     }
 
+    /// Whether the slopes of the readings are wanted at a row: at those a surrogate is fitted to. Groups that vary one variable are
+    /// for formulas, unless there are no others.
+    pub fn is_sloped(&self, row: usize) -> bool {
+        let is_design = |g: &Group| g.purpose == Purpose::Fit && g.varied.len() > 1;
+        let has_design = self.groups.iter().any(is_design);
+        self.group_of(row).is_some_and(|g| if has_design { is_design(g) } else { g.purpose == Purpose::Fit })
+    }
+
     /// SHA-256 over variables, units, conditions and groups, in hexadecimal.
     pub fn hash(&self) -> String {
         let mut hasher = Sha256::new();

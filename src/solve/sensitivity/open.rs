@@ -1,7 +1,7 @@
 //! All that a machine leaves open, as parameters with a standard deviation each, and the slopes of readings along them.
 //!
-//! Three things are open: numbers that the file states as uncertain, factors that several numbers share, and, of every kind of
-//! which the file states nothing, a factor on all of that kind that is assumed.
+//! Three things are open: numbers that the file states as uncertain, factors that several numbers share, and, of every kind, an
+//! assumed factor on all numbers of that kind of which the file states nothing.
 
 use rayon::prelude::*;
 
@@ -15,7 +15,7 @@ use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::document::Document;
 
 /// Relative residual to which a parameter's field is solved.
-const AIM: f64 = 1e-9;
+const AIM: f64 = 1e-7;
 /// Largest deviation of a parameter from its value that may be stated, in standard deviations.
 const REACH: f64 = 3.0;
 /// Least share of its value to which a parameter that must stay positive may be brought.
@@ -34,6 +34,26 @@ pub fn assumed(kind: NumberKind) -> f64 {
 }
 
 pub use coldplate_runtime::{Origin, Scale};
+
+/// What a file states the uncertainty of.
+#[derive(Default)]
+struct Covered {
+    /// Kinds as a whole.
+    kinds: Vec<NumberKind>,
+    /// Single things, by kind and name.
+    things: Vec<(NumberKind, String)>,
+}
+
+impl Covered {
+    fn add(&mut self, kind: Option<NumberKind>, key: &str) {
+        let Some(kind) = kind else { return };
+        let names = Document::names_in(key).unwrap_or_default();
+        match names.iter().map(String::as_str).collect::<Vec<_>>()[..] {
+            ["contact" | "channel" | "source" | "part" | "node", name, ..] => self.things.push((kind, name.to_string())),
+            _ => self.kinds.push(kind),
+        }
+    }
+}
 
 /// Something of the machine that is not known for sure.
 #[derive(Debug, Clone)]
@@ -67,7 +87,8 @@ struct Act {
 
 #[derive(Debug, Clone)]
 enum Way {
-    All(NumberKind),
+    /// All numbers of a kind, but those of the things of these names.
+    All(NumberKind, Vec<String>),
     Contact(String),
     Film(usize),
     Along(Box<Variation>),
@@ -80,12 +101,12 @@ impl Study {
     /// As [`Study::uncertain`]; a factor names a key that is not there or does not vary continuously.
     pub fn open_parameters(&self, with_assumed: bool) -> Result<Vec<OpenParameter>> {
         let mut all = Vec::new();
-        let mut covered = Vec::new();
+        let mut covered = Covered::default();
         // How a sensor answers is no part of what the machine's temperatures are.
         let is_of_machine = |key: &str| Document::names_in(key).is_none_or(|names| names.first().is_none_or(|first| first != "sensor"));
         for own in self.uncertain()?.into_iter().filter(|own| is_of_machine(&own.parameter.name)) {
             let p = &own.parameter;
-            covered.extend(self.kind_of(&p.name));
+            covered.add(self.kind_of(&p.name), &p.name);
             let (nominal, deviation) = (p.shown(p.value), own.deviation / p.per_unit(1.0).abs());
             let scale = self.scale_of(&p.name);
             let (low, high) = match own.limits {
@@ -101,11 +122,11 @@ impl Study {
         for factor in &self.model.machine.shared_factors {
             let acts = match &factor.of {
                 Shared::All(kind) => {
-                    covered.push(*kind);
-                    vec![Act { way: Way::All(*kind), amount: factor.deviation }]
+                    covered.kinds.push(*kind);
+                    vec![Act { way: Way::All(*kind, Vec::new()), amount: factor.deviation }]
                 }
                 Shared::Keys(keys) => {
-                    covered.extend(keys.iter().filter_map(|key| self.kind_of(key)));
+                    keys.iter().for_each(|key| covered.add(self.kind_of(key), key));
                     let act = |key: &String| {
                         let p = self.parameter(key)?;
                         if p.kind == Kind::Offset || p.dimension.is_absolute() {
@@ -123,10 +144,14 @@ impl Study {
             };
             all.push(Self::factor(factor.name.clone(), factor.deviation, scale, Origin::Stated, acts));
         }
-        let open = NumberKind::ALL.into_iter().filter(|kind| with_assumed && !covered.contains(kind) && self.has(*kind));
-        for kind in open {
-            let acts = vec![Act { way: Way::All(kind), amount: assumed(kind) }];
-            all.push(Self::factor(format!("all {}", kind.word()), assumed(kind), scale_of_kind(kind), Origin::Assumed, acts));
+        for kind in NumberKind::ALL.into_iter().filter(|kind| with_assumed && !covered.kinds.contains(kind)) {
+            let but: Vec<String> = covered.things.iter().filter(|(of, _)| *of == kind).map(|(_, name)| name.clone()).collect();
+            if !self.has(kind, &but) {
+                continue;
+            }
+            let name = format!("{} {}", if but.is_empty() { "all" } else { "other" }, kind.word());
+            let acts = vec![Act { way: Way::All(kind, but), amount: assumed(kind) }];
+            all.push(Self::factor(name, assumed(kind), scale_of_kind(kind), Origin::Assumed, acts));
         }
         Ok(all)
     }
@@ -142,7 +167,9 @@ impl Study {
             let place = |name: &String| {
                 let known = parameters.iter().map(|p| p.name.as_str());
                 parameters.iter().position(|p| p.name == *name).ok_or_else(|| {
-                    let error = Error::input(format!("'{name}' is not uncertain in this file")).at_key("correlation").in_file(self.document().file());
+                    let error = Error::input(format!("'{name}' is not uncertain in this file"))
+                        .at_key("correlation")
+                        .in_file(self.document().file());
                     match did_you_mean(name, known) {
                         Some(meant) => error.help(format!("did you mean '{meant}'?")),
                         None => error.help("state its uncertainty, as in \"560 +- 40 W/(m2 K)\", or leave the correlation out"),
@@ -168,15 +195,36 @@ impl Study {
         OpenParameter { name, unit: "1".into(), nominal: 1.0, deviation, low, high, scale, origin, acts }
     }
 
-    /// Whether there is any number of a kind.
-    fn has(&self, kind: NumberKind) -> bool {
+    /// Whether there is any number of a kind, but those of the things of some names.
+    fn has(&self, kind: NumberKind, but: &[String]) -> bool {
         let (machine, network) = (&self.model.machine, &self.model.network);
+        let is_meant = |name: &String| !but.contains(name);
         match kind {
-            NumberKind::Films => !machine.channels.is_empty(),
-            NumberKind::Heats => !machine.sources.is_empty(),
-            NumberKind::Emissivities => network.surfaces.iter().any(|s| s.emissive > 0.0) || !network.radiative.is_empty(),
-            NumberKind::Contacts => network.contacts.iter().any(|c| c.of.is_some()),
+            NumberKind::Films => machine.channels.iter().any(|c| is_meant(&c.name)),
+            NumberKind::Heats => machine.sources.iter().any(|s| is_meant(&s.name)),
+            NumberKind::Emissivities => !self.radiating(but).is_empty() || (but.is_empty() && !network.radiative.is_empty()),
+            NumberKind::Contacts => !self.joints_of_contacts(but).is_empty(),
         }
+    }
+
+    /// Surfaces that radiate, but those of the parts and nodes of some names.
+    fn radiating(&self, but: &[String]) -> Vec<usize> {
+        let network = &self.model.network;
+        let is_meant = |i: &usize| {
+            let surface = &network.surfaces[*i];
+            surface.emissive > 0.0 && !but.contains(&network.groups[network.group[surface.node as usize] as usize])
+        };
+        (0..network.surfaces.len()).filter(is_meant).collect()
+    }
+
+    /// Joints of the contacts of the file, but those of some names.
+    fn joints_of_contacts(&self, but: &[String]) -> Vec<usize> {
+        let (machine, network) = (&self.model.machine, &self.model.network);
+        let is_meant = |i: &usize| {
+            let group = network.contacts.get(network.joints[*i].contact as usize);
+            group.and_then(|g| g.of).is_some_and(|c| !but.contains(&machine.contacts[c].name))
+        };
+        (0..network.joints.len()).filter(is_meant).collect()
     }
 
     /// The kind that a number of the file belongs to.
@@ -249,29 +297,34 @@ impl Derivatives<'_> {
 
     /// What one standard deviation of a parameter does at fixed temperatures.
     fn pull(&self, parameter: &OpenParameter) -> Result<Pull> {
-        let network = &self.study.model.network;
+        let (machine, network) = (&self.study.model.machine, &self.study.model.network);
         let screen = self.screen();
         let mut pull =
             Pull { residual: vec![0.0; network.nodes], readings: vec![0.0; network.sensors.len()], held: vec![0.0; network.fixed.len()] };
         for act in &parameter.acts {
             let mut add = |own: Disturbance| own.rows.iter().for_each(|(node, r)| pull.residual[*node as usize] += act.amount * r);
             match &act.way {
-                Way::All(NumberKind::Films) => (0..network.streams.len()).for_each(|s| add(screen.stream_film(s))),
-                Way::All(NumberKind::Heats) => (0..network.sources.len()).for_each(|s| add(screen.power(s))),
-                Way::All(NumberKind::Emissivities) => {
-                    add(screen.emissivity(0..network.surfaces.len()));
-                    add(screen.radiative(0..network.radiative.len()));
+                Way::All(NumberKind::Films, but) => {
+                    let streams = (0..network.streams.len()).filter(|s| !but.contains(&network.streams[*s].name));
+                    streams.for_each(|s| add(screen.stream_film(s)));
                 }
-                Way::All(NumberKind::Contacts) => {
-                    let own = |joint: &&(usize, u32)| network.contacts.get(joint.1 as usize).is_some_and(|c| c.of.is_some());
-                    let joints: Vec<(usize, u32)> = network.joints.iter().enumerate().map(|(i, j)| (i, j.contact)).collect();
-                    add(screen.joints(joints.iter().filter(own).map(|(i, _)| *i)));
+                Way::All(NumberKind::Heats, but) => {
+                    let sources = machine.sources.iter().enumerate().filter(|(_, source)| !but.contains(&source.name));
+                    sources.for_each(|(s, _)| add(screen.power(s)));
                 }
+                Way::All(NumberKind::Emissivities, but) => {
+                    add(screen.emissivity(self.study.radiating(but)));
+                    if but.is_empty() {
+                        add(screen.radiative(0..network.radiative.len()));
+                    }
+                }
+                Way::All(NumberKind::Contacts, but) => add(screen.joints(self.study.joints_of_contacts(but))),
                 Way::Contact(name) => add(screen.contact(name)),
                 Way::Film(c) => add(screen.stream_film(*c)),
                 Way::Along(variation) => {
                     let partial = self.partial_of(variation)?;
-                    let lists = [(&mut pull.residual, &partial.residual), (&mut pull.readings, &partial.readings), (&mut pull.held, &partial.held)];
+                    let lists =
+                        [(&mut pull.residual, &partial.residual), (&mut pull.readings, &partial.readings), (&mut pull.held, &partial.held)];
                     for (total, own) in lists {
                         total.iter_mut().zip(own).for_each(|(t, o)| *t += act.amount * o);
                     }

@@ -1,7 +1,9 @@
 //! Values of a surrogate at a condition, straight from its owned data: the definition that the runtime crate is tested
 //! against.
 
-use super::model::{Kernel, PointModel, Polynomial, Surrogate, Transform, Variable};
+use coldplate_runtime::NINETY_FIVE;
+
+use super::model::{Kernel, Miss, PointModel, Polynomial, Surrogate, Transform, Uncertainty, Variable};
 use crate::error::{Error, Result};
 
 /// g(x) of a transform.
@@ -79,4 +81,54 @@ pub fn evaluate(surrogate: &Surrogate, point: usize, x: &[f64]) -> Result<f64> {
 /// Σ (s_k (a_k - b_k))².
 pub(super) fn distance_square(scales: &[f64], a: &[f64], b: &[f64]) -> f64 {
     scales.iter().zip(a).zip(b).map(|((s, a), b)| (s * (a - b)).powi(2)).sum()
+}
+
+impl Uncertainty {
+    /// Change of a point with one standard deviation of each parameter at the condition `x`, in the point's unit.
+    pub fn slopes_at(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> Vec<f64> {
+        let u = scale_row(&surrogate.variables, &self.transforms, x);
+        let mut slopes = vec![0.0; self.parameters.len()];
+        for (term, row) in self.terms.iter().zip(&self.slopes[point]) {
+            let factor = monomial(term, &u);
+            slopes.iter_mut().zip(row).for_each(|(s, c)| *s += factor * c);
+        }
+        slopes
+    }
+
+    /// What the mean of the states adds to a point's value at the condition `x`, in its unit.
+    pub fn shift(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> f64 {
+        let Some(states) = &self.states else { return 0.0 };
+        let (count, Miss { own, common }) = (self.parameters.len(), self.misses[point]);
+        let slopes: f64 = self.slopes_at(surrogate, point, x).iter().zip(&states.mean).map(|(s, m)| s * m).sum();
+        let last = states.mean.len() - 1;
+        slopes + own * states.mean[count + point] + common * states.mean[last]
+    }
+
+    /// Standard deviation of a point's value at the condition `x`, in its unit: the definition that the runtime crate is tested
+    /// against.
+    pub fn deviation(&self, surrogate: &Surrogate, point: usize, x: &[f64]) -> f64 {
+        let (count, points) = (self.parameters.len(), surrogate.points.len());
+        let Miss { own, common } = self.misses[point];
+        let mut weights = self.slopes_at(surrogate, point, x);
+        weights.extend((0..points).map(|p| if p == point { own } else { 0.0 }));
+        weights.push(common);
+        let covariance = |i: usize, j: usize| match &self.states {
+            Some(states) => states.covariance[i.max(j) * (i.max(j) + 1) / 2 + i.min(j)],
+            None => f64::from(u8::from(i == j)),
+        };
+        let n = count + points + 1;
+        let by_states: f64 = (0..n).map(|i| weights[i] * (0..n).map(|j| weights[j] * covariance(i, j)).sum::<f64>()).sum();
+        let fit = surrogate.points[point].half_width / NINETY_FIVE;
+        let away = self.growth * self.distance(surrogate, x);
+        (by_states.max(0.0) + fit * fit + away * away * (own * own + common * common)).sqrt()
+    }
+
+    fn distance(&self, surrogate: &Surrogate, x: &[f64]) -> f64 {
+        let rows = self.measured.len() as f64;
+        let square = |(k, v): (usize, &Variable)| {
+            let mean = self.measured.iter().map(|row| row[k]).sum::<f64>() / rows;
+            if v.high > v.low { (2.0 * (x[k] - mean) / (v.high - v.low)).powi(2) } else { 0.0 }
+        };
+        if self.measured.is_empty() { 0.0 } else { surrogate.variables.iter().enumerate().map(square).sum::<f64>().sqrt() }
+    }
 }

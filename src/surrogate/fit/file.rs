@@ -7,8 +7,7 @@ use std::path::Path;
 use coldplate_runtime as runtime;
 use runtime::format;
 
-use super::uncertain::Uncertainty;
-use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Variable};
+use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Uncertainty, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
 

@@ -15,8 +15,9 @@ pub mod one_factor;
 pub mod polynomial;
 pub mod rbf;
 mod select;
+mod slopes;
 pub mod tune;
-pub mod uncertain;
+mod uncertain;
 pub mod validation;
 
 pub use evaluate::evaluate;

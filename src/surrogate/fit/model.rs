@@ -1,7 +1,6 @@
 //! A surrogate as owned, plain data: the result of a fit, the content of a surrogate file.
 
-use super::uncertain::Uncertainty;
-pub use coldplate_runtime::{Kernel, LimitKind, Transform};
+pub use coldplate_runtime::{Kernel, LimitKind, Origin, Scale, Transform};
 
 /// A condition variable of a surrogate.
 #[derive(Debug, Clone, PartialEq)]
@@ -89,6 +88,66 @@ pub struct Limit {
     pub kind: LimitKind<Vec<usize>>,
     /// Largest value allowed, in the points' unit.
     pub maximum: f64,
+}
+
+/// An uncertain parameter of the machine.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parameter {
+    /// Key in the machine file, or name of a factor.
+    pub name: String,
+    /// Unit of its values.
+    pub unit: String,
+    /// Value the surrogate was made with.
+    pub nominal: f64,
+    /// Standard deviation.
+    pub deviation: f64,
+    /// Smallest value that may be stated.
+    pub low: f64,
+    /// Largest value that may be stated.
+    pub high: f64,
+    /// How it enters.
+    pub scale: Scale,
+    /// Where its deviation is from.
+    pub origin: Origin,
+}
+
+/// What the model misses at a point, as standard deviations in its unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Miss {
+    /// At this point alone.
+    pub own: f64,
+    /// In common with all points.
+    pub common: f64,
+}
+
+/// What is known of the states (one per parameter, one per point, one for all points) beyond their standard deviations.
+#[derive(Debug, Clone, PartialEq)]
+pub struct States {
+    /// Mean of each.
+    pub mean: Vec<f64>,
+    /// Packed lower triangle of their covariance, row by row.
+    pub covariance: Vec<f64>,
+}
+
+/// What the answers of a surrogate leave open.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Uncertainty {
+    /// Uncertain parameters.
+    pub parameters: Vec<Parameter>,
+    /// How the variables enter the slopes.
+    pub transforms: Vec<Transform>,
+    /// Exponents of the slopes' terms.
+    pub terms: Vec<Vec<u8>>,
+    /// Point by point, term by term, one coefficient per parameter: change of the point with one standard deviation.
+    pub slopes: Vec<Vec<Vec<f64>>>,
+    /// What the model misses, point by point.
+    pub misses: Vec<Miss>,
+    /// Growth of that away from the measured conditions.
+    pub growth: f64,
+    /// Conditions at which the model was compared with measurements.
+    pub measured: Vec<Vec<f64>>,
+    /// What is known of the states; `None` where that is nothing.
+    pub states: Option<States>,
 }
 
 /// Everything a surrogate file holds, except the self-test vectors, which the writer computes.

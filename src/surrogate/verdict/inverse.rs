@@ -61,13 +61,7 @@ pub fn free(surrogate: &Surrogate<'_>, x: &[f64], free: usize) -> Result<Inverse
 ///
 /// # Errors
 /// As [`free`]; bounds outside the fitted range.
-pub fn free_within(
-    surrogate: &Surrogate<'_>,
-    x: &[f64],
-    free: usize,
-    bounds: Option<(f64, f64)>,
-    confidence: f64,
-) -> Result<Inverse> {
+pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Option<(f64, f64)>, confidence: f64) -> Result<Inverse> {
     let (varied, variables) = (surrogate.variable_count(), condition::variables(surrogate));
     let Some(variable) = variables.get(free).filter(|_| [varied, variables.len()].contains(&x.len())) else {
         return Err(Error::input("a condition of this surrogate has another number of values").read(x.len()));

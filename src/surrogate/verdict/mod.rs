@@ -192,9 +192,8 @@ pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result
     let mut values = vec![0.0; surrogate.point_count()];
     let (x, stated) = split(surrogate, x);
     let outside = outside(surrogate, x, stated);
-    let wrong = |e: coldplate_runtime::ShapeError| {
-        Error::input(format!("a condition of this surrogate has {} values", e.expected)).read(e.found)
-    };
+    let wrong =
+        |e: coldplate_runtime::ShapeError| Error::input(format!("a condition of this surrogate has {} values", e.expected)).read(e.found);
     let mut verdict = surrogate.query(x, &mut values).map_err(wrong)?;
     let mut bands = vec![Band::default(); values.len()];
     let mut chance = None;

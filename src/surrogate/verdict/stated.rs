@@ -5,7 +5,7 @@ use coldplate_runtime::{Belief, Parameter, Surrogate, Variable};
 use super::condition;
 use crate::error::{Error, Result};
 use crate::surrogate::fit::file;
-use crate::surrogate::fit::uncertain::States;
+use crate::surrogate::fit::model::States;
 
 /// Whether a name is that of an uncertain parameter of a surrogate.
 pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
@@ -26,7 +26,9 @@ pub fn with_stated(bytes: &[u8], stated: &[(String, String)]) -> Result<Vec<u8>>
             let found = uncertainty.parameters().enumerate().find(|(_, p)| p.name == name);
             let (index, parameter) = found.ok_or_else(|| {
                 let known: Vec<&str> = uncertainty.parameters().map(|p| p.name).collect();
-                Error::input(format!("'{name}' is no parameter of this surrogate")).at_key(name).help(format!("it has {}", known.join(", ")))
+                Error::input(format!("'{name}' is no parameter of this surrogate"))
+                    .at_key(name)
+                    .help(format!("it has {}", known.join(", ")))
             })?;
             let z = parameter.standardised(value(&parameter, text).map_err(|e| e.at_key(name))?);
             belief.know(index, z, work).map_err(|e| Error::numerics(e.to_string()))?;

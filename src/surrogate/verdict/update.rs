@@ -136,7 +136,9 @@ pub fn update(bytes: &[u8], table: &Table, lines: &[usize], noise: f64) -> Resul
         Ok(())
     })?;
     if total.readings == 0 {
-        return Err(Error::input("there is no reading inside the fitted range of this surrogate").help("`coldplate info SURROGATE` names it"));
+        return Err(
+            Error::input("there is no reading inside the fitted range of this surrogate").help("`coldplate info SURROGATE` names it")
+        );
     }
     let after = states_of(&file::open(&learnt)?)?;
     let moved = |(k, p): (usize, coldplate_runtime::Parameter<'_>)| {
