@@ -4,6 +4,7 @@
 #[allow(dead_code)]
 mod bench;
 mod storage;
+mod strides;
 mod water;
 
 use bench::{CONDITION, model};

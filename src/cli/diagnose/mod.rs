@@ -112,10 +112,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         problem = problem.cleared()?;
     }
     if !args.every_row {
-        let rows = problem.data.rows.len();
+        let (rows, readings) = (problem.data.rows.len(), problem.data.count());
         problem = problem.thinned();
-        if problem.data.rows.len() < rows {
-            out.note(&format!("note: {} of {rows} rows are looked at; --every-row takes all", problem.data.rows.len()));
+        let (looked, compared) = (problem.data.rows.len(), problem.data.count());
+        if compared < readings {
+            let compared = format!("{compared} of {readings} readings are compared");
+            out.note(&format!("note: {looked} of {rows} rows are looked at, {compared}; --every-row takes all"));
         }
     }
     problem = problem.timed()?;

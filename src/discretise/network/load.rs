@@ -100,7 +100,10 @@ impl Load {
         let contacts = machine
             .contacts
             .iter()
-            .map(|c| positive(c.factor.evaluate(&values)?, &format!("the factor on the contact '{}'", c.name)))
+            .map(|c| {
+                let factor = c.factor.evaluate(&values)?;
+                if factor < 0.0 { positive(factor, &format!("the factor on the contact '{}'", c.name)) } else { Ok(factor) }
+            })
             .collect::<Result<_>>()?;
         let contacts = ContactFactors(contacts);
         let powers = machine.sources.iter().map(|s| Ok(s.power.evaluate(&values)? * s.volume.unwrap_or(1.0))).collect::<Result<_>>()?;

@@ -225,10 +225,11 @@ impl Logs<'_> {
         let course = Course::new(basis, &matrices, self.start == Start::Steady);
         let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
         let times: Vec<f64> = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
-        let nearest = |time: f64| -> usize {
+        let nearest = |time: &f64| -> usize {
             let apart = |a: &usize, b: &usize| (states[*a].time - time).abs().total_cmp(&(states[*b].time - time).abs());
             (0..states.len()).min_by(apart).unwrap_or(0)
         };
+        let nearest: Vec<usize> = times.iter().map(nearest).collect();
         // Row of the test, sensor of the data, place among all readings.
         let mut readings: Vec<(usize, usize, usize)> = Vec::new();
         for (i, (r, k)) in whiten::places(data).into_iter().enumerate() {
@@ -236,25 +237,34 @@ impl Logs<'_> {
                 readings.push((row, k, i));
             }
         }
-        let followed = |some: &[(usize, Law)]| -> Vec<Option<Vec<(usize, f64)>>> {
-            let of = |state: &At, d: usize, law: Law| -> Option<DVector<f64>> {
-                Some(&state.disturbances[d].as_ref()?.residual * self.scales.factor(law, &state.condition))
+        let of = |state: &At, d: usize, law: Law| -> Option<DVector<f64>> {
+            Some(&state.disturbances[d].as_ref()?.residual * self.scales.factor(law, &state.condition))
+        };
+        let is_known = |(d, _): &(usize, Law)| states.iter().all(|s| s.disturbances.get(*d).is_some_and(Option::is_some));
+        let forced = |state: &At, known: &[(usize, Law)]| {
+            DMatrix::from_columns(&known.iter().filter_map(|(d, law)| of(state, *d, *law)).collect::<Vec<_>>())
+        };
+        // Forwards with every disturbance, or back from every reading: whichever are fewer.
+        let answers = (wanted.len() > times.len() * data.sensors.len()).then(|| course.answers(states.len(), &times));
+        let values_of = |known: &[(usize, Law)]| -> Vec<Vec<f64>> {
+            let Some(answers) = &answers else {
+                return course.readings(&states.iter().map(|state| forced(state, known)).collect::<Vec<_>>(), &times);
             };
-            let is_known = |(d, _): &(usize, Law)| states.iter().all(|s| s.disturbances.get(*d).is_some_and(Option::is_some));
+            let mut sum = DMatrix::zeros(times.len() * data.sensors.len(), known.len());
+            states.iter().zip(answers).for_each(|(state, answer)| sum.gemm(1.0, answer, &forced(state, known), 1.0));
+            sum.column_iter().map(|column| column.iter().copied().collect()).collect()
+        };
+        let followed = |some: &[(usize, Law)]| -> Vec<Option<Vec<(usize, f64)>>> {
             let known: Vec<(usize, Law)> = some.iter().copied().filter(is_known).collect();
             if known.is_empty() {
                 return vec![None; some.len()];
             }
-            let forces: Vec<DMatrix<f64>> = states
-                .iter()
-                .map(|state| DMatrix::from_columns(&known.iter().filter_map(|(d, law)| of(state, *d, *law)).collect::<Vec<_>>()))
-                .collect();
-            let mut values = course.readings(&forces, &times).into_iter();
+            let mut values = values_of(&known).into_iter();
             let read = |wanted: &(usize, Law)| -> Option<Vec<(usize, f64)>> {
                 let (d, law) = *wanted;
                 let values = if is_known(wanted) { values.next()? } else { return None };
                 let value = |(row, k, i): &(usize, usize, usize)| {
-                    let state = &states[nearest(times[*row])];
+                    let state = &states[nearest[*row]];
                     let direct = state.disturbances[d].as_ref().map_or(0.0, |d| d.direct[*k]);
                     (*i, values[row * data.sensors.len() + k] + direct * self.scales.factor(law, &data.rows[rows[*row]].condition))
                 };

@@ -2,6 +2,10 @@
 //!
 //! A log of a machine that changes over minutes is often read every second. What its model leaves open wanders over such times, so
 //! that rows between two others tell the same again and cost as much to follow.
+//!
+//! Conditions drive the simulation through every row at which one of them turns; which readings are compared is another matter. In a
+//! year of a hall's weather or of a machine's duty some condition turns in nearly every row that is left, and so many readings tell no
+//! more than an even choice of them.
 
 use super::{Data, Row};
 
@@ -9,21 +13,38 @@ use super::{Data, Row};
 pub const MOST_READINGS: usize = 1200;
 /// A condition that is off a straight line between two rows by more than this share of its range in the log is kept.
 const BENT: f64 = 0.01;
+/// The same where conditions turn in so many rows that not all of them are compared.
+const BENT_OF_RESTLESS: f64 = 0.003;
 
-/// The rows of logs so thinned that about `most` readings are left: evenly, but for every row at which a condition turns. Steady
-/// tables, and logs with no more readings, stay as they are.
+/// The rows of logs so thinned that about `most` readings are left: evenly, and those of rows at which a condition turns. Where
+/// these alone are more than `most`, so many of them are left, evenly among themselves; the others stay for their condition.
+/// Steady tables, and logs with no more readings, stay as they are.
 pub fn thinned(data: &Data, most: usize) -> Data {
-    match stride(data, most) {
-        None => data.clone(),
-        Some(stride) => only(data, &kept(data, stride)),
+    let Some(stride) = stride(data, most) else { return data.clone() };
+    let even = evenly(data, stride);
+    let turns = |rows: &[bool]| -> Vec<usize> { (0..rows.len()).filter(|r| rows[*r] && !even[*r]).collect() };
+    let share = |turns: &[usize]| {
+        let read: usize = turns.iter().map(|r| data.rows[*r].readings.iter().flatten().count()).sum();
+        read.div_ceil(most.max(1)).max(1)
+    };
+    let rows = kept(data, stride, BENT);
+    if share(&turns(&rows)) == 1 {
+        return only(data, &rows);
     }
+    // Those that are not compared cost little more than their time step, and a straight line in place of them is an error of its own.
+    let rows = kept(data, stride, BENT_OF_RESTLESS);
+    let turns = turns(&rows);
+    let share = share(&turns);
+    let mut thin = data.clone();
+    turns.iter().enumerate().filter(|(n, _)| n % share != 0).for_each(|(_, r)| thin.rows[*r].readings.fill(None));
+    only(&thin, &rows)
 }
 
 /// The same with readings evenly in time alone: a row that is there for its condition has none. So no test and no time weighs more
 /// because conditions turn there.
 pub fn thinned_evenly(data: &Data, most: usize) -> Data {
     let Some(stride) = stride(data, most) else { return data.clone() };
-    let mut rows = kept(data, stride);
+    let mut rows = kept(data, stride, BENT);
     let mut even = data.clone();
     even.rows.iter_mut().for_each(|row| row.readings.fill(None));
     for test in data.tests() {
@@ -55,19 +76,26 @@ fn only(data: &Data, kept: &[bool]) -> Data {
 }
 
 /// Which rows are kept: every so many, the last of each test, and those at which a condition turns.
-fn kept(data: &Data, stride: usize) -> Vec<bool> {
-    let mut kept = vec![false; data.rows.len()];
+fn kept(data: &Data, stride: usize, bent: f64) -> Vec<bool> {
+    let even = evenly(data, stride);
+    let mut kept = even.clone();
     for test in data.tests() {
         let own: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
         let ranges = ranges(data, &own);
-        let mut ends: Vec<usize> = (0..own.len()).step_by(stride).collect();
-        if ends.last() != Some(&(own.len() - 1)) {
-            ends.push(own.len() - 1);
-        }
-        ends.iter().for_each(|i| kept[own[*i]] = true);
-        ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], &ranges, &mut kept));
+        let ends: Vec<usize> = (0..own.len()).filter(|i| even[own[*i]]).collect();
+        ends.windows(2).for_each(|pair| keep_turns(data, &own[pair[0]..=pair[1]], (&ranges, bent), &mut kept));
     }
     kept
+}
+
+/// Every so many rows of each test, and its last.
+fn evenly(data: &Data, stride: usize) -> Vec<bool> {
+    let mut even = vec![false; data.rows.len()];
+    for test in data.tests() {
+        let own: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
+        own.iter().step_by(stride).chain(own.last()).for_each(|r| even[*r] = true);
+    }
+    even
 }
 
 /// Largest less smallest value of each condition, SI.
@@ -81,15 +109,15 @@ fn ranges(data: &Data, own: &[usize]) -> Vec<f64> {
 }
 
 /// Keeps the rows between the first and the last of some without which a straight line would miss a condition.
-fn keep_turns(data: &Data, rows: &[usize], ranges: &[f64], kept: &mut [bool]) {
+fn keep_turns(data: &Data, rows: &[usize], (ranges, bent): (&[f64], f64), kept: &mut [bool]) {
     let (first, last) = (&data.rows[rows[0]], &data.rows[rows[rows.len() - 1]]);
-    let bent = |(i, r): (usize, &usize)| (i + 1, off(&data.rows[*r], first, last, ranges));
-    let inner = rows[1..rows.len().max(2) - 1].iter().enumerate().map(bent);
+    let missed = |(i, r): (usize, &usize)| (i + 1, off(&data.rows[*r], first, last, ranges));
+    let inner = rows[1..rows.len().max(2) - 1].iter().enumerate().map(missed);
     let Some((worst, most)) = inner.max_by(|a, b| a.1.total_cmp(&b.1)) else { return };
-    if most > BENT {
+    if most > bent {
         kept[rows[worst]] = true;
-        keep_turns(data, &rows[..=worst], ranges, kept);
-        keep_turns(data, &rows[worst..], ranges, kept);
+        keep_turns(data, &rows[..=worst], (ranges, bent), kept);
+        keep_turns(data, &rows[worst..], (ranges, bent), kept);
     }
 }
 
@@ -131,5 +159,25 @@ mod tests {
         let read: Vec<f64> = even.rows.iter().filter(|r| r.readings[0].is_some()).filter_map(|r| r.time).collect();
         assert!(read.len() == 100 && read.windows(2).all(|w| w[1] - w[0] == 10.0), "{read:?}");
         assert!(even.rows.iter().any(|r| r.time == Some(436.0) && r.readings[0].is_none()));
+    }
+
+    /// Where a condition turns in every row all of them drive the machine, and no more readings are compared than as many again.
+    #[test]
+    fn restless_conditions_are_driven_through_and_not_all_compared() {
+        let row = |i: usize| Row {
+            test: "a".into(),
+            time: Some(i as f64),
+            condition: Condition::from_si(vec![f64::from(u8::from(i.is_multiple_of(2)))]),
+            readings: vec![Some(300.0), Some(301.0)],
+            line: None,
+        };
+        let names = vec!["s".into(), "t".into()];
+        let rows = (0..1000).map(row).collect();
+        let data = Data { source: String::new(), sensors: vec![0, 1], names, rows, notes: Vec::new() };
+        let thin = thinned(&data, 200);
+        assert_eq!(thin.rows.len(), 1000);
+        assert!((200..=402).contains(&thin.count()), "{}", thin.count());
+        let conditions = |data: &Data| data.rows.iter().map(|r| r.condition.clone()).collect::<Vec<_>>();
+        assert_eq!(conditions(&thin), conditions(&data));
     }
 }

@@ -6,7 +6,7 @@
 //! machine answers *every* f as the whole one does (Grimme, Krylov projection methods for model reduction, 1997), so that any number
 //! of candidates is followed for the cost of a few dozen linear solves. Energy is projected with itself: what decays goes on decaying.
 
-use nalgebra::{DMatrix, DVector, Dyn, LU, SymmetricEigen};
+use nalgebra::{DMatrix, DMatrixView, DVector, Dyn, LU, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::point::Derivatives;
@@ -17,6 +17,8 @@ use crate::error::{Error, Result};
 
 /// Most instants of a history that are kept.
 const MOST_MOMENTS: usize = 64;
+/// Most of a long log of a machine of few nodes, which cost little.
+const MOST_MOMENTS_OF_FEW: usize = 8192;
 /// Least change between two that are kept: in kelvin at any node.
 const LEAST_APART: f64 = 0.25;
 /// A change of a source or a flow by this share of all heat and of the largest flow counts as a kelvin does.
@@ -52,7 +54,8 @@ fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-/// The instants of a history between which it runs about straight; whatever is seen, never more than 64 and the last ones.
+/// The instants of a history between which it runs about straight; whatever is seen, never more than 64 and the last ones, or 8192 of
+/// a machine of few nodes.
 #[derive(Debug, Clone, Default)]
 pub struct Moments {
     kept: Vec<Moment>,
@@ -60,17 +63,23 @@ pub struct Moments {
     apart: f64,
     /// Most heat of all sources, W, and largest flow, m³/s, so far.
     most: (f64, f64),
+    is_long: bool,
 }
 
 impl Moments {
+    /// Of a long log of a machine of few nodes: up to 8192.
+    pub fn of_long() -> Self {
+        Self { is_long: true, ..Self::default() }
+    }
+
     /// Looks at the next instant: its time (s), condition, what that comes to, and the temperature of every node, K.
     pub fn see(&mut self, time: f64, condition: &Condition, load: &Load, temperatures: &[f64]) {
         let heat = load.powers.iter().map(|p| p.abs()).sum();
         self.most = (self.most.0.max(heat), load.flows.iter().fold(self.most.1, |m, f| m.max(f.abs())));
         self.add(Moment { time, condition: condition.clone(), load: load.clone(), temperatures: temperatures.to_vec() });
-        if self.kept.len() > MOST_MOMENTS {
+        if self.kept.len() > if self.is_long { MOST_MOMENTS_OF_FEW } else { MOST_MOMENTS } {
             let apart = 2.0 * self.apart.max(LEAST_APART);
-            let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most };
+            let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most, is_long: self.is_long };
             std::mem::take(&mut self.kept).into_iter().for_each(|m| fewer.add(m));
             fewer.extend();
             *self = Self { last: self.last.take(), ..fewer };
@@ -194,14 +203,13 @@ impl Basis {
     /// The derivative of the residual, projected.
     pub fn matrix(&self, at: &Derivatives<'_>) -> DMatrix<f64> {
         let nodes = at.tangent.diagonal().len();
-        let mut product = vec![0.0; nodes];
-        let mut found = DMatrix::zeros(self.size, self.size);
-        for j in 0..self.size {
-            let column: Vec<f64> = (0..nodes).map(|n| self.by_node[n * self.size + j]).collect();
-            at.tangent.multiply(&column, &mut product);
-            found.set_column(j, &self.project(product.iter().copied().enumerate()));
+        let by_node = DMatrixView::from_slice(&self.by_node, self.size, nodes);
+        let mut product = DMatrix::zeros(nodes, self.size);
+        for (direction, mut column) in by_node.row_iter().zip(product.column_iter_mut()) {
+            let direction: Vec<f64> = direction.iter().copied().collect();
+            at.tangent.multiply(&direction, column.as_mut_slice());
         }
-        found
+        by_node * product
     }
 }
 
@@ -229,20 +237,17 @@ struct Step {
 impl<'a> Course<'a> {
     /// From the projected derivatives at the times of moments; `is_steady` where the history begins with the steady state.
     pub fn new(basis: &'a Basis, moments: &[(f64, DMatrix<f64>)], is_steady: bool) -> Self {
-        let mut steps = Vec::new();
-        for (i, pair) in moments.windows(2).enumerate() {
-            let [(from, before), (to, after)] = pair else { continue };
-            if to <= from {
-                continue;
-            }
+        let step = |(i, n): (usize, usize)| {
+            let ((from, before), (to, after)) = (&moments[i], &moments[i + 1]);
             let length = (to - from) / STEPS as f64;
-            for n in 0..STEPS {
-                let stages = [(n as f64 + GAMMA) / STEPS as f64, (n + 1) as f64 / STEPS as f64];
-                let matrix = |share: &f64| (&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length)).lu();
-                let matrices = stages.each_ref().map(matrix);
-                steps.push(Step { moment: i, stages, length, end: from + stages[1] * (to - from), matrices });
-            }
-        }
+            let stages = [(n as f64 + GAMMA) / STEPS as f64, (n + 1) as f64 / STEPS as f64];
+            let matrix = |share: &f64| (&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length)).lu();
+            let matrices = stages.each_ref().map(matrix);
+            Step { moment: i, stages, length, end: from + stages[1] * (to - from), matrices }
+        };
+        let stretches = (1..moments.len()).filter(|i| moments[*i].0 > moments[i - 1].0).map(|i| i - 1);
+        let all: Vec<(usize, usize)> = stretches.flat_map(|i| (0..STEPS).map(move |n| (i, n))).collect();
+        let steps = all.into_par_iter().map(step).collect();
         let rest = moments.first().filter(|_| is_steady).map(|(_, matrix)| matrix.clone().lu());
         Self { basis, start: moments.first().map_or(0.0, |m| m.0), rest, steps }
     }
@@ -282,6 +287,64 @@ impl<'a> Course<'a> {
         // The last row's time but for rounding.
         next.for_each(|_| take(&shown));
         found
+    }
+}
+
+impl Course<'_> {
+    /// The same the other way round: for each of `moments` what a unit of every component of the projected disturbance there does
+    /// to every sensor, at the first of `times` (which rise), then at the next; a row for each of these readings, K. Many disturbances
+    /// of few readings are followed so: back in time from each reading, once for all of them.
+    pub fn answers(&self, moments: usize, times: &[f64]) -> Vec<DMatrix<f64>> {
+        let (size, sensors) = (self.basis.size, self.basis.readings.nrows());
+        let count = times.len() * sensors;
+        let mut answers = vec![DMatrix::zeros(count, size); moments];
+        let inverse = |matrix: &LU<f64, Dyn, Dyn>| matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(size, size));
+        let inverses: Vec<[DMatrix<f64>; 2]> = self.steps.par_iter().map(|step| step.matrices.each_ref().map(inverse)).collect();
+        let kappa = (1.0 - GAMMA) / GAMMA;
+        // Derivatives of each reading with respect to the state where the way back has come to; of the later readings alone.
+        let mut along = DMatrix::zeros(count, size);
+        let mut first = times.len();
+        let seed = |along: &mut DMatrix<f64>, time: usize, weight: f64| {
+            let mut rows = along.rows_mut(time * sensors, sensors);
+            rows += &self.basis.readings * weight;
+        };
+        let end = self.steps.last().map_or(self.start, |step| step.end);
+        while first > 0 && times[first - 1] > end {
+            first -= 1;
+            seed(&mut along, first, 1.0);
+        }
+        for (n, (step, [early, late])) in self.steps.iter().zip(&inverses).enumerate().rev() {
+            let begun = if n > 0 { self.steps[n - 1].end } else { self.start };
+            let mut before = Vec::new();
+            while first > 0 && times[first - 1] > begun {
+                first -= 1;
+                let share = (times[first] - begun) / step.length;
+                seed(&mut along, first, share);
+                before.push((first, 1.0 - share));
+            }
+            let active = (first * sensors, count - first * sensors);
+            if active.1 == 0 {
+                continue;
+            }
+            let at_end = along.rows(active.0, active.1) * late;
+            let stored = &at_end * &self.basis.capacity;
+            let at_stage = &stored * early * kappa;
+            let now = &stored * (1.0 - kappa) + &at_stage * &self.basis.capacity;
+            along.rows_mut(active.0, active.1).copy_from(&now);
+            for (own, share) in [(at_stage, step.stages[0]), (at_end, step.stages[1])] {
+                let weight = -GAMMA * step.length;
+                for (moment, share) in [(step.moment, 1.0 - share), (step.moment + 1, share)] {
+                    let mut rows = answers[moment].rows_mut(active.0, active.1);
+                    rows += &own * (weight * share);
+                }
+            }
+            before.into_iter().for_each(|(time, weight)| seed(&mut along, time, weight));
+        }
+        (0..first).for_each(|time| seed(&mut along, time, 1.0));
+        if let (Some(rest), Some(answer)) = (&self.rest, answers.first_mut()) {
+            *answer -= along * inverse(rest);
+        }
+        answers
     }
 }
 
@@ -333,4 +396,32 @@ fn orthonormal(fields: &[Vec<f64>], measure: &[f64]) -> (usize, Vec<f64>) {
         by_node.par_chunks_mut(size.max(1)).zip(field).for_each(|(row, v)| row.iter_mut().zip(&weights).for_each(|(r, w)| *r += v * w));
     }
     (size, by_node)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Back from every reading as forwards with every disturbance: rows before, between and behind the moments, two at one time.
+    #[test]
+    fn both_ways() {
+        let entry = |k: usize| ((k * 7919 + 31) % 97) as f64 / 97.0;
+        let matrix = |seed: usize, own: f64| DMatrix::from_fn(3, 3, |i, j| 0.3 * entry(seed + 3 * i + j) + if i == j { own } else { 0.0 });
+        let basis = Basis { size: 3, by_node: Vec::new(), capacity: matrix(5, 4.0), readings: matrix(50, 0.0).remove_row(2) };
+        let moments: Vec<(f64, DMatrix<f64>)> =
+            [10.0, 12.0, 12.0, 19.0, 30.0].iter().enumerate().map(|(i, t)| (*t, matrix(100 * i, 1.0))).collect();
+        let times = [9.0, 10.0, 11.3, 12.0, 12.0, 18.0, 29.9, 30.0, 31.0];
+        let forces: Vec<DMatrix<f64>> = (0..5).map(|i| matrix(1000 + 17 * i, 0.0)).collect();
+        for is_steady in [true, false] {
+            let course = Course::new(&basis, &moments, is_steady);
+            let forwards = course.readings(&forces, &times);
+            let back = course.answers(forces.len(), &times);
+            for (d, column) in forwards.iter().enumerate() {
+                for (i, value) in column.iter().enumerate() {
+                    let sum: f64 = forces.iter().zip(&back).map(|(f, b)| (b.row(i) * f.column(d))[(0, 0)]).sum();
+                    assert!((sum - value).abs() < 1e-10, "{is_steady} {d} {i}: {sum} {value}");
+                }
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::stage::{MOST_NEWTON, RESIDUAL_TOLERANCE, Stage};
-use crate::discretise::network::{Load, Network};
+use crate::discretise::network::{ContactFactors, JointState, Load, Network};
 use crate::error::{Error, Result, Stop};
 use crate::physics::radiation::SIGMA;
 
@@ -18,6 +18,8 @@ pub(super) struct Lumped {
     slopes: DMatrix<f64>,
     /// What each storing node would hold without the flow at the end, J.
     target: Vec<f64>,
+    /// The joints of a network whose conductances follow no temperature, under the factors on its contacts that they are for.
+    joints: Option<(ContactFactors, Vec<JointState>)>,
 }
 
 /// Heat that passes through a network, and what rounding leaves of it, W.
@@ -31,7 +33,7 @@ impl Lumped {
     pub fn of(network: &Network) -> Option<Self> {
         let n = network.nodes;
         let is_small = n <= MOST_NODES && network.blocks.is_empty() && network.streams.is_empty() && network.reaches.is_empty();
-        is_small.then(|| Self { heat: DVector::zeros(n), slopes: DMatrix::zeros(n, n), target: vec![0.0; n] })
+        is_small.then(|| Self { heat: DVector::zeros(n), slopes: DMatrix::zeros(n, n), target: vec![0.0; n], joints: None })
     }
 
     /// Solves a stage from temperatures `begin` (K) at `time` (s), from a first guess.
@@ -71,7 +73,7 @@ impl Lumped {
                 return Ok(temperatures);
             }
             last = imbalance;
-            if !self.slopes.clone().lu().solve_mut(&mut self.heat) {
+            if !eliminate(&mut self.slopes, &mut self.heat) {
                 return Err(Error::stopped(Stop::LinearSolver, format!("the linear solver stopped at {time:.6} s: a singular matrix")));
             }
             // No absolute temperature may more than double or turn negative.
@@ -97,7 +99,11 @@ impl Lumped {
     fn assemble(&mut self, network: &Network, load: &Load, t: &[f64]) -> Passing {
         self.heat.fill(0.0);
         self.slopes.fill(0.0);
-        let (heats, slopes) = (&mut self.heat, &mut self.slopes);
+        if network.is_linear_conduction() && self.joints.as_ref().is_none_or(|(of, _)| *of != load.contacts) {
+            let state = |joint| network.joint_state(joint, t[0], t[0], &load.contacts);
+            self.joints = Some((load.contacts.clone(), network.joints.iter().map(state).collect()));
+        }
+        let Self { heat: heats, slopes, joints, .. } = self;
         let mut pair = |a: u32, b: u32, heat: f64, (along_a, along_b): (f64, f64)| {
             let (a, b) = (a as usize, b as usize);
             heats[a] += heat;
@@ -109,9 +115,10 @@ impl Lumped {
         };
         let hottest = t.iter().fold(0.0, |m: f64, t| m.max(*t));
         let mut conductances = 0.0;
-        for joint in &network.joints {
+        for (j, joint) in network.joints.iter().enumerate() {
             let (ta, tb) = (t[joint.a as usize], t[joint.b as usize]);
-            let state = network.joint_state(joint, ta, tb, &load.contacts);
+            let known = joints.as_ref().map(|(_, states)| states[j]);
+            let state = known.unwrap_or_else(|| network.joint_state(joint, ta, tb, &load.contacts));
             let drop = ta - tb;
             conductances += state.conductance.abs();
             pair(
@@ -146,5 +153,58 @@ impl Lumped {
         network.fixed.iter().for_each(|(node, _)| passes(heats[*node as usize]));
         // Each conductance stands in the balances of two nodes.
         Passing { through: entered.max(left), rounding: 2.0 * f64::EPSILON * hottest * conductances }
+    }
+}
+
+/// Solves a dense system in place, by elimination with the largest pivot of each column; the matrix is spent. `false` where it is
+/// singular.
+fn eliminate(matrix: &mut DMatrix<f64>, right: &mut DVector<f64>) -> bool {
+    let n = right.len();
+    // Column by column, as the matrix lies in memory.
+    let m = matrix.as_mut_slice();
+    for k in 0..n {
+        let pivot = (k..n).fold(k, |best, i| if m[i + k * n].abs() > m[best + k * n].abs() { i } else { best });
+        let value = m[pivot + k * n];
+        if value == 0.0 || !value.is_finite() {
+            return false;
+        }
+        if pivot != k {
+            (k..n).for_each(|j| m.swap(k + j * n, pivot + j * n));
+            right.swap_rows(k, pivot);
+        }
+        let (done, rest) = m.split_at_mut((k + 1) * n);
+        let factors = &mut done[k * n + k + 1..];
+        factors.iter_mut().for_each(|f| *f /= value);
+        for column in rest.chunks_exact_mut(n) {
+            let above = column[k];
+            if above != 0.0 {
+                column[k + 1..].iter_mut().zip(&*factors).for_each(|(c, f)| *c -= f * above);
+            }
+        }
+        let above = right[k];
+        right.as_mut_slice()[k + 1..].iter_mut().zip(&*factors).for_each(|(r, f)| *r -= f * above);
+    }
+    for k in (0..n).rev() {
+        let x = right[k] / m[k + k * n];
+        right[k] = x;
+        right.as_mut_slice()[..k].iter_mut().zip(&m[k * n..k * n + k]).for_each(|(r, c)| *r -= c * x);
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DMatrix, DVector, eliminate};
+
+    /// As the library's own factorisation, with rows that must change places; a singular matrix is told.
+    #[test]
+    fn elimination() {
+        let matrix = DMatrix::from_fn(7, 7, |i, j| if i == j { 0.0 } else { ((3 * i + 5 * j * j) % 11) as f64 - 4.5 });
+        let right = DVector::from_fn(7, |i, _| i as f64 - 2.0);
+        let expected = matrix.clone().lu().solve(&right).unwrap();
+        let (mut spent, mut found) = (matrix.clone(), right.clone());
+        assert!(eliminate(&mut spent, &mut found));
+        assert!((&found - &expected).norm() < 1e-12 * expected.norm(), "{found} {expected}");
+        assert!(!eliminate(&mut DMatrix::zeros(3, 3), &mut DVector::zeros(3)));
     }
 }

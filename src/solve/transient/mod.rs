@@ -7,6 +7,7 @@
 //! counts as one integral. Where nothing changes any more this is the steady state's law.
 
 mod lumped;
+mod modes;
 pub mod parcels;
 mod settle;
 mod stage;
@@ -18,6 +19,7 @@ use super::system::System;
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result, Stop};
 use lumped::Lumped;
+use modes::Modes;
 use parcels::{Parcel, Parcels};
 use stage::Stage;
 
@@ -32,6 +34,8 @@ const LOCAL_ERROR: f64 = 0.040_440_114_519_881;
 /// Steps between two hierarchies of the preconditioner.
 const RENEWAL: usize = 100;
 const MOST_REJECTIONS: usize = 60;
+/// No step is tried again shorter than this, s: where heat is drawn from a node that has none left no step leads on.
+const SHORTEST: f64 = 1e-9;
 
 /// How accurately to integrate.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,7 +104,19 @@ pub struct Transient<'a> {
     preconditioner: Option<stage::Preconditioner>,
     /// What a network of few nodes is solved with instead.
     lumped: Option<Lumped>,
+    /// Where states between are not asked for, the modes of a linear network.
+    strides: Strides,
     before: Option<Before>,
+}
+
+/// Whether stretches of straight loads may be one exact step.
+#[derive(Debug)]
+enum Strides {
+    /// States between are asked for, or the network is not linear.
+    No,
+    /// They may, once the modes are known.
+    Wanted,
+    Known(Box<Modes>),
 }
 
 /// The step before: what the error is estimated from.
@@ -141,7 +157,15 @@ impl<'a> Transient<'a> {
             return Err(Error::input("the longest step must be positive").at_key("longest").read(settings.longest));
         }
         let lumped = Lumped::of(network);
-        Ok(Self { network, system: System::new(network), settings, preconditioner: None, lumped, before: None })
+        Ok(Self { network, system: System::new(network), settings, preconditioner: None, lumped, strides: Strides::No, before: None })
+    }
+
+    /// The same where states between the ends of [`Transient::advance`] are of no interest: a linear network of few nodes takes a
+    /// stretch of straight loads in one exact step.
+    #[must_use]
+    pub fn in_strides(mut self) -> Self {
+        self.strides = if self.lumped.is_some() { Strides::Wanted } else { Strides::No };
+        self
     }
 
     /// The steady state of `load`, at time zero.
@@ -218,6 +242,9 @@ impl<'a> Transient<'a> {
         // Whatever changed at a corner of the schedule, slopes of before tell nothing of those after.
         self.before = None;
         let mut now = load(state.time)?;
+        if let Some(end) = self.stride(state, until, &now, load)? {
+            return seen(state, &end);
+        }
         self.settle(state, &now)?;
         let mut step = if state.step > 0.0 { state.step } else { self.first_step(state, &now) };
         let mut rejections = 0;
@@ -235,7 +262,7 @@ impl<'a> Transient<'a> {
             let tried = self.step(state, h, &now, load);
             let (next, error) = match tried {
                 Ok(found) => found,
-                Err(e) if rejections >= MOST_REJECTIONS => return Err(e),
+                Err(e) if rejections >= MOST_REJECTIONS || h < SHORTEST => return Err(e),
                 Err(_) => {
                     rejections += 1;
                     state.rejected += 1;
@@ -247,7 +274,7 @@ impl<'a> Transient<'a> {
             if error > self.settings.tolerance {
                 rejections += 1;
                 state.rejected += 1;
-                if rejections >= MOST_REJECTIONS {
+                if rejections >= MOST_REJECTIONS || h < SHORTEST {
                     return Err(Error::stopped(
                         Stop::TimeStepTooShort,
                         format!("no step is short enough at {:.6} s: {h:.2e} s still gives an error of {error:.2e} K", state.time),
@@ -279,6 +306,31 @@ impl<'a> Transient<'a> {
             seen(state, &now)?;
         }
         Ok(())
+    }
+
+    /// The whole of a stretch in one exact step, and the load at its end; `None` where the network is not linear or its load not
+    /// straight.
+    fn stride(&mut self, state: &mut TransientState, until: f64, now: &Load, load: &dyn Fn(f64) -> Result<Load>) -> Result<Option<Load>> {
+        if until <= state.time {
+            return Ok(None);
+        }
+        self.strides = match std::mem::replace(&mut self.strides, Strides::No) {
+            Strides::Known(modes) if modes.hold(now) => Strides::Known(modes),
+            Strides::Known(_) | Strides::Wanted => Modes::of(self.network, now).map_or(Strides::No, |m| Strides::Known(Box::new(m))),
+            Strides::No => Strides::No,
+        };
+        let Strides::Known(modes) = &mut self.strides else { return Ok(None) };
+        let (middle, end) = (load(f64::midpoint(state.time, until))?, load(until)?);
+        if !Modes::is_straight(now, &middle, &end) {
+            return Ok(None);
+        }
+        modes.step(self.network, state, until - state.time, (now, &end));
+        if state.temperatures.iter().any(|t| !t.is_finite() || *t <= 0.0) {
+            return Err(Error::stopped(Stop::NotFinite, format!("a temperature is no longer above absolute zero at {until:.6} s")));
+        }
+        state.time = until;
+        state.steps += 1;
+        Ok(Some(end))
     }
 
     /// A step in which nothing moves by more than a few tolerances.

@@ -5,6 +5,8 @@
 //! parcel is cut where it starts or ends in another station; along the paths of a piece's two ends the
 //! plug-flow solution in each station is exact. What the water loses is what the wall gains, to rounding.
 
+use std::sync::OnceLock;
+
 use super::parcels::{Flow, Parcel, Parcels, Share};
 use crate::discretise::network::StreamState;
 use crate::discretise::network::stream::Stream;
@@ -33,6 +35,32 @@ pub struct Passage {
     duration: f64,
     /// Capacity of a cubic metre, J/(m³ K).
     volumetric: f64,
+    /// How the water that was carried first is cut: the same water is carried along one wall after another.
+    plan: OnceLock<Plan>,
+}
+
+/// How water is cut into pieces, and the way of each piece's ends: whatever the temperatures are.
+#[derive(Debug, Clone)]
+struct Plan {
+    /// Where each parcel begins and its capacity, J/K.
+    parcels: Vec<[f64; 2]>,
+    pieces: Vec<Piece>,
+}
+
+/// A piece of a parcel.
+#[derive(Debug, Clone, Copy)]
+struct Piece {
+    parcel: usize,
+    start: f64,
+    end: f64,
+    /// Of its upstream and its downstream end; none of what stands still.
+    ways: Option<[Way; 2]>,
+}
+
+impl Plan {
+    fn is_of(&self, elements: &[(f64, Parcel)]) -> bool {
+        self.parcels.len() == elements.len() && self.parcels.iter().zip(elements).all(|(own, (from, p))| *own == [*from, p.volume])
+    }
 }
 
 /// What happened in an interval.
@@ -70,7 +98,8 @@ impl Passage {
         state.conductance.iter().for_each(|ua| units.push(units[units.len() - 1] + passes(ua)));
         let dissipation = stream.stations.iter().map(|s| state.dissipation * s.length).collect();
         let conductance = state.conductance.clone();
-        Self { capacity, ends, conductance, dissipation, left, units, rate, duration, volumetric: state.volumetric_capacity }
+        let (volumetric, plan) = (state.volumetric_capacity, OnceLock::new());
+        Self { capacity, ends, conductance, dissipation, left, units, rate, duration, volumetric, plan }
     }
 
     /// The same without dissipation.
@@ -124,44 +153,40 @@ impl Passage {
         }
         let mut kept: Parcels = Vec::with_capacity(elements.len() + stations);
         let mut outflow: Parcels = Vec::new();
-        let mut ends: Option<(f64, Way)> = None;
-        for (from, whole) in elements {
-            // Pieces of one parcel join again as long as they stay smaller than a station.
-            let mut joined: Option<Parcel> = None;
-            let (mut start, to) = (from, from + whole.volume);
-            let at = |x: f64| whole.upstream + (whole.downstream - whole.upstream) * ((x - from) / whole.volume);
-            while start < to {
-                let end = self.next_cut(start, moved).min(to);
-                let piece = Parcel { volume: end - start, upstream: at(start), downstream: at(end) };
-                let after = if self.rate > 0.0 {
-                    // Where one piece ends the next one begins: both take the same way.
-                    let upstream = ends.take().filter(|(at, _)| *at == start).map_or_else(|| self.way(start, moved), |(_, way)| way);
-                    let downstream = self.way(end, moved);
-                    let along = |way: &Way, t: f64, found: &mut Carried, through: &mut Through| {
-                        self.follow(way, t, 0.5 * piece.volume, wall, found, through)
-                    };
-                    let first = along(&upstream, piece.upstream, &mut found, &mut through);
-                    let last = along(&downstream, piece.downstream, &mut found, &mut through);
-                    ends = Some((end, downstream));
-                    Parcel { upstream: first, downstream: last, ..piece }
-                } else {
-                    self.at_rest(start, piece, wall, &mut found)
-                };
-                if f64::midpoint(start, end) + moved < content {
-                    joined = match joined {
-                        Some(before) if before.volume + after.volume <= content / stations as f64 => Some(before.joined(after)),
-                        earlier => {
-                            kept.extend(earlier);
-                            Some(after)
-                        }
-                    };
-                } else {
-                    outflow.push(after);
-                }
-                start = end;
+        let known = self.plan.get_or_init(|| self.planned(&elements, moved));
+        let other = (!known.is_of(&elements)).then(|| self.planned(&elements, moved));
+        // Pieces of one parcel join again as long as they stay smaller than a station.
+        let (mut joined, mut of): (Option<Parcel>, usize) = (None, 0);
+        for Piece { parcel, start, end, ways } in &other.as_ref().unwrap_or(known).pieces {
+            if *parcel != of {
+                kept.extend(joined.take());
+                of = *parcel;
             }
-            kept.extend(joined);
+            let (from, whole) = elements[*parcel];
+            let at = |x: f64| whole.upstream + (whole.downstream - whole.upstream) * ((x - from) / whole.volume);
+            let piece = Parcel { volume: end - start, upstream: at(*start), downstream: at(*end) };
+            let after = match ways {
+                Some([upstream, downstream]) => {
+                    let half = 0.5 * piece.volume;
+                    let first = self.follow(upstream, piece.upstream, half, wall, &mut found, &mut through);
+                    let last = self.follow(downstream, piece.downstream, half, wall, &mut found, &mut through);
+                    Parcel { upstream: first, downstream: last, ..piece }
+                }
+                None => self.at_rest(*start, piece, wall, &mut found),
+            };
+            if f64::midpoint(*start, *end) + moved < content {
+                joined = match joined {
+                    Some(before) if before.volume + after.volume <= content / stations as f64 => Some(before.joined(after)),
+                    earlier => {
+                        kept.extend(earlier);
+                        Some(after)
+                    }
+                };
+            } else {
+                outflow.push(after);
+            }
         }
+        kept.extend(joined);
         through.settle(self, wall, &mut found);
         // The foremost leaves first.
         let total: f64 = outflow.iter().map(|o| o.volume).sum();
@@ -169,6 +194,27 @@ impl Passage {
         found.outflow = outflow.iter().rev().map(|o| Share { share: share(o.volume), first: o.downstream, last: o.upstream }).collect();
         found.parcels = self.merged(kept).into_iter().map(|p| Parcel { volume: p.volume / self.volumetric, ..p }).collect();
         found
+    }
+
+    /// Cuts water, each parcel with where it begins and its capacity (J/K) for its volume, and finds the ways of the pieces.
+    fn planned(&self, elements: &[(f64, Parcel)], moved: f64) -> Plan {
+        let mut pieces = Vec::with_capacity(elements.len() + 2 * self.capacity.len());
+        let mut last: Option<(f64, Way)> = None;
+        for (parcel, (from, whole)) in elements.iter().enumerate() {
+            let (mut start, to) = (*from, from + whole.volume);
+            while start < to {
+                let end = self.next_cut(start, moved).min(to);
+                // Where one piece ends the next one begins: both take the same way.
+                let ways = (self.rate > 0.0).then(|| {
+                    let upstream = last.take().filter(|(at, _)| *at == start).map_or_else(|| self.way(start, moved), |(_, way)| way);
+                    [upstream, self.way(end, moved)]
+                });
+                last = ways.map(|[_, downstream]| (end, downstream));
+                pieces.push(Piece { parcel, start, end, ways });
+                start = end;
+            }
+        }
+        Plan { parcels: elements.iter().map(|(from, p)| [*from, p.volume]).collect(), pieces }
     }
 
     /// A piece, its capacity (J/K) for its volume, that begins at `start` and stays there: what stands still stands in one station.
@@ -383,7 +429,18 @@ mod tests {
             units.push(sums.1);
         }
         let left = conductance.iter().map(|ua| (-ua / rate).exp()).collect();
-        Passage { capacity, ends, conductance, dissipation: vec![0.5; STATIONS], left, units, rate, duration, volumetric: 4.18e6 }
+        Passage {
+            capacity,
+            ends,
+            conductance,
+            dissipation: vec![0.5; STATIONS],
+            left,
+            units,
+            rate,
+            duration,
+            volumetric: 4.18e6,
+            plan: OnceLock::new(),
+        }
     }
 
     fn walls() -> Vec<f64> {

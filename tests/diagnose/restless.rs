@@ -1,0 +1,111 @@
+//! Weeks of a lumped machine whose conditions never rest: readings are thinned, and still every turn drives the machine.
+
+use coldplate::describe::machine::Condition;
+use coldplate::evidence::diagnose::{Problem, Scales, diagnose, hypotheses, signatures};
+use coldplate::evidence::identify;
+use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate::explore::simulate::Start;
+use coldplate::foundation::progress::Silent;
+use coldplate::foundation::random::Random;
+use coldplate::solve::sensitivity::Study;
+
+const NOISE: f64 = 0.05;
+
+fn study(lines: &[(String, String)]) -> Study {
+    let path = format!("{}/benches/evidence_speed/lumped.toml", env!("CARGO_MANIFEST_DIR"));
+    Study::read(std::path::Path::new(&path), lines, None).unwrap()
+}
+
+/// Rows every 315 s for some days: the load is set anew every six hours, the hall has its day.
+fn log(study: &Study, days: f64) -> Data {
+    let machine = &study.model.machine;
+    let place = |name: &str| machine.variables.iter().position(|v| v.name == name).unwrap();
+    let (power, hall) = (place("power"), place("ambient_temperature"));
+    let mut random = Random::new(3);
+    let mut watts = 300.0;
+    let row = |i: usize| {
+        let time = 315.0 * i as f64;
+        if i.is_multiple_of(69) {
+            watts = 600.0 * random.unit();
+        }
+        let mut values: Vec<f64> = machine.variables.iter().map(|v| v.default.unwrap_or(0.0)).collect();
+        values[power] = watts;
+        values[hall] = 293.15 - 4.0 * (time / 2e6).cos() - 3.0 * (std::f64::consts::TAU * time / 86400.0).cos();
+        Row { test: "weeks".into(), time: Some(time), condition: Condition::from_si(values), readings: vec![Some(300.0); 3], line: None }
+    };
+    let rows = (0..(days * 86400.0 / 315.0) as usize).map(row).collect();
+    Data {
+        source: String::new(),
+        sensors: vec![0, 1, 2],
+        names: machine.sensors.iter().map(|s| s.name.clone()).collect(),
+        rows,
+        notes: Vec::new(),
+    }
+}
+
+/// The log with what a machine shows, and noise.
+fn measured(study: &Study, data: &Data) -> Data {
+    let values = identify::values(study, data, Start::Steady).unwrap();
+    let mut random = Random::new(4);
+    let mut measured = data.clone();
+    for (row, values) in measured.rows.iter_mut().zip(values.chunks(3)) {
+        row.readings = values.iter().map(|v| Some(v + NOISE * random.normal())).collect();
+    }
+    measured
+}
+
+fn uncertainty(data: &Data, study: &Study) -> Uncertainty {
+    let usual = Uncertainty::usual(data, &study.model.machine);
+    let variables = vec![VariableUncertainty::default(); usual.variables.len()];
+    Uncertainty { noise: vec![NOISE; 3], bias: vec![0.01; 3], variables, timing: 0.0, ..usual }
+}
+
+/// What is left of 99 000 readings is 2400 of them at most, predicted as with every row within about their noise; the cause is named.
+#[test]
+fn weeks_are_thinned_and_the_cause_is_named() {
+    let (file, every) = (study(&[]), log(&study(&[]), 120.0));
+    let truth = study(&[("contact.bearing_housing.total_conductance".to_string(), "\"3 W/K\"".to_string())]);
+    let data = measured(&truth, &every);
+    let mut problem = Problem::new(file.clone(), data.clone()).thinned();
+    problem.uncertainty = uncertainty(&problem.data, &file);
+    assert!((1200..=2400).contains(&problem.data.count()), "{}", problem.data.count());
+    assert!(problem.data.rows.len() * 2 < data.rows.len(), "{}", problem.data.rows.len());
+    let (thin, all) =
+        (identify::values(&file, &problem.data, Start::Steady).unwrap(), identify::values(&file, &data, Start::Steady).unwrap());
+    let time = |row: &Row| row.time.unwrap();
+    let read: Vec<usize> =
+        problem.data.rows.iter().filter(|r| r.readings[0].is_some()).map(|r| data.rows.partition_point(|o| time(o) < time(r))).collect();
+    let apart = |(r, own): (&usize, &[f64])| own.iter().zip(&all[3 * r..]).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));
+    let worst = read.iter().zip(thin.chunks(3)).map(apart).fold(0.0, f64::max);
+    assert!(worst < 0.06, "thinned conditions change a prediction by {worst} K");
+    let found = diagnose(&problem, &Silent).unwrap();
+    let best = &found.explanations[0];
+    let cause = best.causes.iter().find(|c| c.hypothesis.place == "bearing_housing").unwrap_or_else(|| panic!("{best:?}"));
+    let (low, high) = cause.interval();
+    assert!((low..=high).contains(&0.6f64.ln()), "{:?}", (low.exp(), high.exp()));
+}
+
+/// Effects are followed through hundreds of turns, not along a straight line across all of them.
+#[test]
+fn effects_are_followed_through_every_turn() {
+    let (file, every) = (study(&[]), log(&study(&[]), 8.0));
+    let data = measured(&file, &every);
+    let catalogue = hypotheses(&file, &data, &[]);
+    let scales = Scales::of(&data, &file.model.machine);
+    let found = signatures(&file, &data, Start::Steady, &[], &catalogue, &scales, &[]).unwrap();
+    let run = |sets: &[(String, String)]| identify::values(&file.edited(sets).ok()?, &data, Start::Steady).ok();
+    let mut followed = 0;
+    for (h, column) in catalogue.iter().zip(&found.columns).filter(|(h, _)| !h.is_sensor() && h.is_signed) {
+        let at = |step: f64| h.sets(&file, &scales, &[], step).ok().flatten().and_then(|sets| run(&sets));
+        let (Some(more), Some(less)) = (at(0.05 * h.scale), at(-0.05 * h.scale)) else { continue };
+        let slope: Vec<f64> = more.iter().zip(&less).map(|(a, b)| (a - b) / (0.1 * h.scale)).collect();
+        let norm = |v: &[f64]| v.iter().map(|s| s * s).sum::<f64>().sqrt();
+        if norm(&slope) * h.scale < 0.5 {
+            continue;
+        }
+        followed += 1;
+        let apart: Vec<f64> = slope.iter().zip(column).map(|(a, b)| a - b).collect();
+        assert!(norm(&apart) < 0.05 * norm(&slope), "{} at {}: {}", h.kind(), h.place, norm(&apart) / norm(&slope));
+    }
+    assert!(followed > 10, "{followed}");
+}
