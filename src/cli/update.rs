@@ -53,7 +53,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let last =
         if is_written { format!("wrote {}\n", path.display()) } else { "nothing was written; --anyway writes it all the same\n".into() };
     out.report(&(text(&found.record) + &last), &found.record);
-    Ok(u8::from(found.record.alarm))
+    Ok(u8::from(!is_written))
 }
 
 fn text(record: &UpdateRecord) -> String {

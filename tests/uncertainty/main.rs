@@ -281,12 +281,11 @@ fn bands_cover_what_they_say() {
         let right = Count::share(count.right, count.stated);
         println!("{when}: values {values:.4}, margins {margins:.4}, {} of {} verdicts right ({right:.4})", count.right, count.stated);
     }
-    for (count, most) in [(before, 0.97), (after, 0.99)] {
+    // Afterwards the bands are a little wider than they need be: an error that changes smoothly with the condition counts as new at
+    // every condition, while the parameters follow part of it.
+    for (count, most) in [(before, 0.97), (after, 0.985)] {
         let (values, margins) = (Count::share(count.held, count.values), Count::share(count.margins_held, count.margins));
-        assert!((0.93..=0.97).contains(&values), "{values}");
-        // Afterwards the bands of margins are wider than they need be: an error that changes smoothly with the condition counts as
-        // new at every condition, while the parameters follow part of it.
-        assert!((0.93..=most).contains(&margins), "{margins}");
+        assert!((0.93..=most).contains(&values) && (0.93..=most).contains(&margins), "{values} {margins}");
         assert!(Count::share(count.right, count.stated) >= 0.95);
     }
     assert!(after.stated > before.stated);

@@ -37,7 +37,7 @@ pub use predict::{
 };
 pub use profile::{Profile, profile, profile_heard};
 pub use scan::{Scan, scan};
-pub use write::write_machine;
+pub use write::{model_error_line, write_machine};
 
 /// How far a positive parameter goes where its bounds are not given: this many times its value, and as many times less.
 const FARTHEST: f64 = 100.0;

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use super::{Estimate, Problem};
-use crate::describe::machine::Variable;
+use crate::describe::machine::{Machine, Variable};
 use crate::error::Result;
+use crate::evidence::measurement::Data;
 use crate::foundation::document::{Leaf, name_of};
 use crate::foundation::numbers::{TWO_SIDED_95, significant};
 use crate::solve::sensitivity::{Kind, Parameter};
@@ -104,38 +105,37 @@ fn correlations(problem: &Problem, estimate: &Estimate) -> Option<(String, Strin
     is_new.then(|| ("correlation".to_string(), format!("[{}]", all.join(", "))))
 }
 
-/// What was learnt of the model's error, and where the model was compared with readings.
+/// What was learnt of the model's error: what the stated errors explain leaves the model no more than these state of it.
 fn model_error(problem: &Problem, estimate: &Estimate) -> Result<Option<(String, String)>> {
-    let machine = &problem.study.model.machine;
     let learnt = estimate.model_error.map(|own| own.level.wandering).filter(|own| *own > 0.0);
-    let mut conditions: Vec<String> = Vec::new();
-    if !problem.data.is_transient() {
-        for row in &problem.data.rows {
-            let value =
-                |(v, si): (&Variable, &f64)| Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit));
-            let all = machine.variables.iter().zip(row.condition.si()).map(value).collect::<Result<Vec<String>>>()?;
-            let condition = format!("{{ {} }}", all.join(", "));
-            if !conditions.contains(&condition) && conditions.len() < MOST_CONDITIONS {
-                conditions.push(condition);
-            }
-        }
-    }
-    if learnt.is_none() && conditions.is_empty() {
+    if learnt.is_none() && problem.data.is_transient() {
         return Ok(None);
     }
-    let own = &machine.model_error;
-    let mut entries = Vec::new();
-    match learnt {
-        Some(deviation) => entries.push(format!("sensors = \"{} K\"", significant(deviation, 3))),
-        None => {
-            let each = machine.sensors.iter().zip(&own.sensors).map(|(s, k)| format!("{} = \"{k:?} K\"", text(&s.name)));
-            entries.push(format!("sensor = {{ {} }}", each.collect::<Vec<_>>().join(", ")));
+    model_error_line(&problem.study.model.machine, &problem.data, learnt.unwrap_or(problem.uncertainty.model)).map(Some)
+}
+
+/// The line of a machine file that says by how much it misses readings, as a standard deviation in kelvin, and at which conditions
+/// it was compared with them: key and TOML value. Conditions of logs are not states and are left out.
+///
+/// # Errors
+/// A unit of a variable that cannot be expressed.
+pub fn model_error_line(machine: &Machine, data: &Data, deviation: f64) -> Result<(String, String)> {
+    let mut conditions: Vec<String> = Vec::new();
+    for row in data.rows.iter().filter(|_| !data.is_transient()) {
+        let value =
+            |(v, si): (&Variable, &f64)| Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit));
+        let all = machine.variables.iter().zip(row.condition.si()).map(value).collect::<Result<Vec<String>>>()?;
+        let condition = format!("{{ {} }}", all.join(", "));
+        if !conditions.contains(&condition) && conditions.len() < MOST_CONDITIONS {
+            conditions.push(condition);
         }
     }
-    entries.push(format!("common = \"{:?} K\"", own.common));
-    entries.push(format!("growth = {:?}", own.growth));
-    entries.push(format!("measured = [{}]", conditions.join(", ")));
-    Ok(Some(("model_error".into(), format!("{{ {} }}", entries.join(", ")))))
+    let entries = [
+        format!("sensors = \"{} K\"", significant(deviation, 3)),
+        format!("growth = {:?}", machine.model_error.growth),
+        format!("measured = [{}]", conditions.join(", ")),
+    ];
+    Ok(("model_error".into(), format!("{{ {} }}", entries.join(", "))))
 }
 
 /// A text as TOML.
