@@ -1,5 +1,7 @@
 //! Surrogates and tables become figures.
 
+use statrs::distribution::{ContinuousCDF, Normal};
+
 use crate::error::{Error, Result};
 use crate::figures::chart::acceptability::{AcceptabilityMap, Here};
 use crate::figures::chart::error_overview::{ErrorOverview, PointErrors};
@@ -11,7 +13,7 @@ use crate::figures::chart::residuals::ResidualFigure;
 use crate::figures::chart::style::{Quantity, fixed as decimals, number};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::one_factor::OneFactor;
-use crate::surrogate::verdict::{self, Acceptability, Inverse, Surrogate};
+use crate::surrogate::verdict::{self, Acceptability, ChanceAnswer, Inverse, LimitAnswer, Surrogate};
 
 /// Nodes along each side of an acceptability map.
 const MAP_NODES: usize = 81;
@@ -81,7 +83,7 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
             let answer = verdict::query(surrogate, &at)?;
             let limit = answer.binding.and_then(|i| answer.limits.get(i));
             margin.push(limit.map_or(f64::NAN, |l| l.margin));
-            half_width.push(limit.map_or(0.0, |l| (l.high - l.low) / 2.0));
+            half_width.push(limit.map_or(0.0, |l| half_width_of(l, answer.chance.as_ref())));
             binding.push(answer.binding.unwrap_or(usize::MAX));
             if let Some(limit) = limit.filter(|l| l.unit != "degC") {
                 unit.clone_from(&limit.unit);
@@ -105,6 +107,20 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
         here,
         notes: Vec::new(),
     })
+}
+
+/// Half width of the band that places the borders of the uncertain area: of all limits together where their probability is known,
+/// so that margin less half width is zero where that probability is the one asked for.
+fn half_width_of(limit: &LimitAnswer, chance: Option<&ChanceAnswer>) -> f64 {
+    let own = (limit.high - limit.low) / 2.0;
+    let deviations = |p: f64| Normal::standard().inverse_cdf(p.clamp(1e-12, 1.0 - 1e-12));
+    match chance.filter(|chance| chance.probability.is_finite()) {
+        Some(chance) => {
+            let apart = deviations(chance.probability).abs().max(1e-6);
+            deviations(chance.confidence) * limit.margin.abs() / apart
+        }
+        None => own,
+    }
 }
 
 fn shown(state: Acceptability) -> crate::figures::chart::acceptability::CellState {
