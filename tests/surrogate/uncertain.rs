@@ -256,7 +256,7 @@ fn parameters_may_be_stated() {
     let parts = |answer: &coldplate::surrogate::verdict::Answer| answer.temperatures[0].parts.unwrap().parameters;
     assert!(parts(&after) < 0.7 * parts(&before));
     for (name, value, says) in [
-        ("contact.foot.conductance", "200 W/(m2 K)", "may be stated from 350"),
+        ("contact.foot.conductance", "200 W/(m2 K)", "may be stated from 350.0 to 650.0 W/(m2 K)"),
         ("contact.foot.conductance", "400", "unit"),
         ("contact.fot.conductance", "400 W/(m2 K)", "no parameter"),
         ("all heats", "nan", "all heats"),
@@ -310,6 +310,18 @@ fn a_file_follows_its_machine() {
     let wrong: Vec<[f64; 5]> = conditions.iter().map(|x| [x[0], x[1], x[2], truth(x, 0) + 4.0, truth(x, 1) - 4.0]).collect();
     let alarm = update::update(&bytes, &table(&wrong), &[2, 3, 4, 5], 0.1).unwrap().record;
     assert!(alarm.alarm && alarm.worst[0].probability < update::ALARM, "{alarm:?}");
+    // A log is no table of steady states.
+    let mut log = table(&rows);
+    log.columns.push(Column { name: "time".into(), unit: "s".into(), values: vec![0.0; 4] });
+    assert!(update::update(&bytes, &log, &[2, 3, 4, 5], 0.1).unwrap_err().to_string().contains("steady states alone"));
+    // Readings may have another unit than the file.
+    let mut warm = table(&rows);
+    warm.columns[3].unit = "K".into();
+    warm.columns[3].values.iter_mut().for_each(|t| *t += 273.15);
+    warm.columns[0].unit = "m3/s".into();
+    warm.columns[0].values.iter_mut().for_each(|flow| *flow /= 6e4);
+    let other = update::update(&bytes, &warm, &[2, 3, 4, 5], 0.1).unwrap();
+    assert!((other.record.chi_square - found.record.chi_square).abs() < 1e-6);
     // Rows outside the range teach nothing, and are counted.
     let outside = [[20.0, 20.0, 21.0, 25.0, 22.0]];
     assert!(update::update(&bytes, &table(&outside), &[2], 0.1).unwrap_err().to_string().contains("no reading inside"));

@@ -18,7 +18,7 @@ use crate::uncertain::{Uncertainty, packed};
 /// let mut belief = Belief::begin(&uncertainty, &mut mean, &mut covariance)?;
 /// let mut work = [0.0; 5];
 /// let condition = [8.0, 20.0, 21.0];
-/// let reading = Reading { point: 0, value: 31.2, deviation: 0.1 };
+/// let reading = Reading { point: 0, value: 24.2, deviation: 0.1 };
 /// let surprise = surrogate.learn(&condition, &[reading], &mut belief, &mut work)?;
 /// assert!(surprise.probability() > 0.001, "the readings leave the model");
 /// # Ok::<(), Box<dyn std::error::Error>>(())

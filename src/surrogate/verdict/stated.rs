@@ -4,6 +4,7 @@ use coldplate_runtime::{Belief, Parameter, Surrogate, Variable};
 
 use super::condition;
 use crate::error::{Error, Result};
+use crate::foundation::numbers::significant;
 use crate::surrogate::fit::file;
 use crate::surrogate::fit::model::States;
 
@@ -65,6 +66,7 @@ fn value(parameter: &Parameter<'_>, text: &str) -> Result<f64> {
     if (low..=high).contains(&value) {
         return Ok(value);
     }
-    let range = format!("it may be stated from {low:.6} to {high:.6} {unit}, where the slopes of this surrogate hold");
+    let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
+    let range = format!("it may be stated from {} to {}{unit}, where its slopes hold", significant(low, 4), significant(high, 4));
     Err(Error::input("this value is too far from that of the machine").read(text).help(range))
 }

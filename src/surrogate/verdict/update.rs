@@ -96,17 +96,17 @@ pub struct Learnt {
 /// # Errors
 /// A file without uncertainty; a table without a variable, or with times; no reading inside the fitted range.
 pub fn update(bytes: &[u8], table: &Table, lines: &[usize], noise: f64) -> Result<Updated> {
+    if table.columns.iter().any(|c| c.name == "time") {
+        return Err(Error::input("these readings are a log, and a surrogate knows steady states alone")
+            .at_key("time")
+            .help("keep the rows that are steady and leave the column out; logs are for `coldplate identify`"));
+    }
     let bytes = &with_conditions(bytes, table)?;
     let opened = file::open(bytes)?;
     let uncertainty = opened.uncertainty().ok_or_else(|| {
         Error::input("this surrogate says nothing of what its answers leave open, so nothing can be learnt of it")
             .help("sweep its machine and fit anew: `coldplate run SWEEP.toml`")
     })?;
-    if table.columns.iter().any(|c| c.name == "time") {
-        return Err(Error::input("these readings are a log, and a surrogate knows steady states alone")
-            .at_key("time")
-            .help("keep the rows that are steady and leave the column out; logs are for `coldplate identify`"));
-    }
     let data = Data::read(&opened, table)?;
     let before = states_of(&opened)?;
     let (mut total, mut outside, mut rows) = (Surprise { chi_square: 0.0, readings: 0 }, 0, Vec::new());
@@ -205,16 +205,16 @@ struct Data {
 
 impl Data {
     fn read(surrogate: &Surrogate<'_>, table: &Table) -> Result<Self> {
-        let values = |column: &Column, name: &str, unit: &str| -> Result<Vec<f64>> {
-            let own = Variable { name, unit, low: f64::NEG_INFINITY, high: f64::INFINITY };
+        let values = |column: &Column, own: Variable<'_>| -> Result<Vec<f64>> {
+            let name = own.name;
             let one = |value: &f64| if value.is_finite() { condition::number_in(&own, *value, &column.unit) } else { Ok(f64::NAN) };
             column.values.iter().map(one).collect::<Result<_>>().map_err(|e: Error| e.at_key(name))
         };
-        let variables = surrogate.variables().map(|v| values(table.column(v.name)?, v.name, v.unit));
+        let variables = surrogate.variables().map(|v| values(table.column(v.name)?, v));
         let variables: Vec<Vec<f64>> = variables.collect::<Result<_>>()?;
         for held in surrogate.held() {
             if let Some(column) = table.columns.iter().find(|c| c.name == held.name) {
-                let stated = values(column, held.name, held.unit)?;
+                let stated = values(column, Variable { name: held.name, unit: held.unit, low: held.value, high: held.value })?;
                 if let Some(other) = stated.iter().find(|x| (*x - held.value).abs() > 1e-9 * held.value.abs().max(1.0)) {
                     let what = format!("'{}' was held at {} {} when the surrogate was made", held.name, held.value, held.unit);
                     return Err(Error::input(what).at_key(held.name).read(other).help("make a surrogate that varies it"));
@@ -224,7 +224,8 @@ impl Data {
         let mut points = Vec::new();
         for column in &table.columns {
             if let Some((index, point)) = surrogate.points().enumerate().find(|(_, p)| p.name == column.name) {
-                points.push((index, values(column, point.name, point.unit)?));
+                // A point has no range whose ends a value could be meant for.
+                points.push((index, values(column, Variable { name: point.name, unit: point.unit, low: f64::NAN, high: f64::NAN })?));
             } else if !condition::variables(surrogate).iter().any(|v| v.name == column.name) {
                 let known: Vec<&str> = surrogate.points().map(|p| p.name).collect();
                 let error = Error::input(format!("the column '{}' is neither a variable nor a point of this surrogate", column.name));
