@@ -127,19 +127,37 @@ impl Surrogate<'_> {
         values: &mut [f64],
         bands: &mut [Band],
     ) -> Result<Chance, ShapeError> {
+        if bands.len() != self.points.len() {
+            return Err(ShapeError { argument: "number of bands", expected: self.points.len(), found: bands.len() });
+        }
+        self.judge(x, belief, confidence, values, Some(bands))
+    }
+
+    /// The verdict, with the bands where they are asked for.
+    pub(crate) fn judge(
+        &self,
+        x: &[f64],
+        belief: Option<&Belief<'_>>,
+        confidence: f64,
+        values: &mut [f64],
+        bands: Option<&mut [Band]>,
+    ) -> Result<Chance, ShapeError> {
         let Some(uncertainty) = &self.uncertainty else {
-            self.bands(x, belief, values, bands)?;
+            match bands {
+                Some(bands) => self.bands(x, belief, values, bands)?,
+                None => self.evaluate_fit(x, values)?,
+            }
             let independent = |limit: usize| self.limit_chance(limit, x, None, values);
             return Ok(self.judge_together(x, confidence, independent, |_, _| 0.0));
         };
         self.evaluate_fit(x, values)?;
-        if bands.len() != values.len() {
-            return Err(ShapeError { argument: "number of bands", expected: values.len(), found: bands.len() });
-        }
         let known = belief.map_or(Known::File(uncertainty), Known::Memory);
         let mut here = self.here(uncertainty, x);
         here.remember();
-        here.fill(&known, values, bands);
+        match bands {
+            Some(bands) => here.fill(&known, values, bands),
+            None => here.shift(&known, values),
+        }
         let direction = |limit: usize| self.limits.get(limit).map(|record| here.limit(self.limit_kind(record), values));
         let chance = |limit: usize| {
             let (kind, maximum) = (self.limit_kind(self.limits.get(limit)?), self.maxima().at(limit));
@@ -330,7 +348,14 @@ impl Here<'_> {
         }
     }
 
-    /// Adds what is known of the states to the values of all points, and finds their bands.
+    /// Adds what is known of the states to the values of all points.
+    fn shift(&self, known: &Known<'_, '_, '_>, values: &mut [f64]) {
+        if !known.is_prior() {
+            values.iter_mut().enumerate().for_each(|(point, value)| *value += self.point(point).mean(known));
+        }
+    }
+
+    /// The same, and finds their bands.
     fn fill(&self, known: &Known<'_, '_, '_>, values: &mut [f64], bands: &mut [Band]) {
         for (point, (value, band)) in values.iter_mut().zip(bands).enumerate() {
             let direction = self.point(point);

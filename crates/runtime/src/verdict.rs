@@ -1,6 +1,6 @@
 //! Limits and the verdict on a condition.
 
-use crate::assess::{Band, LimitChance};
+use crate::assess::LimitChance;
 use crate::bytes::Numbers;
 use crate::evaluate::ShapeError;
 use crate::format::{MAX_POINTS, MEDIUM_RECORD};
@@ -89,10 +89,13 @@ impl Surrogate<'_> {
     /// If `x` does not have one value per variable, or `values` one place per point.
     pub fn query(&self, x: &[f64], values: &mut [f64]) -> Result<Verdict, ShapeError> {
         if self.uncertainty.is_some() {
-            let mut bands = [Band::default(); MAX_POINTS];
-            let chance = self.assess(x, None, CONFIDENCE, values, &mut bands[..self.points.len().min(MAX_POINTS)])?;
-            let binding = chance.binding.and_then(|index| self.limit_value(index, x, values));
-            let (value, margin) = binding.map_or((f64::NAN, f64::NAN), |limit| (limit.value, limit.margin));
+            let chance = self.judge(x, None, CONFIDENCE, values, None)?;
+            let of = |list: &[f64], index: usize| list.get(index).copied().unwrap_or(f64::NAN);
+            let limit = chance.binding.and_then(|index| Some((self.limits.get(index)?, self.maxima().at(index))));
+            let (value, margin) = limit.map_or((f64::NAN, f64::NAN), |(record, maximum)| {
+                let value = self.limit_kind(record).value(|point| of(values, point), |variable| of(x, variable));
+                (value, maximum - value)
+            });
             return Ok(Verdict { state: chance.state, in_domain: chance.in_domain, binding: chance.binding, value, margin });
         }
         self.evaluate(x, values)?;
