@@ -4,7 +4,7 @@ use coldplate::foundation::random::Random;
 use coldplate::foundation::table::{Column, Table};
 use coldplate::surrogate::fit::evaluate;
 use coldplate::surrogate::fit::file::{decode, encode, open};
-use coldplate::surrogate::fit::model::Surrogate;
+use coldplate::surrogate::fit::model::{States, Surrogate};
 use coldplate::surrogate::verdict::{Acceptability, Inverse, free, query, query_at, stated, update};
 use coldplate_runtime::{Band, Belief, LearnError, OpenError, Reading, format};
 use nalgebra::{DMatrix, DVector};
@@ -325,6 +325,37 @@ fn a_file_follows_its_machine() {
     // Rows outside the range teach nothing, and are counted.
     let outside = [[20.0, 20.0, 21.0, 25.0, 22.0]];
     assert!(update::update(&bytes, &table(&outside), &[2], 0.1).unwrap_err().to_string().contains("no reading inside"));
+}
+
+/// What overflows is neither kept nor broken, however large the slopes or the values of a file are.
+#[test]
+fn what_overflows_is_never_acceptable() {
+    let mut surrogate = uncertain();
+    let own = surrogate.uncertainty.as_mut().unwrap();
+    let states = own.parameters.len() + surrogate.points.len() + 1;
+    let packed = |i: usize| i * (i + 1) / 2 + i;
+    let mut covariance = vec![0.0; packed(states - 1) + 1];
+    (0..states).for_each(|i| covariance[packed(i)] = 1e300);
+    own.states = Some(States { mean: vec![0.0; states], covariance });
+    own.slopes.iter_mut().flatten().flatten().for_each(|s| *s *= 1e10);
+    match encode(&surrogate) {
+        // A band that is no number in a self-test cannot be written at all.
+        Err(error) => assert!(error.to_string().contains("cannot be"), "{error}"),
+        Ok(bytes) => assert_ne!(query(&open(&bytes).unwrap(), &AT).unwrap().verdict, Acceptability::Acceptable),
+    }
+    // A belief of the caller's may hold anything.
+    let bytes = encode(&uncertain()).unwrap();
+    let file = open(&bytes).unwrap();
+    let own = file.uncertainty().unwrap();
+    for wild in [f64::NAN, f64::INFINITY, -1e308, 1e308] {
+        let (mut mean, mut covariance) = (vec![0.0; own.states()], vec![0.0; own.covariances()]);
+        let mut belief = Belief::begin(&own, &mut mean, &mut covariance).unwrap();
+        let mut work = vec![0.0; own.states()];
+        belief.know(0, wild * 1e10, &mut work).unwrap();
+        let (mut values, mut bands) = ([0.0; 2], [Band::default(); 2]);
+        let chance = file.assess(&[12.0, 15.0, 24.0], Some(&belief), 0.95, &mut values, &mut bands).unwrap();
+        assert_eq!(chance.state, Acceptability::Uncertain, "{wild}: {chance:?}");
+    }
 }
 
 /// Every byte of the section counts, and none makes the reader panic.

@@ -1,7 +1,7 @@
 //! The further sections of a file: what they hold, and every check of it.
 
-use crate::assess::Band;
 use crate::bytes::{Numbers, part, u16_at, u32_at};
+use crate::direction::Band;
 use crate::format::*;
 use crate::open::{Checked, OpenError, check_name, ensure, records, within};
 use crate::surrogate::{Held, Surrogate};

@@ -32,6 +32,7 @@
 mod assess;
 mod belief;
 mod bytes;
+mod direction;
 mod evaluate;
 pub mod format;
 mod further;
@@ -40,12 +41,14 @@ mod math;
 mod normal;
 mod open;
 mod surrogate;
+mod together;
 mod uncertain;
 mod verdict;
 
-pub use assess::{Band, Chance, LimitChance};
+pub use assess::{Chance, LimitChance};
 pub use belief::{Belief, LearnError, Reading, Surprise};
 pub use bytes::Numbers;
+pub use direction::Band;
 pub use evaluate::ShapeError;
 pub use limit::LimitKind;
 pub use normal::{NINETY_FIVE, probability_above_chi_square, probability_below};

@@ -1,0 +1,245 @@
+//! How a value, or the difference of two, depends on the states at one condition.
+
+use crate::belief::Known;
+use crate::format::{MAX_PARAMETERS, MAX_POINTS};
+use crate::limit::LimitKind;
+use crate::math::sqrt;
+use crate::normal::NINETY_FIVE;
+use crate::surrogate::{Indices, Surrogate};
+use crate::uncertain::{Monomials, Uncertainty};
+
+/// Points whose slopes are found once for a whole verdict.
+const REMEMBERED: usize = 24;
+
+/// How uncertain a value is, as standard deviations in the point's unit.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Band {
+    /// Of the function that was fitted to the solver's results.
+    pub fit: f64,
+    /// Of the parameters.
+    pub parameters: f64,
+    /// Of what the model misses.
+    pub misses: f64,
+    /// Of all of it. After learning, parameters and misses make up for each other, and this is less than the root of the
+    /// sum of squares.
+    pub total: f64,
+}
+
+impl Band {
+    /// Half the width of the interval that holds the value with a probability of 95 %.
+    #[must_use]
+    pub fn half_width(self) -> f64 {
+        NINETY_FIVE * self.total
+    }
+}
+
+/// The points a limit compares: the first with a plus sign, the second with a minus sign.
+pub(crate) fn compared(kind: LimitKind<Indices<'_>>, values: &[f64]) -> (usize, Option<usize>) {
+    match kind {
+        LimitKind::Maximum { point } | LimitKind::Rise { point, .. } => (point, None),
+        LimitKind::Difference { first, second } => (first, Some(second)),
+        LimitKind::Spread(points) => {
+            let of = |p: usize| values.get(p).copied().unwrap_or(f64::NAN);
+            let mut ends = (0, 0);
+            for (place, p) in points.iter().enumerate() {
+                if place == 0 {
+                    ends = (p, p);
+                }
+                if of(p) > of(ends.0) {
+                    ends.0 = p;
+                }
+                if of(p) < of(ends.1) {
+                    ends.1 = p;
+                }
+            }
+            (ends.0, Some(ends.1))
+        }
+    }
+}
+
+/// One condition, ready for any number of directions there.
+pub(crate) struct Here<'h> {
+    surrogate: &'h Surrogate<'h>,
+    uncertainty: &'h Uncertainty<'h>,
+    monomials: Monomials,
+    /// Variance that the distance from the measured conditions adds, as a share of what the model misses.
+    growth: f64,
+    /// Slopes of the first points, where they were asked for.
+    slopes: [[f64; MAX_PARAMETERS]; REMEMBERED],
+    remembered: usize,
+}
+
+impl<'h> Here<'h> {
+    pub(crate) fn new(surrogate: &'h Surrogate<'h>, uncertainty: &'h Uncertainty<'h>, x: &[f64]) -> Self {
+        let away = uncertainty.growth * uncertainty.distance(surrogate, x);
+        let monomials = uncertainty.monomials(surrogate, x);
+        Self { surrogate, uncertainty, monomials, growth: away * away, slopes: [[0.0; MAX_PARAMETERS]; REMEMBERED], remembered: 0 }
+    }
+
+    /// Finds the slopes of the first points once, for all that looks at them.
+    pub(crate) fn remember(&mut self) {
+        self.remembered = self.surrogate.point_count().min(REMEMBERED);
+        for (point, slopes) in self.slopes.iter_mut().enumerate().take(self.remembered) {
+            self.uncertainty.add_slopes(&self.monomials, point, 1.0, slopes);
+        }
+    }
+
+    /// Adds what is known of the states to the values of all points.
+    pub(crate) fn shift(&self, known: &Known<'_, '_, '_>, values: &mut [f64]) {
+        if !known.is_prior() {
+            values.iter_mut().enumerate().for_each(|(point, value)| *value += self.point(point).mean(known));
+        }
+    }
+
+    /// The same, and finds their bands.
+    pub(crate) fn fill(&self, known: &Known<'_, '_, '_>, values: &mut [f64], bands: &mut [Band]) {
+        for (point, (value, band)) in values.iter_mut().zip(bands).enumerate() {
+            let direction = self.point(point);
+            *value += direction.mean(known);
+            *band = direction.band(known);
+        }
+    }
+
+    pub(crate) fn point(&self, point: usize) -> Direction {
+        self.direction(point, None)
+    }
+
+    pub(crate) fn limit(&self, kind: LimitKind<Indices<'_>>, values: &[f64]) -> Direction {
+        let (first, second) = compared(kind, values);
+        self.direction(first, second)
+    }
+
+    fn direction(&self, first: usize, second: Option<usize>) -> Direction {
+        let parameters = self.uncertainty.parameter_count();
+        let states = parameters + self.surrogate.point_count().min(MAX_POINTS);
+        let mut direction = Direction {
+            parameters,
+            slopes: [0.0; MAX_PARAMETERS],
+            ends: [End { state: states, sign: 0.0, own: 0.0, fit: 0.0 }; 2],
+            common: 0.0,
+            common_state: states,
+            growth: self.growth,
+        };
+        // A point against itself depends on nothing.
+        if second != Some(first) {
+            for (end, (point, sign)) in direction.ends.iter_mut().zip([Some((first, 1.0)), second.map(|p| (p, -1.0))].into_iter().flatten())
+            {
+                let (own, common) = self.uncertainty.missed(point);
+                *end = End { state: parameters + point, sign, own, fit: self.surrogate.fit_variance(point) };
+                direction.common += sign * common;
+                match self.slopes[..self.remembered].get(point) {
+                    Some(own) => direction.slopes.iter_mut().zip(own).take(parameters).for_each(|(slope, own)| *slope += sign * own),
+                    None => self.uncertainty.add_slopes(&self.monomials, point, sign, &mut direction.slopes),
+                }
+            }
+        }
+        direction
+    }
+}
+
+/// One of the points that a quantity looks at.
+#[derive(Clone, Copy)]
+struct End {
+    /// State of what the model misses there alone.
+    state: usize,
+    /// One, minus one, or zero where there is no such point.
+    sign: f64,
+    /// Standard deviation of what the model misses there alone.
+    own: f64,
+    /// Variance of its fit.
+    fit: f64,
+}
+
+/// How a quantity depends on the states, and its variance beside them.
+pub(crate) struct Direction {
+    parameters: usize,
+    slopes: [f64; MAX_PARAMETERS],
+    ends: [End; 2],
+    /// Weight and state of what all points miss together.
+    common: f64,
+    common_state: usize,
+    /// Variance that the distance from the measured conditions adds, as a share of what the model misses.
+    growth: f64,
+}
+
+impl Direction {
+    pub(crate) fn slope(&self, parameter: usize) -> f64 {
+        self.slopes.get(parameter).copied().unwrap_or(0.0)
+    }
+
+    /// States with their weights.
+    fn weights(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let slopes = self.slopes.iter().take(self.parameters).copied().enumerate();
+        slopes.chain(self.missing())
+    }
+
+    fn missing(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let owns = self.ends.iter().map(|end| (end.state, end.sign * end.own));
+        owns.chain([(self.common_state, self.common)]).filter(|(_, weight)| *weight != 0.0)
+    }
+
+    /// Variances of the fit, and of what is new away from the measured conditions.
+    pub(crate) fn beside(&self) -> (f64, f64) {
+        let of = |value: fn(&End) -> f64| self.ends.iter().filter(|end| end.sign != 0.0).map(value).sum::<f64>();
+        (of(|end| end.fit), self.growth * (of(|end| end.own * end.own) + self.common * self.common))
+    }
+
+    /// What the mean of the states adds.
+    pub(crate) fn mean(&self, known: &Known<'_, '_, '_>) -> f64 {
+        if known.is_prior() { 0.0 } else { self.weights().map(|(i, w)| w * known.mean(i)).sum() }
+    }
+
+    /// Covariance of it with a state.
+    pub(crate) fn towards(&self, known: &Known<'_, '_, '_>, state: usize) -> f64 {
+        self.weights().map(|(i, w)| w * known.covariance(i, state)).sum()
+    }
+
+    /// Its variance by the states, from its covariance with each.
+    pub(crate) fn variance_of(&self, towards: impl Fn(usize) -> f64) -> f64 {
+        self.weights().map(|(i, w)| w * towards(i)).sum()
+    }
+
+    pub(crate) fn band(&self, known: &Known<'_, '_, '_>) -> Band {
+        let (parameters, misses, states);
+        if known.is_prior() {
+            parameters = self.slopes.iter().take(self.parameters).map(|s| s * s).sum();
+            misses = self.missing().map(|(_, w)| w * w).sum::<f64>();
+            states = parameters + misses;
+        } else {
+            let square = |of: &dyn Fn(usize) -> bool| -> f64 {
+                self.weights()
+                    .filter(|(i, _)| of(*i))
+                    .map(|(i, a)| a * self.weights().filter(|(j, _)| of(*j)).map(|(j, b)| b * known.covariance(i, j)).sum::<f64>())
+                    .sum()
+            };
+            parameters = square(&|i| i < self.parameters);
+            misses = square(&|i| i >= self.parameters);
+            states = square(&|_| true);
+        }
+        let (fit, growth) = self.beside();
+        Band { fit: root(fit), parameters: root(parameters), misses: root(misses + growth), total: root(states + fit + growth) }
+    }
+
+    /// Covariance with another quantity at the same condition.
+    pub(crate) fn covariance(&self, other: &Self, known: &Known<'_, '_, '_>) -> f64 {
+        let by_states: f64 = if known.is_prior() {
+            let slopes: f64 = self.slopes.iter().zip(&other.slopes).take(self.parameters).map(|(a, b)| a * b).sum();
+            let missing = self.missing().map(|(i, a)| a * other.missing().filter(|(j, _)| *j == i).map(|(_, b)| b).sum::<f64>());
+            slopes + missing.sum::<f64>()
+        } else {
+            self.weights().map(|(i, a)| a * other.towards(known, i)).sum()
+        };
+        let mut beside = self.growth * self.common * other.common;
+        for end in &self.ends {
+            for its in other.ends.iter().filter(|its| its.state == end.state) {
+                beside += end.sign * its.sign * (end.fit + self.growth * end.own * end.own);
+            }
+        }
+        by_states + beside
+    }
+}
+
+/// Square root of a variance that rounding may have made negative.
+fn root(variance: f64) -> f64 {
+    if variance <= 0.0 { 0.0 } else { sqrt(variance) }
+}
