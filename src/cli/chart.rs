@@ -99,7 +99,7 @@ fn map(args: &Args, surrogate: &Surrogate<'_>, folder: &Path) -> Result<Vec<Path
         _ => None,
     };
     let held: Vec<f64> = given.iter().zip(figures::centre(surrogate)).map(|(g, middle)| g.unwrap_or(middle)).collect();
-    let figure = figures::map(surrogate, across, up, &held, here)?;
+    let figure = figures::map(surrogate, across, up, &held, here, figures::Lines::Margin)?;
     let charts = folder.join("charts");
     std::fs::create_dir_all(&charts).map_err(|e| Error::file("make", &charts, e))?;
     let written = crate::figures::chart::draw(charts.join("map"), &figure)?;

@@ -58,11 +58,24 @@ pub fn limit_texts(surrogate: &Surrogate<'_>) -> Result<Vec<(String, String)>> {
     Ok(answer.limits.iter().map(|l| (l.name.clone(), Quantity::new("", &l.unit).with_value(l.limit))).collect())
 }
 
+/// What the contour lines of a map are of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Lines {
+    /// The margin of the binding limit.
+    Margin,
+    /// The probability that all limits are kept.
+    Probability,
+}
+
 /// Acceptability over two variables, the others held at `x`.
 ///
 /// # Errors
-/// A variable that does not exist, or the same one twice, or a surrogate without limits.
-pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here: Option<Here>) -> Result<AcceptabilityMap> {
+/// A variable that does not exist, or the same one twice, a surrogate without limits, or lines of a probability it does not know.
+pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here: Option<Here>, lines: Lines) -> Result<AcceptabilityMap> {
+    if lines == Lines::Probability && surrogate.uncertainty().is_none() {
+        return Err(Error::input("this surrogate says nothing of what its answers leave open, so no probability is known")
+            .help("draw lines = \"margin\", or sweep and fit anew"));
+    }
     let (Some(vx), Some(vy)) = (surrogate.variable(across), surrogate.variable(up)) else {
         return Err(Error::input("a map needs two variables of the surrogate"));
     };
@@ -75,6 +88,7 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
     }
     let (x_values, y_values) = (steps(vx.low, vx.high, MAP_NODES), steps(vy.low, vy.high, MAP_NODES));
     let (mut margin, mut half_width, mut state, mut binding) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut probability = Vec::new();
     let mut at = x.to_vec();
     let mut unit = String::from("K");
     for y in &y_values {
@@ -85,10 +99,13 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
             margin.push(limit.map_or(f64::NAN, |l| l.margin));
             half_width.push(limit.map_or(0.0, |l| half_width_of(l, answer.chance.as_ref())));
             binding.push(answer.binding.unwrap_or(usize::MAX));
-            if let Some(limit) = limit.filter(|l| l.unit != "degC") {
-                unit.clone_from(&limit.unit);
+            if let Some(limit) = limit {
+                unit.clone_from(&limit.margin_unit);
             }
             state.push(shown(answer.verdict));
+            if lines == Lines::Probability {
+                probability.push(answer.chance.as_ref().map_or(f64::NAN, |chance| chance.probability));
+            }
         }
     }
     Ok(AcceptabilityMap {
@@ -100,6 +117,7 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
         margin,
         margin_unit: unit,
         half_width,
+        probability,
         state,
         binding,
         limits: limit_texts(surrogate)?.into_iter().map(|(name, most)| format!("{name}: at most {most}")).collect(),
@@ -140,20 +158,25 @@ pub fn slices(surrogate: &Surrogate<'_>, variable: usize, x: &[f64], points: &[u
         return Err(Error::input("no such variable in the surrogate"));
     };
     let along = steps(v.low, v.high, 121);
-    let mut curves: Vec<Curve> = (points.iter().filter_map(|p| surrogate.point(*p)))
-        .map(|p| Curve { name: p.name.into(), half_width: p.half_width, ..Curve::default() })
-        .collect();
+    let mut curves: Vec<Curve> =
+        (points.iter().filter_map(|p| surrogate.point(*p))).map(|p| Curve { name: p.name.into(), ..Curve::default() }).collect();
     let mut at = x.to_vec();
     for value in along {
         at[variable] = value;
         let temperatures = verdict::query(surrogate, &at)?.temperatures;
         for (curve, point) in curves.iter_mut().zip(points) {
-            curve.line.push((value, temperatures[*point].value));
+            let at = &temperatures[*point];
+            curve.line.push((value, at.value));
+            curve.half_widths.push((at.high - at.low) / 2.0);
         }
     }
     let unit = surrogate.points().next().map_or("degC", |p| p.unit).to_string();
     let title = format!("Temperatures against {}", quantity(surrogate, variable).name.replace('_', " "));
-    let notes = vec!["Lines: surrogate; shaded: band that covers 95 % of new conditions.".into()];
+    let shaded = match surrogate.uncertainty() {
+        Some(_) => "band that holds the machine's temperature with 95 %: fit, parameters, what the model misses",
+        None => "band that covers 95 % of new conditions",
+    };
+    let notes = vec![format!("Lines: surrogate; shaded: {shaded}.")];
     let whole = OneFactorFigure {
         title,
         x: quantity(surrogate, variable),
@@ -193,6 +216,7 @@ pub fn one_factor(table: &Table, variable: &str, degree: usize, title: &str) -> 
             samples: x.values.iter().copied().zip(output.values.iter().copied()).collect(),
             line: steps(low, high, 121).into_iter().map(|v| (v, fitted.value(v))).collect(),
             half_width: fitted.half_width(0.95),
+            half_widths: Vec::new(),
             formula: fitted.honest_formula("y", "x", low, high),
         });
     }
@@ -356,7 +380,7 @@ pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str
     for end in [ranges[ambient].0, ranges[ambient].1] {
         let mut at = x.clone();
         at[ambient] = end;
-        let mut one = map(surrogate, speed, flow, &at, None)?;
+        let mut one = map(surrogate, speed, flow, &at, None, Lines::Margin)?;
         // What was held stands in the words on how to read the sheet.
         one.fixed.truncate(one.fixed.len() - surrogate.held().count());
         one.title = format!("{} {}", quantity(surrogate, ambient).name.replace('_', " "), quantity(surrogate, ambient).with_value(end));

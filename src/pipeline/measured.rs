@@ -1,11 +1,14 @@
 //! The machine's measured states, solved in full and laid beside the readings.
 
-use crate::describe::machine::{Condition, Machine, Measurement, Sensor};
+use coldplate_runtime::NINETY_FIVE;
+
+use crate::describe::machine::{Condition, Machine, Measurement, Sensor, Variable};
 use crate::error::Result;
 use crate::figures::chart::heat::HeatFigure;
 use crate::figures::chart::measured::{MeasuredFigure, SensorRow};
 use crate::figures::chart::style::Quantity;
 use crate::solve::meshed::{MeshedMachine, SteadyState};
+use crate::solve::sensitivity::{Derivatives, Study};
 use crate::units::{Celsius, Kelvin, celsius, express};
 
 /// A measured state beside its prediction.
@@ -19,8 +22,8 @@ pub struct Checked {
     pub condition: String,
     /// Remarks on the readings.
     pub note: String,
-    /// Sensor, measured, predicted, predicted by others; degC.
-    pub rows: Vec<(String, f64, f64, Option<f64>)>,
+    /// One per reading.
+    pub rows: Vec<CheckedReading>,
     /// Readings beside predictions.
     pub figure: MeasuredFigure,
     /// Where the heat goes.
@@ -29,12 +32,38 @@ pub struct Checked {
     pub balance: (f64, f64, f64),
 }
 
+/// A reading beside its prediction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckedReading {
+    /// Name of the sensor.
+    pub name: String,
+    /// What was read, degC.
+    pub measured: f64,
+    /// Half width of its 95 % interval, K, where it is stated.
+    pub uncertainty: Option<f64>,
+    /// What the machine file predicts, degC.
+    pub predicted: f64,
+    /// Half width of the prediction's 95 % band by all that the machine file leaves open, K; not known of a machine whose
+    /// slopes cannot be found.
+    pub band: Option<f64>,
+    /// What another program predicted, degC.
+    pub other: Option<f64>,
+}
+
+impl CheckedReading {
+    /// Whether reading and prediction differ by no more than both are uncertain; `None` without a band.
+    pub fn is_inside(&self) -> Option<bool> {
+        let band = self.band?;
+        Some((self.predicted - self.measured).abs() <= band.hypot(self.uncertainty.unwrap_or(0.0)))
+    }
+}
+
 /// Solves every measured state of the machine as its file stands; nothing is fitted here.
 ///
 /// # Errors
 /// A condition is incomplete, or a state cannot be solved.
-pub fn check(model: &MeshedMachine) -> Result<Vec<Checked>> {
-    model.machine.measurements.iter().map(|m| one(model, m)).collect()
+pub fn check(study: &Study) -> Result<Vec<Checked>> {
+    study.model.machine.measurements.iter().map(|m| one(study, m)).collect()
 }
 
 /// The condition of a measured state; variables it does not mention take the machine's defaults.
@@ -75,19 +104,25 @@ pub fn fixed(machine: &Machine, values: &[(usize, f64)]) -> Fixed {
 ///
 /// # Errors
 /// As [`check`].
-pub fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> {
+pub fn one(study: &Study, measurement: &Measurement) -> Result<Checked> {
+    let model = &study.model;
     let condition = condition_of(&model.machine, measurement)?;
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
     // What the sensors show is what was read.
     let shown = |(sensor, at): (&Sensor, Celsius)| Celsius::from(Kelvin(sensor.shows.settled(Kelvin::from(at).0)));
     let predicted: Vec<Celsius> = model.machine.sensors.iter().zip(model.readings(&state)).map(shown).collect();
-    let rows: Vec<(String, f64, f64, Option<f64>)> = measurement
+    let bands = bands(study, &condition, &state)?;
+    let rows: Vec<CheckedReading> = measurement
         .readings
         .iter()
-        .map(|(sensor, kelvin)| {
-            let other = measurement.others.iter().find(|(s, _)| s == sensor).map(|(_, t)| celsius(*t));
-            (model.network.sensor_names[*sensor].clone(), celsius(*kelvin), predicted[*sensor].0, other)
+        .map(|(sensor, kelvin)| CheckedReading {
+            name: model.network.sensor_names[*sensor].clone(),
+            measured: celsius(*kelvin),
+            uncertainty: measurement.uncertainty,
+            predicted: predicted[*sensor].0,
+            band: bands.get(*sensor).copied(),
+            other: measurement.others.iter().find(|(s, _)| s == sensor).map(|(_, t)| celsius(*t)),
         })
         .collect();
     // The condition as stated: variables the measurement does not mention keep their defaults unseen.
@@ -95,12 +130,13 @@ pub fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> 
     let words: Vec<String> = fixed.iter().map(|(q, v)| format!("{} {}", q.name.replace('_', " "), q.with_value(*v))).collect();
     let sensors = rows
         .iter()
-        .map(|(name, measured, predicted, other)| SensorRow {
-            name: name.clone(),
-            measured: Some(*measured),
-            predicted: Some(*predicted),
-            other: *other,
-            ..SensorRow::default()
+        .map(|row| SensorRow {
+            name: row.name.clone(),
+            measured: Some(row.measured),
+            uncertainty: row.uncertainty,
+            predicted: Some(row.predicted),
+            band: row.band,
+            other: row.other,
         })
         .collect();
     let figure = MeasuredFigure {
@@ -122,6 +158,37 @@ pub fn one(model: &MeshedMachine, measurement: &Measurement) -> Result<Checked> 
         heat: heat(model, &state, format!("{}: where the heat goes", measurement.name), fixed),
         balance: (balance.in_watts, balance.out_watts, balance.relative),
     })
+}
+
+/// Half width of the 95 % band of every sensor at a state, K: by the parameters that the machine file leaves open, with their
+/// correlations, and by what the model misses, which grows away from the conditions at which it was compared with measurements.
+///
+/// # Errors
+/// As [`Study::open_parameters`], [`Study::correlations`] and [`Derivatives::along_open`].
+fn bands(study: &Study, condition: &Condition, state: &SteadyState) -> Result<Vec<f64>> {
+    let parameters = study.open_parameters(true)?;
+    let correlations = study.correlations(&parameters)?;
+    let slopes = Derivatives::at(study, condition, &state.solution.temperatures)?.along_open(&parameters)?;
+    let missing = &study.model.machine.model_error;
+    let growth = missing.growth * distance(&study.model.machine, condition);
+    let band = |(slopes, own): (&Vec<f64>, &f64)| {
+        let along = |i: usize| slopes.iter().zip(&correlations[i]).map(|(slope, correlation)| slope * correlation).sum::<f64>();
+        let variance: f64 = slopes.iter().enumerate().map(|(i, slope)| slope * along(i)).sum();
+        let missed = (own * own + missing.common * missing.common) * (1.0 + growth * growth);
+        NINETY_FIVE * (variance.max(0.0) + missed).sqrt()
+    };
+    Ok(slopes.iter().zip(&missing.sensors).map(band).collect())
+}
+
+/// How far a condition is from the mean of those that were measured, in halves of the ranges of its variables.
+fn distance(machine: &Machine, condition: &Condition) -> f64 {
+    let rows = &machine.model_error.measured;
+    let square = |(v, variable): (usize, &Variable)| {
+        let (low, high) = variable.range?;
+        let mean = rows.iter().filter_map(|row| row.get(v)).sum::<f64>() / rows.len() as f64;
+        Some((2.0 * (condition.si()[v] - mean) / (high - low)).powi(2)).filter(|square| square.is_finite())
+    };
+    machine.variables.iter().enumerate().filter_map(square).sum::<f64>().sqrt()
 }
 
 /// Sources and sinks of a state; what carries next to nothing is left out.
@@ -148,9 +215,12 @@ mod tests {
                     [sensor.motor]\nnode = \"motor\"\noffset = \"10 K\"\n[measurement.hot]\nreadings = { motor = \"47 degC\" }\n\
                     condition = { coolant_flow = \"2 L/min\", coolant_temperature = \"20 degC\", motor_speed = \"0 rpm\", \
                     ambient_temperature = \"22 degC\" }\n";
-        let model = MeshedMachine::new(Machine::from_text(text, "node.toml", &[]).unwrap(), None).unwrap();
-        let checked = check(&model).unwrap();
-        let (name, measured, predicted, _) = &checked[0].rows[0];
+        let study = Study::new(Document::parse(text, "node.toml").unwrap(), None).unwrap();
+        let checked = check(&study).unwrap();
+        let CheckedReading { name, measured, predicted, band, .. } = &checked[0].rows[0];
         assert!(name == "motor" && (measured - predicted).abs() < 1e-9, "{measured} {predicted}");
+        // 15 K of rise: 5 % by the heat and 20 % by the contact, both assumed, and 0.05 K that the model misses.
+        let expected = NINETY_FIVE * ((0.05 * 15.0_f64).powi(2) + (0.2 * 15.0_f64).powi(2) + 0.05_f64.powi(2)).sqrt();
+        assert!(band.is_some_and(|band| (band - expected).abs() < 1e-6), "{band:?} {expected}");
     }
 }

@@ -7,7 +7,7 @@ pub mod figures;
 pub mod fitting;
 pub mod gallery;
 pub mod info;
-mod measured;
+pub mod measured;
 mod pages;
 pub mod refit;
 mod usual;
@@ -16,13 +16,13 @@ use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::time::Instant;
 
-use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{self, Swept};
 use crate::foundation::progress::Progress;
 use crate::foundation::table::Table;
-use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
+use crate::solve::meshed::{Inventory, inventory};
+use crate::solve::sensitivity::Study;
 use crate::surrogate::fit::model::{PointModel, Surrogate};
 use crate::surrogate::fit::one_factor::OneFactor;
 use crate::surrogate::fit::{Fit, PointReport, file};
@@ -105,9 +105,9 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     let named = sweep.definition.charts.iter().map(Chart::read).collect::<Result<Vec<_>>>()?;
     designs::rehearse(sweep)?;
     let swept = sweep.run(folder, options)?;
-    let mut checked = measured::check(&sweep.study.model)?;
+    let mut checked = measured::check(&sweep.study)?;
     for path in &sweep.definition.compare {
-        checked.extend(measured::check(&MeshedMachine::new(Machine::read(path, &[])?, None)?)?);
+        checked.extend(measured::check(&Study::read(path, &[], None)?)?);
     }
     let inventory = inventory(&sweep.study.model, Some(&sweep.reference()))?;
     let sweep_seconds = clock.elapsed().as_secs_f64();

@@ -10,7 +10,7 @@ use crate::figures::chart::page::fixed_conditions;
 use crate::figures::chart::style::Quantity;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::surrogate::fit::file;
-use crate::surrogate::verdict::{self, Acceptability};
+use crate::surrogate::verdict::{self, Acceptability, indices};
 
 /// Writes the page.
 ///
@@ -27,6 +27,7 @@ pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
     summary(report.section("Summary"), material);
     if material.fitted.is_some() {
         acceptability(report.section("Is a condition acceptable?"), material)?;
+        deciding(report.section("What decides the temperatures"), material)?;
     }
     if !material.checked.is_empty() {
         measured(report.section("Predicted beside measured"), material);
@@ -101,10 +102,16 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
         section.paragraph("The machine file has no limits, so nothing is acceptable or not.");
         return Ok(());
     }
-    section.paragraph(
-        "A condition is acceptable if every limit is kept even at the unfavourable end of its band, not acceptable if some limit is \
-         broken even at the favourable end, and uncertain otherwise. Outside the fitted range nothing is ever called acceptable.",
-    );
+    section.paragraph(match surrogate.uncertainty() {
+        Some(_) => {
+            "A condition is acceptable if all limits are kept with a probability of at least 95 %, not acceptable if with at most 5 %, \
+             and uncertain otherwise. Outside the fitted range nothing is ever called acceptable."
+        }
+        None => {
+            "A condition is acceptable if every limit is kept even at the unfavourable end of its band, not acceptable if some limit is \
+             broken even at the favourable end, and uncertain otherwise. Outside the fitted range nothing is ever called acceptable."
+        }
+    });
     let held = figures_of::always(&surrogate);
     if !held.is_empty() {
         section.note(Tone::Plain, format!("{}. All of this, and the surrogate file, is for these values alone.", fixed_conditions(&held)));
@@ -137,6 +144,40 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
     Ok(())
 }
 
+/// Sobol' indices of every limit and point.
+fn deciding(section: &mut Section, material: &Material<'_>) -> Result<()> {
+    let Some(fitted) = material.fitted else { return Ok(()) };
+    let surrogate = file::open(&fitted.bytes)?;
+    let found = indices::indices(&surrogate, &vec![None; surrogate.variable_count()])?;
+    section.paragraph(format!(
+        "Shares of the variance over the fitted ranges and the machine's uncertain numbers (Sobol' indices). The first is what would go \
+         if this alone were known; in brackets, what would be left if all else were known. Shares below 2 % are left out; the standard \
+         error is {:.1} % at most.",
+        100.0 * found.error
+    ));
+    for (is_limit, what) in [(true, "limit"), (false, "measurement point")] {
+        let columns = [(what, Align::Left), ("standard deviation [K]", Align::Right), ("decided by, %", Align::Left)];
+        let mut table = Table::new(columns);
+        let rows: Vec<_> = found.quantities.iter().filter(|own| own.is_limit == is_limit).collect();
+        for own in &rows {
+            let share = |(factor, index): (&indices::Factor, indices::Index)| {
+                let assumed = if factor.is_assumed { ", assumed" } else { "" };
+                let (first, total) = (100.0 * index.first_order.max(0.0), 100.0 * index.total);
+                format!("{} {first:.0} ({total:.0}{assumed})", factor.name.replace('_', " "))
+            };
+            let shares: Vec<String> = own.ranked(&found.factors, 0.02).into_iter().map(share).collect();
+            table.row([text(&own.name), Cell::number(own.deviation, 3), text(shares.join(" · "))]);
+        }
+        if rows.len() > 12 {
+            table.folded(format!("{} points, one by one", rows.len()));
+        }
+        if !rows.is_empty() {
+            section.table(table);
+        }
+    }
+    Ok(())
+}
+
 fn measured(section: &mut Section, material: &Material<'_>) {
     section
         .paragraph("Every measured state of the machine file, solved in full at its own condition. This run fits nothing; \
@@ -149,19 +190,28 @@ fn measured(section: &mut Section, material: &Material<'_>) {
             ("sensor", Align::Left),
             ("measured [°C]", Align::Right),
             ("predicted [°C]", Align::Right),
+            ("95 % band ± [K]", Align::Right),
             ("difference [K]", Align::Right),
             ("published simulation [°C]", Align::Right),
         ];
         let mut table = Table::new(columns);
-        for (name, measured, predicted, other) in &check.rows {
+        for row in &check.rows {
             let cells = [
-                text(name),
-                Cell::number(*measured, 2),
-                Cell::number(*predicted, 2),
-                Cell::number(predicted - measured, 2),
-                Cell::optional(*other, 2),
+                text(&row.name),
+                Cell::number(row.measured, 2),
+                Cell::number(row.predicted, 2),
+                Cell::optional(row.band, 2),
+                Cell::number(row.predicted - row.measured, 2),
+                Cell::optional(row.other, 2),
             ];
             table.row(cells);
+        }
+        let inside = check.rows.iter().filter(|row| row.is_inside() == Some(true)).count();
+        let banded = check.rows.iter().filter(|row| row.is_inside().is_some()).count();
+        if banded > 0 {
+            section.paragraph(format!(
+                "{inside} of {banded} readings lie inside the band of what the machine file leaves open, with their own uncertainty."
+            ));
         }
         let rows = check.rows.len();
         if rows > 6 {
@@ -205,7 +255,7 @@ fn one_factor(section: &mut Section, material: &Material<'_>) {
 }
 
 fn slices(section: &mut Section, gallery: &Gallery) {
-    section.paragraph("Lines through the middle of the fitted range; the shaded band covers 95 % of new conditions.");
+    section.paragraph("Lines through the middle of the fitted range, with the bands that their captions name.");
     let count = gallery.of("slices").count();
     section.folded(format!("{count} figures, one variable after the other"), |inside| figures(inside, gallery, "slices"));
 }

@@ -33,7 +33,7 @@ pub fn draw_surrogate(
         let pairs = [("motor_speed", "coolant_flow"), ("coolant_temperature", "ambient_temperature")];
         for (across, up) in pairs.into_iter().filter(|_| wanted("acceptability")) {
             if let (Some(a), Some(u)) = (index(across), index(up)) {
-                let map = figures::map(surrogate, a, u, &x, None)?;
+                let map = figures::map(surrogate, a, u, &x, None, figures::Lines::Margin)?;
                 gallery.add(&format!("acceptability_{across}_{up}"), "acceptability", &map)?;
             }
         }

@@ -1,6 +1,8 @@
 //! Whether bands and probabilities hold: slopes against differences of solves, bands against draws through the full solver, and
 //! coverage over twins whose truth has another mesh, drawn parameters and errors of its own.
 
+mod measured;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -60,6 +60,26 @@ impl Surrogate<'_> {
         Ok(())
     }
 
+    /// Values of all points at condition `x` of a machine whose parameters lie so many standard deviations off their nominal
+    /// values, to first order; what is known of them counts for nothing here. For Monte Carlo over the machine.
+    ///
+    /// # Errors
+    /// If a slice has another length than it should.
+    pub fn evaluate_with(&self, x: &[f64], deviations: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
+        let parameters = self.uncertainty.map_or(0, |u| u.parameter_count());
+        if deviations.len() != parameters {
+            return Err(ShapeError { argument: "number of deviations", expected: parameters, found: deviations.len() });
+        }
+        self.evaluate_fit(x, values)?;
+        let Some(uncertainty) = self.uncertainty else { return Ok(()) };
+        let here = self.here(&uncertainty, x);
+        for (point, value) in values.iter_mut().enumerate() {
+            let direction = here.point(point);
+            *value += deviations.iter().enumerate().map(|(k, z)| direction.slope(k) * z).sum::<f64>();
+        }
+        Ok(())
+    }
+
     /// One limit at condition `x`, given the points' values there as [`Surrogate::bands`] finds them. Of a spread, the hottest
     /// and the coldest point there are compared. `None` if there is no such limit.
     #[must_use]

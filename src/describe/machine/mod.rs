@@ -269,6 +269,8 @@ pub struct Measurement {
     pub readings: Vec<(usize, f64)>,
     /// What other programs predicted, where known: (sensor, K).
     pub others: Vec<(usize, f64)>,
+    /// Half the width of the interval that holds the temperature read with a probability of 95 %, K, where it is stated.
+    pub uncertainty: Option<f64>,
     /// Remarks on the readings.
     pub note: String,
 }

@@ -161,9 +161,10 @@ pub(super) fn measurements(root: &Section<'_>, variables: &[Variable], sensors: 
         if readings.is_empty() {
             return Err(section.error_at("readings", "there are no readings").help("write readings = { \"SENSOR\" = \"42.2 degC\" }"));
         }
+        let uncertainty = section.opt_positive("uncertainty", Dimension::DIFFERENCE)?;
         let note = section.opt_text("note")?.unwrap_or_default();
         section.finish()?;
-        found.push(Measurement { name, condition, readings, others, note });
+        found.push(Measurement { name, condition, readings, others, uncertainty, note });
     }
     Ok(found)
 }

@@ -8,7 +8,7 @@ use super::{Definition, Drive, Variable};
 use crate::describe::schema::{Key, Unstated};
 use crate::error::{Error, Result};
 use crate::foundation::document::{Section, Value};
-use crate::foundation::formula::Formula;
+use crate::foundation::formula::{Formula, suffix};
 use crate::physics::drive::Parameters;
 use crate::units::Dimension;
 
@@ -185,13 +185,6 @@ impl Variable {
         let name = if self.dimension == Dimension::NUMBER { self.name.clone() } else { format!("{}_{suffix}", self.name) };
         (name, unit.to_string())
     }
-}
-
-/// A unit as part of a name: `L/min` is `L_min`, `W/(m2 K)` is `W_m2_K`, `%` is `percent`.
-fn suffix(unit: &str) -> String {
-    let spelled = unit.replace('%', "percent").replace('°', "deg");
-    let parts: Vec<&str> = spelled.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty()).collect();
-    parts.join("_")
 }
 
 /// Reads `[drive.NAME]` and gives its quantities to `symbols`.

@@ -48,18 +48,30 @@ pub struct Plan {
     pub conditions: Vec<Vec<f64>>,
 }
 
+/// Rows with slopes at least, where there are so many.
+const LEAST_SLOPED: usize = 24;
+
 impl Plan {
     /// The group of a row.
     pub fn group_of(&self, row: usize) -> Option<&Group> {
         self.groups.iter().find(|g| g.rows.contains(&row))
     }
 
-    /// Whether the slopes of the readings are wanted at a row: at those a surrogate is fitted to. Groups that vary one variable are
-    /// for formulas, unless there are no others.
+    /// Whether the slopes of the readings are wanted at a row: at those a surrogate is fitted to, evenly chosen where these are
+    /// more than polynomials of the slopes need. Groups that vary one variable are for formulas, unless there are no others.
     pub fn is_sloped(&self, row: usize) -> bool {
         let is_design = |g: &Group| g.purpose == Purpose::Fit && g.varied.len() > 1;
         let has_design = self.groups.iter().any(is_design);
-        self.group_of(row).is_some_and(|g| if has_design { is_design(g) } else { g.purpose == Purpose::Fit })
+        let is_fitted = |g: &Group| if has_design { is_design(g) } else { g.purpose == Purpose::Fit };
+        let Some(group) = self.group_of(row).filter(|g| is_fitted(g)) else { return false };
+        let fitted: usize = self.groups.iter().filter(|g| is_fitted(g)).map(|g| g.rows.len()).sum();
+        let before: usize = self.groups.iter().take_while(|g| g.rows != group.rows).filter(|g| is_fitted(g)).map(|g| g.rows.len()).sum();
+        let place = before + row - group.rows.start;
+        // Of the third degree, two and a half rows per term.
+        let n = (0..self.variables.len()).filter(|v| self.groups.iter().any(|g| g.varied.contains(v))).count();
+        let enough = (5 * (n + 1) * (n + 2) * (n + 3) / 12).max(LEAST_SLOPED);
+        let counted = |place: usize| place * enough.min(fitted) / fitted;
+        counted(place + 1) > counted(place)
     }
 
     /// SHA-256 over variables, units, conditions and groups, in hexadecimal.

@@ -2,6 +2,8 @@
 //! colour, lightness and hatching, the margin to the binding limit as contour lines, and the limit
 //! that binds named in each area.
 
+use statrs::distribution::{ContinuousCDF, Normal};
+
 use super::Figure;
 use super::axis::{Axis, Frame};
 use super::canvas::{Canvas, Place, Stroke, Text};
@@ -78,6 +80,8 @@ pub struct AcceptabilityMap {
     /// Half width of the margin's band per node, which places the borders of the uncertain area
     /// between nodes; may be empty, the borders then run half-way between nodes.
     pub half_width: Vec<f64>,
+    /// Probability that all limits are kept per node; where it is given, its contour lines are drawn in place of the margin's.
+    pub probability: Vec<f64>,
     /// Verdict per node.
     pub state: Vec<CellState>,
     /// Binding limit per node, an index into `limits`; larger indices mean none.
@@ -109,6 +113,9 @@ const PLOT: f64 = 500.0;
 /// Dash of the border between areas with different binding limits.
 const BINDING_BORDER: Dash = &[3.0, 3.5];
 
+/// Probabilities whose lines are drawn.
+const PROBABILITIES: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
+
 /// The letter of a limit: A to Z, then A1, B1, ...
 pub fn letter(index: usize) -> String {
     let first = char::from(b'A' + (index % 26) as u8);
@@ -125,6 +132,9 @@ impl AcceptabilityMap {
                 return Err(Error::input(format!("a map needs one {name} per node")).at_key(self.title.clone()).read(length));
             }
         }
+        if !(self.probability.is_empty() || self.probability.len() == nodes) {
+            return Err(Error::input("a map needs one probability per node, or none at all").at_key(self.title.clone()));
+        }
         if !(self.half_width.is_empty() || self.half_width.len() == nodes) {
             return Err(Error::input("a map needs one half width per node, or none at all").at_key(self.title.clone()));
         }
@@ -134,21 +144,25 @@ impl AcceptabilityMap {
         Ok(grid)
     }
 
-    /// Two functions: positive where acceptable, positive where not acceptable. Their sign at the nodes is
-    /// the verdict there; margin and band place the border between nodes.
-    fn borders(&self, margins: &Grid) -> (Grid, Grid) {
-        let signed = |wanted: CellState, direction: f64| {
-            let z = margins.z.iter().enumerate().map(|(k, margin)| {
-                let is = self.state.get(k) == Some(&wanted);
-                let size = match self.half_width.get(k) {
-                    Some(half) if half.is_finite() => (direction * margin - half).abs().max(1e-9),
-                    _ => 1.0,
-                };
-                if margin.is_finite() { if is { size } else { -size } } else { f64::NAN }
-            });
-            Grid { x: margins.x.clone(), y: margins.y.clone(), z: z.collect() }
+    /// A function per node that is positive where the verdict is `wanted`. Its sign at the nodes is the verdict there; margin and
+    /// band place the border between nodes.
+    pub fn signed(&self, wanted: CellState) -> Vec<f64> {
+        let direction = if wanted == CellState::NotAcceptable { -1.0 } else { 1.0 };
+        let node = |(k, margin): (usize, &f64)| {
+            let is = self.state.get(k) == Some(&wanted);
+            let size = match self.half_width.get(k) {
+                Some(half) if half.is_finite() => (direction * margin - half).abs().max(1e-9),
+                _ => 1.0,
+            };
+            if margin.is_finite() { if is { size } else { -size } } else { f64::NAN }
         };
-        (signed(CellState::Acceptable, 1.0), signed(CellState::NotAcceptable, -1.0))
+        self.margin.iter().enumerate().map(node).collect()
+    }
+
+    /// Two functions: positive where acceptable, positive where not acceptable.
+    fn borders(&self, margins: &Grid) -> (Grid, Grid) {
+        let of = |wanted: CellState| Grid { z: self.signed(wanted), ..margins.clone() };
+        (of(CellState::Acceptable), of(CellState::NotAcceptable))
     }
 
     /// The axes of the map, from end to end of its values.
@@ -203,7 +217,11 @@ impl AcceptabilityMap {
         if let Some(here) = &self.here {
             taken.push(around(frame.at(here.x, here.y), (3.0 * look.badge, 3.0 * look.badge)));
         }
-        self.paint_contours(canvas, frame, &margins, look, &mut taken)?;
+        if self.probability.is_empty() {
+            self.paint_contours(canvas, frame, &margins, look, &mut taken)?;
+        } else {
+            self.paint_probabilities(canvas, frame, &margins, look, &mut taken)?;
+        }
         for (at, index) in &badges {
             paint_badge(canvas, *at, &letter(*index), look.badge)?;
         }
@@ -213,6 +231,35 @@ impl AcceptabilityMap {
             }
             _ => Ok(()),
         }
+    }
+
+    /// Contour lines of the probability. They are found in standard deviations, in which it is nearly straight.
+    fn paint_probabilities<S: Surface>(
+        &self,
+        canvas: &mut Canvas<S>,
+        frame: &Frame,
+        margins: &Grid,
+        look: Look,
+        taken: &mut Vec<Taken>,
+    ) -> Result<()> {
+        let deviations = |p: f64| Normal::standard().inverse_cdf(p.clamp(1e-9, 1.0 - 1e-9));
+        let z = self.probability.iter().map(|p| if p.is_finite() { deviations(*p) } else { f64::NAN }).collect();
+        let grid = Grid { z, ..margins.clone() };
+        let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
+        let mut labels: Vec<(Place, String)> = Vec::new();
+        for level in PROBABILITIES {
+            let text = format!("{} %", fixed(100.0 * level, 0));
+            let size = (fonts::width(&text, look.label, Weight::Regular) + 6.0, look.label * 1.15);
+            for line in grid.contour(deviations(level)) {
+                let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
+                canvas.line(&places, Stroke::solid(INK, if level == 0.5 { 2.6 } else { 1.1 }))?;
+                if let Some(at) = label_place(&places, size, bounds, taken) {
+                    taken.push(around(at, size));
+                    labels.push((at, text.clone()));
+                }
+            }
+        }
+        labels.iter().try_for_each(|(at, text)| canvas.plate(*at, &Text::new(text).size(look.label)))
     }
 
     fn levels(&self, margins: &Grid) -> Vec<f64> {
@@ -352,9 +399,15 @@ impl AcceptabilityMap {
                 legend.add(Swatch::Line(INK, 1.3, BINDING_BORDER), "another limit binds");
             }
         }
-        legend.add(Swatch::Heading, "Margin of that limit");
-        legend.add(Swatch::Line(INK, 2.6, &[]), "limit just reached");
-        legend.add(Swatch::Line(INK, 1.1, &[]), "equal margin");
+        if self.probability.is_empty() {
+            legend.add(Swatch::Heading, "Margin of that limit");
+            legend.add(Swatch::Line(INK, 2.6, &[]), "limit just reached");
+            legend.add(Swatch::Line(INK, 1.1, &[]), "equal margin");
+        } else {
+            legend.add(Swatch::Heading, "All limits are kept");
+            legend.add(Swatch::Line(INK, 2.6, &[]), "as likely as not");
+            legend.add(Swatch::Line(INK, 1.1, &[]), "equal probability");
+        }
         if let Some(here) = &self.here {
             legend.add(Swatch::Heading, "Marked");
             legend.add(Swatch::Here, &*here.label);

@@ -23,6 +23,7 @@ pub mod acceptability;
 pub mod axis;
 pub mod balance;
 pub mod before_after;
+pub mod borders;
 pub mod canvas;
 pub mod contour;
 pub mod depth;

@@ -23,6 +23,8 @@ pub struct Curve {
     pub line: Vec<(f64, f64)>,
     /// Half width of its 95 % band, in the unit of `y`; 0 or not finite draws none.
     pub half_width: f64,
+    /// Half width of the band at each place of `line`, where it is not the same everywhere; else empty.
+    pub half_widths: Vec<f64>,
     /// The formula as printed; may be empty.
     pub formula: String,
 }
@@ -54,7 +56,17 @@ const EXACT: f64 = 1e-6;
 
 impl Curve {
     fn has_band(&self) -> bool {
-        self.half_width.is_finite() && self.half_width > 0.0
+        self.largest().is_finite() && self.largest() > 0.0
+    }
+
+    /// The largest half width of its band.
+    fn largest(&self) -> f64 {
+        self.half_widths.iter().copied().fold(self.half_width, f64::max)
+    }
+
+    /// Half width of its band at a place of the line.
+    fn half_width_at(&self, place: usize) -> f64 {
+        self.half_widths.get(place).copied().unwrap_or(self.half_width)
     }
 
     /// What stands for it in the table: a line, a marker or both, as it is drawn.
@@ -140,10 +152,10 @@ impl OneFactorFigure {
                 formula: fonts::wrap(&c.formula, size::TICK, Weight::Regular, band - formula - 16.0, 4),
                 band: if !c.has_band() {
                     "–".into()
-                } else if c.half_width < EXACT {
+                } else if c.largest() < EXACT {
                     fonts::fit(&format!("< {} {unit}", style::number(EXACT)), size::TICK, Weight::Regular, 92.0)
                 } else {
-                    fonts::fit(&format!("±{} {unit}", significant(c.half_width)), size::TICK, Weight::Regular, 92.0)
+                    fonts::fit(&band_text(c, &unit), size::TICK, Weight::Regular, 92.0)
                 },
             })
             .collect()
@@ -156,15 +168,15 @@ impl OneFactorFigure {
     fn frame(&self, page: &Page) -> Result<Frame> {
         let (mut xs, mut ys) = (Vec::new(), Vec::new());
         for curve in &self.curves {
-            let half = if curve.half_width.is_finite() { curve.half_width.max(0.0) } else { 0.0 };
+            let half = |place: usize| Some(curve.half_width_at(place)).filter(|half| half.is_finite()).map_or(0.0, |half| half.max(0.0));
             let finite = |p: &&(f64, f64)| p.0.is_finite() && p.1.is_finite();
             for (x, y) in curve.samples.iter().filter(finite) {
                 xs.push(*x);
                 ys.push(*y);
             }
-            for (x, y) in curve.line.iter().filter(finite) {
+            for (place, (x, y)) in curve.line.iter().enumerate().filter(|(_, p)| finite(p)) {
                 xs.push(*x);
-                ys.extend([*y - half, *y + half]);
+                ys.extend([*y - half(place), *y + half(place)]);
             }
         }
         let (Some(x), Some(y)) = (Range::of(xs), Range::of(ys)) else {
@@ -181,9 +193,11 @@ impl OneFactorFigure {
             if !curve.has_band() {
                 continue;
             }
-            for part in curve.line.split(|p| !(p.0.is_finite() && p.1.is_finite())) {
-                let above = part.iter().map(|(x, y)| frame.at(*x, y + curve.half_width));
-                let below = part.iter().rev().map(|(x, y)| frame.at(*x, y - curve.half_width));
+            let places: Vec<(f64, f64, f64)> =
+                curve.line.iter().enumerate().map(|(place, (x, y))| (*x, *y, curve.half_width_at(place))).collect();
+            for part in places.split(|p| !(p.0.is_finite() && p.1.is_finite() && p.2.is_finite())) {
+                let above = part.iter().map(|(x, y, half)| frame.at(*x, y + half));
+                let below = part.iter().rev().map(|(x, y, half)| frame.at(*x, y - half));
                 canvas.polygon(&above.chain(below).collect::<Vec<_>>(), series(index).colour, 0.2)?;
             }
         }
@@ -233,6 +247,13 @@ impl OneFactorFigure {
         }
         canvas.line(&[(MARGIN, y + 1.0), (right, y + 1.0)], Stroke::solid(GRID, 1.0))
     }
+}
+
+/// The band in words: from the smallest half width to the largest where they differ.
+fn band_text(curve: &Curve, unit: &str) -> String {
+    let least = curve.half_widths.iter().copied().fold(curve.largest(), f64::min);
+    let (least, most) = (significant(least), significant(curve.largest()));
+    if least == most { format!("±{most} {unit}") } else { format!("±{least}–{most} {unit}") }
 }
 
 /// Two significant digits, as half widths are written.

@@ -139,6 +139,13 @@ pub fn slot_unit(dimension: Dimension) -> &'static str {
     }
 }
 
+/// A unit as part of a name: `L/min` is `L_min`, `W/(m2 K)` is `W_m2_K`, `%` is `percent`.
+pub fn suffix(unit: &str) -> String {
+    let spelled = unit.replace('%', "percent").replace('°', "deg");
+    let parts: Vec<&str> = spelled.split(|c: char| !c.is_ascii_alphanumeric()).filter(|part| !part.is_empty()).collect();
+    parts.join("_")
+}
+
 impl Formula {
     /// The same SI value at every condition.
     pub fn constant(si: f64) -> Self {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::super::figures;
+use super::super::figures::{self, Lines};
 use super::super::gallery::Gallery;
 use super::Head;
 use super::results::Results;
@@ -11,12 +11,16 @@ use crate::error::Result;
 use crate::figures::chart::acceptability::Here;
 use crate::foundation::document::Section;
 
-/// Keys: `across`, `up`; optional `hold` (others stand at the middle of their range) and `mark` (a condition, with its
-/// `label`).
+/// Names of what the contour lines are of.
+const LINES: [&str; 2] = ["margin", "probability"];
+
+/// Keys: `across`, `up`; optional `hold` (others stand at the middle of their range), `mark` (a condition, with its
+/// `label`) and `lines` (`margin` or `probability`).
 #[derive(Debug, Clone)]
 pub(super) struct Acceptability {
     source: Source,
     label: String,
+    lines: Lines,
 }
 
 impl Acceptability {
@@ -27,7 +31,8 @@ impl Acceptability {
         }
         root.opt_section("hold")?;
         root.opt_section("mark")?;
-        Ok(Self { source, label: root.opt_text("label")?.unwrap_or_else(|| "marked condition".into()) })
+        let lines = if root.has("lines") { [Lines::Margin, Lines::Probability][root.choice("lines", &LINES)?] } else { Lines::Margin };
+        Ok(Self { source, label: root.opt_text("label")?.unwrap_or_else(|| "marked condition".into()), lines })
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
@@ -39,7 +44,7 @@ impl Acceptability {
         let x: Vec<f64> = held(&root, "hold", &surrogate)?.into_iter().zip(middle).map(|(x, middle)| x.unwrap_or(middle)).collect();
         let mark = held(&root, "mark", &surrogate)?;
         let here = mark[across].zip(mark[up]).map(|(x, y)| Here { x, y, label: self.label.clone() });
-        let mut map = figures::map(&surrogate, across, up, &x, here).map_err(|e| head.place(e, "across"))?;
+        let mut map = figures::map(&surrogate, across, up, &x, here, self.lines).map_err(|e| head.place(e, "across"))?;
         map.title = head.title(map.title);
         map.notes = head.notes(map.notes);
         head.add(gallery, &map)

@@ -23,8 +23,8 @@ impl Heat {
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
         let solved = self.state.open(head, results)?;
-        let title = head.title(format!("{}: where the heat goes", solved.model.machine.name));
-        let mut figure = measured::heat(&solved.model, &solved.state, title, solved.fixed);
+        let title = head.title(format!("{}: where the heat goes", solved.study.model.machine.name));
+        let mut figure = measured::heat(&solved.study.model, &solved.state, title, solved.fixed);
         figure.notes = head.notes(figure.notes);
         head.add(gallery, &figure)
     }

@@ -43,7 +43,8 @@ impl MachinePicture {
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
-        let Solved { model, state, fixed } = self.state.open(head, results)?;
+        let Solved { study, state, fixed } = self.state.open(head, results)?;
+        let model = &study.model;
         let machine = &model.machine;
         let parts: Vec<&str> = machine.parts.iter().map(|p| p.name.as_str()).collect();
         let parts = chosen(&head.root(), "parts", &parts)?;

@@ -22,10 +22,11 @@ impl Measured {
     }
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
-        let model = results.machine(&self.machine)?;
+        let study = results.machine(&self.machine)?;
+        let model = &study.model;
         let names: Vec<&str> = model.machine.measurements.iter().map(|m| m.name.as_str()).collect();
         let measurement = &model.machine.measurements[head.root().choice("measurement", &names)?];
-        let mut figure = measured::one(&model, measurement)?.figure;
+        let mut figure = measured::one(&study, measurement)?.figure;
         figure.title = head.title(figure.title);
         figure.notes = head.notes(figure.notes);
         head.add(gallery, &figure)

@@ -6,6 +6,7 @@
 
 mod acceptability;
 mod accuracy;
+mod borders;
 mod heat;
 mod machine;
 mod measured;
@@ -65,6 +66,7 @@ macro_rules! kinds {
 
 kinds! {
     "acceptability" => Acceptability(acceptability::Acceptability),
+    "borders" => Borders(borders::Borders),
     "operator_sheet" => Sheet(sheet::Sheet),
     "slices" => Slices(slices::Slices),
     "one_factor" => OneFactor(one_factor::OneFactor),

@@ -11,7 +11,7 @@ use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{Definition, Plan, SweepOptions};
 use crate::foundation::progress::Progress;
 use crate::foundation::table::Table;
-use crate::solve::meshed::MeshedMachine;
+use crate::solve::sensitivity::Study;
 
 /// What a sweep has given.
 #[derive(Debug)]
@@ -32,7 +32,7 @@ pub struct Results<'a> {
     options: SweepOptions<'a>,
     progress: &'a dyn Progress,
     sweeps: BTreeMap<PathBuf, Rc<SweepResult>>,
-    machines: BTreeMap<PathBuf, Rc<MeshedMachine>>,
+    machines: BTreeMap<PathBuf, Rc<Study>>,
 }
 
 impl<'a> Results<'a> {
@@ -76,11 +76,11 @@ impl<'a> Results<'a> {
     ///
     /// # Errors
     /// The machine file cannot be read, or the mesh cannot be made.
-    pub fn machine(&mut self, path: &Path) -> Result<Rc<MeshedMachine>> {
+    pub fn machine(&mut self, path: &Path) -> Result<Rc<Study>> {
         if let Some(known) = self.machines.get(&key(path)) {
             return Ok(Rc::clone(known));
         }
-        let made = Rc::new(MeshedMachine::new(Machine::read(path, &[])?, None)?);
+        let made = Rc::new(Study::read(path, &[], None)?);
         self.machines.insert(key(path), Rc::clone(&made));
         Ok(made)
     }

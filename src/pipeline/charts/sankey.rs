@@ -35,11 +35,11 @@ impl Sankey {
 
     pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
         let solved = self.state.open(head, results)?;
-        let routes = solved.model.routes(&solved.state);
+        let routes = solved.study.model.routes(&solved.state);
         let (stations, bands) = gathered(&routes, self.least);
         let together = format!("Stations with less than {} % of the heat are put together.", number(100.0 * self.least));
         let figure = SankeyFigure {
-            title: head.title(format!("{}: the ways of the heat", solved.model.machine.name)),
+            title: head.title(format!("{}: the ways of the heat", solved.study.model.machine.name)),
             stations,
             bands,
             fixed: solved.fixed,

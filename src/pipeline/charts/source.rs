@@ -61,6 +61,14 @@ impl Source {
         }
     }
 
+    /// What a path names: a sweep file (`.toml`), or a surrogate file.
+    pub fn at(path: PathBuf) -> Self {
+        match path.extension().is_some_and(|extension| extension == "toml") {
+            true => Self::Sweep(path),
+            false => Self::File { path, table: None, held_out: None },
+        }
+    }
+
     /// Opens it, solving and fitting what is missing.
     ///
     /// # Errors

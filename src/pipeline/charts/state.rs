@@ -10,7 +10,8 @@ use super::results::Results;
 use crate::describe::machine::{Condition, Machine};
 use crate::error::Result;
 use crate::foundation::document::Section;
-use crate::solve::meshed::{MeshedMachine, SteadyState};
+use crate::solve::meshed::SteadyState;
+use crate::solve::sensitivity::Study;
 
 /// Keys: `machine`, and `measurement` (a measured state of the machine file) or `condition`; variables it does not name
 /// take the machine's defaults.
@@ -21,7 +22,7 @@ pub(super) struct State {
 
 /// The solved state, and its condition as a figure shows it.
 pub(super) struct Solved {
-    pub(super) model: Rc<MeshedMachine>,
+    pub(super) study: Rc<Study>,
     pub(super) state: SteadyState,
     pub(super) fixed: Fixed,
 }
@@ -36,11 +37,12 @@ impl State {
     }
 
     pub(super) fn open(&self, head: &Head, results: &mut Results<'_>) -> Result<Solved> {
-        let model = results.machine(&self.machine)?;
+        let study = results.machine(&self.machine)?;
+        let model = &study.model;
         let (condition, fixed) = condition_of(&head.root(), &model.machine)?;
         let solver = model.solver(&condition)?;
         let state = model.solve(&solver, &condition)?;
-        Ok(Solved { model, state, fixed })
+        Ok(Solved { study, state, fixed })
     }
 }
 

@@ -14,8 +14,8 @@ use crate::describe::machine::{NumberKind, Shared};
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::document::Document;
 
-/// Relative residual to which a parameter's field is solved.
-const AIM: f64 = 1e-7;
+/// Relative residual to which a parameter's field is solved; bands have two digits.
+const AIM: f64 = 1e-5;
 /// Largest deviation of a parameter from its value that may be stated, in standard deviations.
 const REACH: f64 = 3.0;
 /// Least share of its value to which a parameter that must stay positive may be brought.

@@ -6,8 +6,9 @@
 //! need be neither monotone nor of one sign, so it is sampled, its extrema between samples are
 //! refined where they could hide a change of sign, and the changes of sign are bisected.
 
-use coldplate_runtime::{Band, CONFIDENCE, Surrogate};
+use coldplate_runtime::{CONFIDENCE, Surrogate};
 
+use super::slack::Slack;
 use super::{Answer, Outside, condition, query_at};
 use crate::error::{Error, Result};
 
@@ -16,9 +17,6 @@ use crate::error::{Error, Result};
 const INTERVALS: usize = 1024;
 /// Where bisection and the search for extrema stop, as a fraction of the fitted range.
 const RESOLUTION: f64 = 1e-9;
-/// What a standardised margin counts beside a probability.
-const TIE: f64 = 1e-12;
-
 /// The answer to the inverse question.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Inverse {
@@ -83,9 +81,7 @@ pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Op
             .help(format!("it is fitted from {low} to {high} {}", variable.unit)));
     }
     let (low, high) = (from, to);
-    let points = surrogate.point_count();
-    let (values, bands) = (vec![0.0; points], vec![Band::default(); points]);
-    let mut line = Line { surrogate, x: x.to_vec(), values, bands, free, confidence };
+    let mut line = Line { judge: Slack::new(surrogate, confidence), x: x.to_vec(), free };
     line.x[free] = low;
     let missing = query_at(surrogate, &line.x, confidence)?.outside;
     if !missing.is_empty() {
@@ -98,7 +94,12 @@ pub fn free_within(surrogate: &Surrogate<'_>, x: &[f64], free: usize, bounds: Op
     let Some(first) = samples.iter().position(|s| s.slack >= 0.0) else {
         let best = samples.iter().max_by(|a, b| a.slack.total_cmp(&b.slack)).map_or(low, |s| s.at);
         let (_, limit) = line.slack(best);
-        return Ok(Inverse::Nowhere { best, limit, excess: line.excess(limit), answer: query_at(surrogate, &line.x, confidence)? });
+        return Ok(Inverse::Nowhere {
+            best,
+            limit,
+            excess: line.judge.excess(limit, &line.x),
+            answer: query_at(surrogate, &line.x, confidence)?,
+        });
     };
     let resolution = RESOLUTION * (high - low);
     let smallest = match first.checked_sub(1) {
@@ -121,47 +122,17 @@ struct Sample {
 
 /// A condition with one variable free.
 struct Line<'a, 'b> {
-    surrogate: &'a Surrogate<'b>,
+    judge: Slack<'a, 'b>,
     x: Vec<f64>,
-    values: Vec<f64>,
-    bands: Vec<Band>,
     free: usize,
-    confidence: f64,
 }
 
 impl Line<'_, '_> {
-    /// The slack at a value of the free variable, and the limit that has it; minus infinity where a
-    /// limit has no finite value.
+    /// The slack at a value of the free variable, and the limit that has it.
     fn slack(&mut self, at: f64) -> (f64, usize) {
         self.x[self.free] = at;
-        if self.surrogate.uncertainty().is_some() {
-            return self.chance();
-        }
-        if self.surrogate.evaluate(&self.x, &mut self.values).is_err() {
-            return (f64::NEG_INFINITY, 0);
-        }
-        let slack = |i| {
-            let limit = self.surrogate.limit_value(i, &self.x, &self.values)?;
-            Some(limit.maximum - limit.high).filter(|s: &f64| s.is_finite())
-        };
-        let slacks = (0..self.surrogate.limit_count()).map(|i| (slack(i).unwrap_or(f64::NEG_INFINITY), i));
-        slacks.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or((f64::NEG_INFINITY, 0))
-    }
-
-    /// By how much the probability exceeds the one asked for. Where it is zero or one the standardised margin still tells which way
-    /// is better.
-    fn chance(&mut self) -> (f64, usize) {
-        let found = self.surrogate.assess(&self.x, None, self.confidence, &mut self.values, &mut self.bands);
-        let Ok((chance, limit)) = found.map(|chance| (chance, chance.binding.unwrap_or(0))) else { return (f64::NEG_INFINITY, 0) };
-        let own = self.surrogate.limit_chance(limit, &self.x, None, &self.values);
-        let Some(own) = own.filter(|_| chance.probability.is_finite()) else { return (f64::NEG_INFINITY, limit) };
-        let standardised = (own.maximum - own.value) / own.band.total.max(f64::MIN_POSITIVE);
-        (chance.probability - self.confidence + TIE * standardised.clamp(-1e6, 1e6), limit)
-    }
-
-    /// By how much the upper end of the band of a limit exceeds it at the present condition, in its unit.
-    fn excess(&self, limit: usize) -> f64 {
-        self.surrogate.limit_value(limit, &self.x, &self.values).map_or(f64::NAN, |own| own.high - own.maximum)
+        let found = self.judge.at(&self.x);
+        (found.slack, found.limit)
     }
 
     /// Samples in order: the scan, with the extrema between its samples that reach for the other sign.

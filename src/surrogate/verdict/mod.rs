@@ -14,17 +14,23 @@ pub mod batch;
 mod chances;
 pub mod columns;
 pub mod condition;
+pub mod indices;
 pub mod inverse;
+pub mod optimum;
 pub mod record;
+mod slack;
 pub mod stated;
 pub mod stream;
+pub mod trade_off;
 pub mod update;
 
 pub use coldplate_runtime::{Acceptability, LimitKind, Surrogate};
 pub use condition::condition;
 pub use inverse::{Inverse, free, free_within};
+pub use optimum::{Free, Objective, Optimum, Sense, best};
+pub use trade_off::{TradeOff, trade_off};
 
-use coldplate_runtime::{Band, CONFIDENCE, Indices, NINETY_FIVE};
+use coldplate_runtime::{Band, CONFIDENCE, NINETY_FIVE};
 use serde::Serialize;
 
 use super::fit::model::Held;
@@ -81,6 +87,8 @@ pub struct LimitAnswer {
     pub limit: f64,
     /// `limit - value`: positive where the limit is kept.
     pub margin: f64,
+    /// Unit of the margin, that of a difference.
+    pub margin_unit: String,
     /// Probability that it is kept, where the surrogate says what its answers leave open.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
@@ -221,6 +229,7 @@ pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result
             probability,
             name: limit.name.to_owned(),
             unit: limit_unit(surrogate, limit.kind),
+            margin_unit: margin_unit(surrogate, limit.kind),
             value: at.value,
             low: at.low,
             high: at.high,
@@ -261,9 +270,18 @@ fn outside(surrogate: &Surrogate<'_>, x: &[f64], stated: &[f64]) -> Vec<Outside>
     values.map(|(v, x)| Outside { name: v.name.to_owned(), unit: v.unit.to_owned(), value: *x, low: v.low, high: v.high }).collect()
 }
 
+/// Unit of the limited quantity.
+fn limit_unit(surrogate: &Surrogate<'_>, kind: LimitKind<coldplate_runtime::Indices<'_>>) -> String {
+    match kind {
+        LimitKind::Maximum { .. } => kind.points().next().and_then(|i| surrogate.point(i)).map_or("", |p| p.unit).to_owned(),
+        _ => margin_unit(surrogate, kind),
+    }
+}
+
 /// Differences of Celsius temperatures are kelvins.
-fn limit_unit(surrogate: &Surrogate<'_>, kind: LimitKind<Indices<'_>>) -> String {
-    let difference = !matches!(kind, LimitKind::Maximum { .. });
-    let unit = kind.points().next().and_then(|i| surrogate.point(i)).map_or("", |p| p.unit);
-    if difference && matches!(unit, "degC" | "°C") { "K".into() } else { unit.to_owned() }
+fn margin_unit(surrogate: &Surrogate<'_>, kind: LimitKind<coldplate_runtime::Indices<'_>>) -> String {
+    match kind.points().next().and_then(|i| surrogate.point(i)).map_or("", |p| p.unit) {
+        "degC" | "°C" => "K".into(),
+        unit => unit.to_owned(),
+    }
 }

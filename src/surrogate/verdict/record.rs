@@ -6,7 +6,10 @@ use serde::Serialize;
 
 use super::batch::Row;
 use super::condition;
-use super::{Acceptability, Answer, BandParts, ChanceAnswer, Inverse, LimitAnswer, Outside, Surrogate, Temperature};
+use super::trade_off::Exchange;
+use super::{
+    Acceptability, Answer, BandParts, ChanceAnswer, Free, Inverse, LimitAnswer, Objective, Optimum, Outside, Sense, Surrogate, Temperature,
+};
 use crate::units::celsius;
 
 /// The answer at one condition.
@@ -32,6 +35,12 @@ pub struct QueryRecord {
     /// The answer to the inverse question, where that was asked.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub free: Option<FreeRecord>,
+    /// The best acceptable condition, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub optimum: Option<OptimumRecord>,
+    /// What one variable must be at least for values of another, where that was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trade_off: Option<TradeOffRecord>,
     /// Row of a table of conditions, where the condition comes from one.
     #[serde(flatten)]
     pub row: Option<RowRecord>,
@@ -80,6 +89,40 @@ pub struct NearestRecord {
     pub excess_unit: String,
 }
 
+/// What was made smallest or largest, and the values that do it.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct OptimumRecord {
+    /// `minimise` or `maximise`.
+    pub sense: &'static str,
+    pub formula: String,
+    /// `null` where no condition is acceptable.
+    pub value: Option<f64>,
+    pub free: BTreeMap<String, ValueRecord>,
+}
+
+/// Rows of a trade-off.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct TradeOffRecord {
+    /// The variable whose smallest acceptable value is given.
+    pub variable: String,
+    pub unit: String,
+    /// The one it is given for.
+    pub against: String,
+    pub against_unit: String,
+    pub rows: Vec<ExchangeRecord>,
+}
+
+/// `low` and `high` are the ends of the acceptable interval, `null` where no value is acceptable.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct ExchangeRecord {
+    pub at: f64,
+    pub low: Option<f64>,
+    pub high: Option<f64>,
+}
+
 /// Where in a table of conditions an answer belongs.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
@@ -121,6 +164,8 @@ impl Answer {
             held: self.held.iter().map(|held| (held.name.clone(), ValueRecord { value: held.value, unit: held.unit.clone() })).collect(),
             outside: self.outside.clone(),
             free: None,
+            optimum: None,
+            trade_off: None,
             row: None,
         }
     }
@@ -154,6 +199,47 @@ impl Inverse {
             Self::OutsideRange(_) => {
                 QueryRecord { temperatures: BTreeMap::new(), limits: Vec::new(), binding: None, free: Some(free), ..record }
             }
+        }
+    }
+}
+
+impl Optimum {
+    /// The answer for other programs; `free` are the variables that were chosen, `outside` what a query says outside the
+    /// fitted range.
+    pub fn record(&self, surrogate: &Surrogate<'_>, objective: &Objective, free: &[Free], outside: &Answer) -> QueryRecord {
+        let (answer, value) = match self {
+            Self::Found { answer, value } => (answer, Some(*value)),
+            Self::Nowhere { answer } => (answer, None),
+            Self::OutsideRange(_) => (outside, None),
+        };
+        let variables = condition::variables(surrogate);
+        let chosen = free.iter().filter_map(|own| {
+            let (variable, value) = (variables.get(own.index)?, *answer.condition.get(own.index)?);
+            Some((variable.name.to_owned(), ValueRecord { value, unit: variable.unit.to_owned() }))
+        });
+        let sense = match objective.sense() {
+            Sense::Minimise => "minimise",
+            Sense::Maximise => "maximise",
+        };
+        let optimum = OptimumRecord { sense, formula: objective.text().to_owned(), value, free: chosen.collect() };
+        QueryRecord { optimum: Some(optimum), ..answer.record() }
+    }
+}
+
+impl TradeOffRecord {
+    /// What `variable` must be at least for values of `against`.
+    pub fn new(variable: &coldplate_runtime::Variable<'_>, against: &coldplate_runtime::Variable<'_>, rows: &[Exchange]) -> Self {
+        let row = |own: &Exchange| ExchangeRecord {
+            at: own.given,
+            low: own.acceptable.map(|interval| interval.from),
+            high: own.acceptable.map(|interval| interval.until),
+        };
+        Self {
+            variable: variable.name.to_owned(),
+            unit: variable.unit.to_owned(),
+            against: against.name.to_owned(),
+            against_unit: against.unit.to_owned(),
+            rows: rows.iter().map(row).collect(),
         }
     }
 }

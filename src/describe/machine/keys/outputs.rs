@@ -79,6 +79,7 @@ pub(super) const MEASUREMENT: Table = Table {
         report("condition", Form::Free(&Form::AnyQuantity), "`{ coolant_flow = \"3.33e-5 m3/s\", ... }`"),
         report("readings", Form::Free(&Form::Quantity(CELSIUS)), "`{ SENSOR = \"42.2 degC\" }`").required(),
         report("others", Form::Free(&Form::Quantity(CELSIUS)), "what another program predicted, `{ SENSOR = \"41.8 degC\" }`"),
+        report("uncertainty", Form::Quantity(KELVIN), "half the width of the interval that holds a true temperature with 95 %").positive(),
         report("note", Form::Text, "remarks on the readings"),
     ]],
     one_of: &[],

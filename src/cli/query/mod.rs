@@ -1,0 +1,121 @@
+//! `coldplate query`: temperatures, verdict and margins from a surrogate file.
+
+mod free;
+mod text;
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+use coldplate_runtime::CONFIDENCE;
+
+use super::condition::ConditionArgs;
+use super::output::Output;
+use crate::error::{Error, Result};
+use crate::foundation::input;
+use crate::surrogate::fit::file;
+use crate::surrogate::verdict::stream::{self, Form};
+use crate::surrogate::verdict::{self, Acceptability, Surrogate, condition, indices, stated};
+
+/// Arguments of `coldplate query`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Exit status: 0 acceptable; 1 not acceptable; 2 bad input; 3 uncertain (too close to call, outside the \
+                        fitted range, or no limits to judge by). With --csv: 0 if all are acceptable, 1 if any is not, else 3.")]
+pub struct Args {
+    /// Surrogate file
+    #[arg(value_name = "SURROGATE")]
+    pub surrogate: PathBuf,
+    /// The condition.
+    #[command(flatten)]
+    pub condition: ConditionArgs,
+    /// Find the smallest value of this variable that makes the condition acceptable; NAME=LOW..HIGH looks there only. Of
+    /// two, A,B, the smallest of A for values of B
+    #[arg(long, value_name = "NAME[,NAME..]", value_delimiter = ',', conflicts_with = "csv")]
+    pub free: Vec<String>,
+    /// Among the acceptable conditions, the one that makes a formula smallest, as "coolant_flow_L_min^3"; variables that
+    /// are not given, or those of --free, are chosen. Formulas know variables and points by name and unit (Y_motor_degC),
+    /// and smallest_margin
+    #[arg(long, value_name = "FORMULA", conflicts_with_all = ["csv", "maximise"])]
+    pub minimise: Option<String>,
+    /// The same for the largest value of a formula
+    #[arg(long, value_name = "FORMULA", conflicts_with = "csv")]
+    pub maximise: Option<String>,
+    /// Which variable and which uncertain number decides: Sobol' indices of every point and limit over the ranges of the
+    /// variables that are not given
+    #[arg(long, conflicts_with_all = ["csv", "free", "minimise", "maximise"])]
+    pub indices: bool,
+    /// Probability with which a verdict is said: above 0.5, below 1
+    #[arg(long, value_name = "P", default_value_t = CONFIDENCE, value_parser = confidence)]
+    pub confidence: f64,
+    /// Answer every row of a CSV file; its header names variables with units, as in "coolant_flow [L/min]"
+    #[arg(long, value_name = "FILE")]
+    pub csv: Option<PathBuf>,
+    /// With --csv, only these columns, in this order: names as in the header of the answer, or conditions, temperatures,
+    /// bands, margins for all of a kind; JSON rows are then flat objects
+    #[arg(long, value_name = "A,B,..", requires = "csv")]
+    pub columns: Vec<String>,
+    /// With --csv, numbers of so many significant digits (default: all)
+    #[arg(long, value_name = "N", requires = "csv", value_parser = clap::value_parser!(u8).range(1..=17))]
+    pub digits: Option<u8>,
+}
+
+/// Answers the query and returns the exit status.
+///
+/// # Errors
+/// A file that cannot be read or is damaged; a wrong, doubled or missing variable; a value without
+/// its unit.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let mut bytes = input::read(&args.surrogate)?;
+    let given = args.condition.values()?;
+    let opened = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
+    let (stated, given): (Vec<_>, Vec<_>) = given.into_iter().partition(|(name, _)| stated::is_parameter(&opened, name));
+    if !stated.is_empty() {
+        bytes = stated::with_stated(&bytes, &stated)?;
+    }
+    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
+    let is_open = !args.free.is_empty() || args.minimise.is_some() || args.maximise.is_some();
+    match &args.csv {
+        Some(csv) => many(&surrogate, csv, &given, args, out),
+        None if args.indices => {
+            let found = indices::indices(&surrogate, &condition::varied(&surrogate, condition::partial(&surrogate, &given)?)?)?;
+            out.report(&text::of_indices(&surrogate, &given, &found), &found);
+            Ok(0)
+        }
+        None if is_open => free::answer(&surrogate, &given, args, out),
+        None => {
+            let answer = verdict::query_at(&surrogate, &condition::condition(&surrogate, &given)?, args.confidence)?;
+            out.report(&text::text(&surrogate, &answer), &answer.record());
+            Ok(status(answer.verdict))
+        }
+    }
+}
+
+fn confidence(text: &str) -> std::result::Result<f64, String> {
+    let value = text.strip_suffix('%').map_or_else(|| text.parse::<f64>(), |percent| percent.trim().parse::<f64>().map(|p| p / 100.0));
+    let inside = value.ok().filter(|p| *p > 0.5 && *p < 1.0);
+    inside.ok_or_else(|| "a probability above 0.5 and below 1 is wanted, for example 0.95".into())
+}
+
+fn status(verdict: Acceptability) -> u8 {
+    match verdict {
+        Acceptability::Acceptable => 0,
+        Acceptability::NotAcceptable => 1,
+        Acceptability::Uncertain => 3,
+    }
+}
+
+fn many(surrogate: &Surrogate<'_>, csv: &Path, given: &[(String, String)], args: &Args, out: Output) -> Result<u8> {
+    let open = || File::open(csv).map(BufReader::new).map_err(|e| Error::file("read", csv, e));
+    // A mistake shows before the first answer; only a pipe, which can be read once, is answered up to its mistake.
+    let is_file = std::fs::metadata(csv).is_ok_and(|m| m.is_file());
+    let total = if is_file { Some(stream::check(surrogate, open()?, given).map_err(|e| e.in_file(csv))?) } else { None };
+    let form = Form { json: out.json, columns: args.columns.clone(), digits: args.digits.map(usize::from), confidence: args.confidence };
+    let tally = stream::answer(surrogate, open()?, given, &form, total, &out.progress(), out.pieces()).map_err(|e| e.in_file(csv))?;
+    Ok(if tally.refused {
+        1
+    } else if tally.open {
+        3
+    } else {
+        0
+    })
+}
