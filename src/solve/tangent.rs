@@ -4,8 +4,6 @@
 //! terms are what they add (see [`crate::discretise::network::slopes`]). Solves are by GMRES, preconditioned by one
 //! multigrid cycle on the solids and one pass along the streams: downstream for J, upstream for Jᵀ.
 
-use std::sync::OnceLock;
-
 use super::csr::{add_scaled, dot, norm};
 use super::jacobian::Jacobian;
 use super::krylov::Hessenberg;
@@ -34,8 +32,7 @@ pub struct Tangent<'a> {
     system: System,
     streams: Vec<StreamState>,
     matrix: Jacobian<'a>,
-    /// Made when it is first asked for.
-    transposed: OnceLock<Jacobian<'a>>,
+    transposed: Jacobian<'a>,
     rank: Vec<RankOne>,
     diagonal: Vec<f64>,
     multigrid: Multigrid,
@@ -59,7 +56,7 @@ impl<'a> Tangent<'a> {
         matrix.add_diagonal(stiffening.into_iter());
         let multigrid = Multigrid::new(&system.symmetric(network, load, &streams, temperatures), &network.capacity)?;
         let diagonal = sizes(&matrix);
-        Ok(Self { network, system, streams, transposed: OnceLock::new(), matrix, rank, diagonal, multigrid })
+        Ok(Self { network, system, streams, transposed: matrix.transposed(), matrix, rank, diagonal, multigrid })
     }
 
     /// This derivative with `rate` (1/s) times a capacity (J/K of every node) on its diagonal: that of an implicit step in time.
@@ -69,7 +66,7 @@ impl<'a> Tangent<'a> {
     pub fn shifted(&self, rate: f64, capacity: &[f64]) -> Result<Self> {
         let mut shifted = self.clone();
         shifted.matrix.add_diagonal(capacity.iter().map(|c| rate * c));
-        shifted.transposed = OnceLock::new();
+        shifted.transposed = shifted.matrix.transposed();
         shifted.diagonal = sizes(&shifted.matrix);
         shifted.multigrid.shift(rate)?;
         Ok(shifted)
@@ -119,7 +116,7 @@ impl<'a> Tangent<'a> {
 
     /// y = Jᵀ x
     pub fn multiply_transposed(&self, x: &[f64], y: &mut [f64]) {
-        self.transposed.get_or_init(|| self.matrix.transposed()).multiply(x, y);
+        self.transposed.multiply(x, y);
         for term in &self.rank {
             let m: f64 = term.rows.iter().map(|(i, u)| u * x[*i as usize]).sum();
             term.weights.iter().for_each(|(i, w)| y[*i as usize] += w * m);

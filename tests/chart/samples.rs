@@ -72,6 +72,7 @@ pub fn one_factor() -> OneFactorFigure {
             samples: (0..8).map(|k| low + step * 100.0 / 7.0 * k as f64).map(|q| (q, f(q) + 0.03 * scatter(p * 31 + q as usize))).collect(),
             line: (0..=100).map(|k| low + step * f64::from(k)).map(|q| (q, f(q))).collect(),
             half_width: 0.06,
+            half_widths: Vec::new(),
             formula: format!("T = {:+.5e} q³ {:+.5} q² {:+.5} q {:+.5}", c[0] / 0.216, c[1] / 0.36, c[2] / 0.6, c[3]).replace('-', "−"),
         }
     });
@@ -126,6 +127,7 @@ pub fn map() -> AcceptabilityMap {
         margin,
         margin_unit: "K".into(),
         half_width,
+        probability: Vec::new(),
         state,
         binding,
         limits: LIMITS.iter().map(|l| (*l).to_string()).collect(),

@@ -128,13 +128,14 @@ fn a_list_comes_from_a_table() {
 
 #[test]
 fn changes_to_the_machine_are_handed_on() {
-    let text = "name = 't'\nmachine = '../m/rig.toml'\ncells = 5000\n[set]\n'contact.motor.conductance' = '600 W/(m2 K)'\n\
+    let text = "name = 't'\nmachine = '../m/rig.toml'\ncells = 5000\n[set]\n'contact.motor.conductance' = '600 +- 40 W/(m2 K)'\n\
                 channel.a.bend_factor = 1.5\npart.bed.at = ['1 m', '2 m']\npart.bed.fine = true\n";
     let definition = Definition::new(Document::parse(text, "sweeps/x.toml").unwrap()).unwrap();
     assert_eq!(definition.machine, std::path::Path::new("sweeps/../m/rig.toml"));
     assert_eq!(definition.cells, Some(5000));
     let expected = [
-        ("contact.motor.conductance", "600 W/(m2 K)"),
+        // What is stated as uncertain stays so.
+        ("contact.motor.conductance", "600 W/(m2 K) +- 40.0 W/(m2 K)"),
         ("channel.a.bend_factor", "1.5"),
         ("part.bed.at", "[\"1 m\", \"2 m\"]"),
         ("part.bed.fine", "true"),

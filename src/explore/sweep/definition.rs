@@ -286,7 +286,7 @@ fn flatten(value: &Value<'_>, key: &str, found: &mut Vec<(String, String)>) -> R
 
 fn toml_of(value: &Value<'_>) -> Result<String> {
     if value.is_text() {
-        return value.text();
+        return value.text_with_spread();
     }
     if value.is_list() {
         let items: Vec<String> = (value.list()?.iter())

@@ -36,6 +36,18 @@ impl Spread {
     }
 }
 
+impl Spread {
+    /// A number's text with this behind it, so that [`Spread::split`] gives both again.
+    pub(super) fn written(&self, plain: &str) -> String {
+        let with = |amount: f64, unit: &str| if unit == "1" { format!("{amount:?}") } else { format!("{amount:?} {unit}") };
+        match (self, units::quantity(plain)) {
+            (Self::Share(share), _) => format!("{plain} +- {:?} %", 100.0 * share),
+            (Self::Limits(half, unit), Some((middle, _, _))) => format!("{:?} .. {}", middle - half, with(middle + half, unit)),
+            (Self::Deviation(amount, unit) | Self::Limits(amount, unit), _) => format!("{plain} +- {}", with(*amount, unit)),
+        }
+    }
+}
+
 /// A number of a file that is uncertain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertain {
@@ -56,6 +68,11 @@ mod tests {
         assert_eq!(Spread::split("560 +- 40 W/(m2 K)"), deviation("560 W/(m2 K)", 40.0, &unit()));
         assert_eq!(Spread::split("560 W/(m2 K) ± 40 W/(m2 K)"), deviation("560 W/(m2 K)", 40.0, &unit()));
         assert_eq!(Spread::split("20 degC +- 0.3 K"), deviation("20 degC", 0.3, "K"));
+        for text in ["560 W/(m2 K) +- 40.0 W/(m2 K)", "0.55 +- 10.0 %", "20 degC +- 0.3 K", "500.0 .. 620.0 W/(m2 K)", "0.5 .. 0.6"] {
+            let (plain, spread) = Spread::split(text).unwrap();
+            assert_eq!(Spread::split(&spread.written(&plain)).map(|(plain, _)| plain), Some(plain.clone()), "{text}");
+        }
+        assert_eq!(Spread::Share(0.1).written("0.55"), "0.55 +- 10.0 %");
         assert_eq!(Spread::split("0.55 +- 0.1"), deviation("0.55", 0.1, "1"));
         assert_eq!(Spread::split("0.55 +- 10 %"), Some(("0.55".into(), Spread::Share(0.1))));
         assert_eq!(Spread::split("560 W/(m2 K) +- 7%"), Some(("560 W/(m2 K)".into(), Spread::Share(0.07))));

@@ -69,6 +69,15 @@ impl<'a> Value<'a> {
         }
     }
 
+    /// The text of a string with what it states as uncertain.
+    ///
+    /// # Errors
+    /// It is not a string.
+    pub fn text_with_spread(&self) -> Result<String> {
+        let text = self.text()?;
+        Ok(self.item.spread.as_ref().map_or(text.clone(), |spread| spread.written(&text)))
+    }
+
     /// The index of the text in `options`.
     ///
     /// # Errors
