@@ -1,5 +1,6 @@
 //! Fits judged by functions that are known: exact recovery, brute-force refitting, held-out errors and coverage.
 
+mod corner;
 mod functions;
 mod held_out;
 mod radial;

@@ -5,7 +5,7 @@
 //! to the terms already in (orthogonal least squares: Chen, Billings, Luo 1989); the leave-one-out error of every length of
 //! that path comes from the hat matrix. The chosen terms are expanded into monomials at the end.
 
-use super::evaluate::{monomial, scale_row};
+use super::evaluate::{monomial, scale_row, scaled};
 use super::least_squares::{Orthonormal, axpy, dot, left_out, rms};
 use super::model::{Polynomial, Transform, Variable};
 use super::one_factor::{legendre, legendre_powers};
@@ -13,6 +13,10 @@ use super::one_factor::{legendre, legendre_powers};
 /// Transforms are tried only where the largest value is at least this many times the smallest: below, 1/x and ln x are
 /// straight to within what a quadratic takes up.
 const TRANSFORM_RATIO: f64 = 2.0;
+/// Nor are they tried where they leave a gap without rows in more than this share of the range (or of what the gap is without them):
+/// there 1/x would be extrapolated.
+const WIDEST_GAP: f64 = 1.0 / 3.0;
+const WIDER_GAP: f64 = 2.0;
 /// A transform must beat the identity, a longer model a shorter one, by this share of the leave-one-out error.
 const CLEARLY: f64 = 0.95;
 /// Most rows a term may cost: no more than this share of the rows becomes terms.
@@ -115,16 +119,27 @@ impl Search<'_> {
         (0..=self.max_degree).rev().find(|d| self.count(*d) <= most).unwrap_or(0)
     }
 
-    /// Every combination of transforms worth trying, the identity first.
-    pub fn transforms(&self) -> Vec<Vec<Transform>> {
+    /// The widest part of a variable's range without a row, as a share of it.
+    fn gap(&self, rows: &[&[f64]], variable: usize, transform: Transform) -> f64 {
+        let u = rows.iter().map(|row| scaled(&self.variables[variable], transform, row[variable]));
+        let mut u: Vec<f64> = u.chain([-1.0, 1.0]).collect();
+        u.sort_by(f64::total_cmp);
+        u.windows(2).map(|pair| 0.5 * (pair[1] - pair[0])).fold(0.0, f64::max)
+    }
+
+    /// Every combination of transforms worth trying on these rows, the identity first.
+    pub fn transforms(&self, rows: &[&[f64]]) -> Vec<Vec<Transform>> {
         let choices: Vec<Vec<Transform>> = self
             .variables
             .iter()
             .zip(self.active)
-            .map(|(v, active)| {
+            .enumerate()
+            .map(|(k, (v, active))| {
                 let wide = *active && v.low > 0.0 && v.high >= TRANSFORM_RATIO * v.low;
                 let all = if wide { &[Transform::Identity, Transform::Reciprocal, Transform::Log][..] } else { &[Transform::Identity] };
-                all.iter().copied().filter(|t| t.is_allowed(v.low, v.high)).collect()
+                let widest = if wide { WIDEST_GAP.max(WIDER_GAP * self.gap(rows, k, Transform::Identity)) } else { 1.0 };
+                let is_covered = |t: Transform| t == Transform::Identity || self.gap(rows, k, t) <= widest;
+                all.iter().copied().filter(|t| t.is_allowed(v.low, v.high) && is_covered(*t)).collect()
             })
             .collect();
         let mut all = vec![Vec::new()];
@@ -165,7 +180,7 @@ impl Search<'_> {
     /// for each combination of transforms and each output: `scores[combination][output]`.
     pub fn transform_scores(&self, rows: &[&[f64]], outputs: &[Vec<f64>]) -> Vec<(Vec<Transform>, Vec<f64>)> {
         let terms = self.terms(self.degree_within(rows.len() / 4));
-        self.transforms()
+        self.transforms(rows)
             .into_iter()
             .map(|transforms| {
                 let mut basis = Orthonormal::new();
@@ -186,27 +201,23 @@ impl Search<'_> {
             .collect()
     }
 
-    /// The whole procedure for one output: transforms, degree and terms by leave-one-out. `scores` are those of
-    /// [`Search::transform_scores`] for this output on these rows.
-    pub fn fit(&self, rows: &[&[f64]], y: &[f64], scores: &[(Vec<Transform>, f64)]) -> Fitted {
+    /// Degrees of the dictionaries worth trying on this many rows, the smallest first: from that of a quarter as many terms on.
+    pub fn degrees(&self, rows: usize) -> Vec<usize> {
+        (self.degree_within(rows / 4)..=self.max_degree).collect()
+    }
+
+    /// The whole procedure for one output and one dictionary, all terms up to a total degree: transforms and terms by leave-one-out.
+    /// Which dictionary suits is not asked here: the terms of a large one, chosen on the same rows, make leave-one-out too small.
+    /// `scores` are those of [`Search::transform_scores`] for this output on these rows.
+    pub fn fit(&self, rows: &[&[f64]], y: &[f64], scores: &[(Vec<Transform>, f64)], degree: usize) -> Fitted {
         let Some((identity, plain)) = scores.first() else { return self.constant(y) };
         let best = scores.iter().min_by(|a, b| a.1.total_cmp(&b.1)).filter(|best| best.1 < CLEARLY * plain);
         let transforms = best.map_or(identity, |(transforms, _)| transforms).clone();
         let most = ((rows.len() as f64 * MOST_TERMS) as usize).max(1);
-        let mut chosen: Option<(f64, Fitted)> = None;
-        // A small dictionary first: a larger one may only replace it by being clearly better.
-        let mut degrees: Vec<usize> = vec![self.degree_within(rows.len() / 4), self.degree_within(rows.len() / 2), self.max_degree];
-        degrees.dedup();
-        for degree in degrees {
-            let terms = self.terms(degree);
-            let columns = self.columns(rows, &transforms, &terms);
-            let (score, picked) = forward(&columns, y, most);
-            if chosen.as_ref().is_none_or(|(best, _)| score < CLEARLY * best) {
-                let fitted = solve(&columns, &terms, &picked, y, &transforms);
-                chosen = Some((score, fitted));
-            }
-        }
-        chosen.map_or_else(|| self.constant(y), |(_, fitted)| fitted)
+        let terms = self.terms(degree);
+        let columns = self.columns(rows, &transforms, &terms);
+        let picked = forward(&columns, y, most);
+        solve(&columns, &terms, &picked, y, &transforms)
     }
 
     fn constant(&self, y: &[f64]) -> Fitted {
@@ -221,8 +232,8 @@ impl Search<'_> {
     }
 }
 
-/// Forward search. Returns the corrected leave-one-out error of the best length and the columns of that length, in order.
-fn forward(columns: &[Vec<f64>], y: &[f64], most: usize) -> (f64, Vec<usize>) {
+/// Forward search by the corrected leave-one-out error. Returns the columns of the best length, in order.
+fn forward(columns: &[Vec<f64>], y: &[f64], most: usize) -> Vec<usize> {
     let n = y.len();
     let mut rest: Vec<Option<Vec<f64>>> = columns.iter().map(|c| Some(c.clone())).collect();
     let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
@@ -265,9 +276,8 @@ fn forward(columns: &[Vec<f64>], y: &[f64], most: usize) -> (f64, Vec<usize>) {
     let best = path.iter().copied().fold(f64::INFINITY, f64::min);
     // The shortest path that is as good as the best to within five per cent.
     let length = path.iter().position(|s| *s * CLEARLY <= best).map_or(picked.len(), |k| k + 1);
-    let score = path.get(length.saturating_sub(1)).copied().unwrap_or(f64::INFINITY);
     picked.truncate(length);
-    (score, picked)
+    picked
 }
 
 fn solve(columns: &[Vec<f64>], terms: &[Vec<u8>], picked: &[usize], y: &[f64], transforms: &[Transform]) -> Fitted {

@@ -25,12 +25,16 @@ use nalgebra::DMatrix;
 
 use super::dense::{Reflections, SpdInverse, invert_spd};
 use super::evaluate::radial;
-use super::least_squares::{Orthonormal, dot};
+use super::least_squares::{Orthonormal, dot, max_abs};
 use super::model::Kernel;
 use super::polynomial::monomial_columns;
 
 /// Left-out errors below this share of an output's spread count as none: nothing is gained by tuning further.
 const NEGLIGIBLE: f64 = 1e-9;
+
+/// Largest sum of weights' magnitudes over the largest value (at least one): it multiplies the rounding of every query, which
+/// then stays below about 5e-8 of the values, half of what the self-tests of a surrogate file allow.
+const MOST_WEIGHT: f64 = 1e8;
 
 /// Lowest degree of the tail that makes a kernel's interpolation matrix definite.
 pub fn least_tail(kernel: Kernel) -> usize {
@@ -231,6 +235,12 @@ impl System {
         }
         g.gemm(1.0, &scaled, &f.w.transpose(), 1.0);
         (value, g)
+    }
+
+    /// Whether rounding in a query stays small.
+    pub fn is_well_conditioned(&self, solved: &Solved) -> bool {
+        let sum = |w: &[f64]| w.iter().map(|w| w.abs()).sum::<f64>();
+        solved.weights.iter().zip(&self.outputs).all(|(w, y)| sum(w) <= MOST_WEIGHT * max_abs(y).max(1.0))
     }
 
     /// Solves for every output. `scales` are inverse length scales of the active variables.

@@ -2,37 +2,26 @@
 
 use std::collections::BTreeMap;
 
-use rayon::prelude::*;
-
-use super::evaluate::{evaluate, scale_row};
+use super::evaluate::evaluate;
+use super::group::Group;
 use super::least_squares::{max_abs, rms};
-use super::model::{Kernel, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform};
-use super::polynomial::{Fitted, Search};
-use super::rbf::{Solved, System, least_tail, spread};
-use super::tune::{Tuned, retune, tune};
-use super::validation::{folds, half_width};
+use super::model::{Point, PointModel, RbfBasis, Surrogate};
+use super::polynomial::Fitted;
+use super::radial::Radial;
+use super::validation::half_width;
 use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples};
 use crate::error::{Error, Result};
 use crate::foundation::progress::Progress;
 
 /// Radial functions cost a query more than a polynomial: they must beat it by this share of the held-out error.
 const RADIAL_MUST_BEAT: f64 = 0.95;
-/// Scales of its own must reduce an output's error to this share of the one with shared scales.
-const OWN_MUST_REACH: f64 = 0.7;
-/// A change of transforms, kernel or tail must lower the mean log of squared errors by this much (2.5 % of the error).
-const CLEARLY: f64 = 0.05;
-/// Length scales are tuned on at most this many rows.
-const TUNE_ROWS: usize = 400;
+/// A larger dictionary of polynomials must beat a smaller one by this share.
+const CLEARLY: f64 = 0.95;
+/// Where another output needs the shared basis anyway, it is a polynomial that must win, by this factor: between its rows, and above
+/// all in corners without one, it errs further.
+const POLYNOMIAL_MUST_BEAT: f64 = 1.5;
 /// Radial functions are not tried on more rows: every row is a centre.
 const MOST_CENTRES: usize = 1500;
-/// Steps of the tuning on all rows and in each fold.
-const STEPS: usize = 30;
-const FOLD_STEPS: usize = 10;
-/// Largest sum of weights' magnitudes over the largest value (at least one): it multiplies the rounding of every query.
-const MOST_WEIGHT: f64 = 1e6;
-/// Kernel and tail combinations that go into cross-validation: all where that is cheap, for there the choice among them is
-/// also where chance misleads most; fewer on more rows. Pairs of most rows and number.
-const SHORTLIST: [(usize, usize); 3] = [(60, usize::MAX), (120, 4), (usize::MAX, 2)];
 
 /// Fits every output of `samples`, saying how it comes along.
 ///
@@ -96,100 +85,65 @@ pub fn fit_heard(samples: &Samples, options: &FitOptions, progress: &dyn Progres
     Ok(Fit { surrogate, points, notes })
 }
 
-/// Outputs that are present on the same rows.
-struct Group<'a> {
-    samples: &'a Samples,
-    options: &'a FitOptions,
-    search: Search<'a>,
-    rows: Vec<&'a [f64]>,
-    outputs: Vec<usize>,
-    /// Values of the outputs on the rows.
-    y: Vec<Vec<f64>>,
-    folds: Vec<usize>,
-    fold_count: usize,
-}
-
-/// Kernel, tail and how the variables enter.
-#[derive(Debug, Clone, PartialEq)]
-struct Shape {
-    kernel: Kernel,
-    tail: usize,
-    transforms: Vec<Transform>,
-}
-
-/// A shape with tuned parameters.
-#[derive(Debug, Clone)]
-struct Radial {
-    shape: Shape,
-    tuned: Tuned,
-}
-
-/// Residuals by row, one list per output treated.
-type Rows = Vec<Vec<f64>>;
-
-impl<'a> Group<'a> {
-    fn new(samples: &'a Samples, options: &'a FitOptions, active: &'a [bool], rows: Vec<usize>, outputs: Vec<usize>) -> Self {
-        let y = outputs.iter().map(|o| rows.iter().map(|i| samples.outputs[*o].values[*i]).collect()).collect();
-        let rows: Vec<&[f64]> = rows.iter().map(|i| samples.rows[*i].as_slice()).collect();
-        let search = Search { variables: &samples.variables, active, max_degree: options.max_degree };
-        let fold_count = options.folds.min(rows.len());
-        let folds = folds(&rows, fold_count, options.seed);
-        Self { samples, options, search, rows, outputs, y, folds, fold_count }
-    }
-
+impl Group<'_> {
     fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>, progress: &dyn Progress) -> Result<Vec<(usize, PointModel, PointReport)>> {
         let scores = self.search.transform_scores(&self.rows, &self.y);
-        let (polynomials, polynomial_held_out) = if self.options.polynomials {
-            (Some(self.polynomials(&self.rows, &self.y, &scores)), Some(self.polynomial_folds()))
-        } else {
-            (None, None)
+        let dictionaries = if self.options.polynomials { self.polynomials(&scores) } else { Vec::new() };
+        // A larger dictionary must win clearly.
+        let best_of = |k: usize| {
+            let choices: Vec<(usize, &[f64], f64)> =
+                dictionaries.iter().enumerate().map(|(d, one)| (d, one.held_out[k].as_slice(), CLEARLY)).collect();
+            choose(&choices, |_| true).map(|d| rms(&dictionaries[d].held_out[k]))
         };
+        let rival: Vec<f64> = (0..self.y.len()).map(|k| best_of(k).unwrap_or(f64::INFINITY)).collect();
         let usable =
             !self.options.kernels.is_empty() && most_bases > 0 && self.rows.len() <= MOST_CENTRES && self.search.active.contains(&true);
         if usable {
             progress.at(&format!("fit of {} outputs on {} rows: radial functions", self.outputs.len(), self.rows.len()));
         }
-        let radial = if usable { self.radial(&scores, polynomial_held_out.as_ref(), most_bases) } else { None };
+        let radial = if usable { self.radial(&scores, &rival, most_bases) } else { None };
+        let wins = |(radial, polynomial): (&Vec<f64>, &f64)| rms(radial) < RADIAL_MUST_BEAT * polynomial;
+        let is_needed = radial.as_ref().is_some_and(|radial| radial.held_out.iter().zip(&rival).any(wins));
+        let shared_share = if is_needed { POLYNOMIAL_MUST_BEAT } else { RADIAL_MUST_BEAT };
         let shared_basis = bases.len();
-        let mut own_bases: BTreeMap<usize, usize> = BTreeMap::new();
+        let mut further_used: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut shared_used = false;
         let mut result = Vec::new();
         for (k, o) in self.outputs.iter().enumerate() {
             let mut candidates = Vec::new();
             // The candidates: index, its held-out residuals, the share by which it must beat those before.
             let mut choices: Vec<(usize, &[f64], f64)> = Vec::new();
-            if let (Some(fitted), Some(held_out)) = (&polynomials, &polynomial_held_out) {
-                candidates.push(polynomial_candidate(&fitted[k], &held_out[k]));
-                choices.push((0, &held_out[k], 1.0));
+            for one in &dictionaries {
+                candidates.push(polynomial_candidate(&one.fitted[k], &one.held_out[k]));
+                choices.push((candidates.len() - 1, &one.held_out[k], CLEARLY));
             }
             if let Some(radial) = &radial {
                 for (index, one) in radial.considered.iter().enumerate() {
                     let held_out = (index == 0).then_some(radial.held_out[k].as_slice());
                     candidates.push(self.radial_candidate(one, false, &radial.left_out[index][k], held_out));
-                    choices.extend(held_out.map(|held_out| (candidates.len() - 1, held_out, RADIAL_MUST_BEAT)));
+                    choices.extend(held_out.map(|held_out| (candidates.len() - 1, held_out, shared_share)));
                 }
-                if let Some(own) = radial.own.get(&k) {
-                    candidates.push(self.radial_candidate(&own.radial, true, &own.solved.left_out[0], Some(&own.held_out)));
-                    choices.push((candidates.len() - 1, &own.held_out, RADIAL_MUST_BEAT));
+                if let Some((_, further, m)) = radial.further_of(k) {
+                    candidates.push(self.radial_candidate(&further.radial, true, &further.solved.left_out[m], Some(&further.held_out[m])));
+                    choices.push((candidates.len() - 1, &further.held_out[m], RADIAL_MUST_BEAT));
                 }
             }
             let chosen = choose(&choices, |_| true).map(|index| (index, self.held_out_of_choice(&choices)));
             let output = &self.samples.outputs[*o];
-            let Some((index, held_out)) = chosen else {
-                return Err(Error::numerics("no model could be fitted").at_key(output.name.clone()));
-            };
-            let model = match (&candidates[index].family, &polynomials, &radial) {
-                (Family::Polynomial { .. }, Some(fitted), _) => PointModel::Polynomial(fitted[k].expanded()),
+            let none = || Error::numerics("no model could be fitted").at_key(output.name.clone());
+            let (index, held_out) = chosen.ok_or_else(none)?;
+            let model = match (&candidates[index].family, dictionaries.get(index), &radial) {
+                (Family::Polynomial { .. }, Some(one), _) => PointModel::Polynomial(one.fitted[k].expanded()),
                 (Family::Rbf { own: false, .. }, _, Some(radial)) => {
                     shared_used = true;
                     self.model(&radial.considered[0], &radial.solved, k, shared_basis)
                 }
                 (Family::Rbf { own: true, .. }, _, Some(radial)) => {
-                    own_bases.insert(k, index);
-                    let own = &radial.own[&k];
-                    self.model(&own.radial, &own.solved, 0, usize::MAX)
+                    let (at, further, m) = radial.further_of(k).ok_or_else(none)?;
+                    further_used.entry(at).or_default().push(k);
+                    self.model(&further.radial, &further.solved, m, usize::MAX)
                 }
-                _ => return Err(Error::numerics("no model could be fitted").at_key(output.name.clone())),
+                _ => return Err(none()),
             };
             // Rounding alone leaves errors of a few units in the last place.
             let floor = 64.0 * f64::EPSILON * max_abs(&self.y[k]);
@@ -207,11 +161,13 @@ impl<'a> Group<'a> {
             if shared_used {
                 bases.push(self.basis(&radial.considered[0]));
             }
-            for (k, own) in radial.own.iter().filter(|(k, _)| own_bases.contains_key(k)) {
-                if let PointModel::Rbf { basis, .. } = &mut result[*k].1 {
-                    *basis = bases.len();
+            for (at, outputs) in further_used {
+                for k in outputs {
+                    if let PointModel::Rbf { basis, .. } = &mut result[k].1 {
+                        *basis = bases.len();
+                    }
                 }
-                bases.push(self.basis(&own.radial));
+                bases.push(self.basis(&radial.further[at].radial));
             }
         }
         Ok(result)
@@ -227,228 +183,6 @@ impl<'a> Group<'a> {
         (0..self.rows.len()).map(|row| residual(row).unwrap_or(f64::INFINITY)).collect()
     }
 
-    // ---- polynomials ----
-
-    fn polynomials(&self, rows: &[&[f64]], y: &[Vec<f64>], scores: &[(Vec<Transform>, Vec<f64>)]) -> Vec<Fitted> {
-        y.par_iter()
-            .enumerate()
-            .map(|(k, y)| {
-                let scores: Vec<(Vec<Transform>, f64)> = scores.iter().map(|(t, s)| (t.clone(), s[k])).collect();
-                self.search.fit(rows, y, &scores)
-            })
-            .collect()
-    }
-
-    /// Held-out residuals of the whole polynomial procedure, transforms and terms chosen in each fold.
-    fn polynomial_folds(&self) -> Rows {
-        self.by_fold(&self.y, |train, test, y| {
-            let scores = self.search.transform_scores(train, y);
-            let fitted = self.polynomials(train, y, &scores);
-            fitted.iter().map(|f| test.iter().map(|x| f.value(&self.samples.variables, x)).collect()).collect()
-        })
-    }
-
-    /// Residuals of predictions of each fold made from the other folds: `predict(train, test, outputs on train)`.
-    fn by_fold(&self, y: &[Vec<f64>], predict: impl Fn(&[&[f64]], &[&[f64]], &[Vec<f64>]) -> Rows + Sync) -> Rows {
-        let parts: Vec<(Vec<usize>, Rows)> = (0..self.fold_count)
-            .into_par_iter()
-            .map(|fold| {
-                let (test, train): (Vec<usize>, Vec<usize>) = (0..self.rows.len()).partition(|i| self.folds[*i] == fold);
-                let take = |index: &[usize]| index.iter().map(|i| self.rows[*i]).collect::<Vec<_>>();
-                let known: Vec<Vec<f64>> = y.iter().map(|y| train.iter().map(|i| y[*i]).collect()).collect();
-                let predicted = predict(&take(&train), &take(&test), &known);
-                (test, predicted)
-            })
-            .collect();
-        let mut residuals: Rows = y.iter().map(|y| vec![f64::INFINITY; y.len()]).collect();
-        for (test, predicted) in &parts {
-            for ((residuals, y), predicted) in residuals.iter_mut().zip(y).zip(predicted) {
-                test.iter().zip(predicted).for_each(|(i, p)| residuals[*i] = y[*i] - p);
-            }
-        }
-        residuals
-    }
-
-    // ---- radial functions ----
-
-    fn system(&self, rows: &[&[f64]], shape: &Shape, y: &[Vec<f64>]) -> Option<System> {
-        let u = rows.iter().map(|x| scale_row(&self.samples.variables, &shape.transforms, x)).collect();
-        let active = (0..self.search.active.len()).filter(|k| self.search.active[*k]).collect();
-        System::new(u, active, self.search.terms(shape.tail), y.to_vec())
-    }
-
-    fn solve(&self, one: &Radial, y: &[Vec<f64>]) -> Option<Solved> {
-        self.system(&self.rows, &one.shape, y)?.solve(one.shape.kernel, &one.tuned.scales(), one.tuned.smoothing())
-    }
-
-    /// The rows on which length scales are tuned: all, or an even share of the shuffled folds.
-    fn tuning_rows(&self) -> Vec<usize> {
-        let mut order: Vec<usize> = (0..self.rows.len()).collect();
-        if order.len() > TUNE_ROWS {
-            let spread_out = folds(&self.rows, self.rows.len(), self.options.seed.wrapping_add(1));
-            order.sort_by_key(|i| spread_out[*i]);
-            order.truncate(TUNE_ROWS);
-            order.sort_unstable();
-        }
-        order
-    }
-
-    fn tune_on(&self, index: &[usize], shape: &Shape, y: &[Vec<f64>], begin: Option<&[f64]>, steps: usize) -> Option<Tuned> {
-        let rows: Vec<&[f64]> = index.iter().map(|i| self.rows[*i]).collect();
-        let y: Vec<Vec<f64>> = y.iter().map(|y| index.iter().map(|i| y[*i]).collect()).collect();
-        let system = self.system(&rows, shape, &y)?;
-        match begin {
-            Some(begin) => retune(&system, shape.kernel, self.options.tuning, begin, steps),
-            None => tune(&system, shape.kernel, self.options.tuning, steps),
-        }
-    }
-
-    fn radial(&self, scores: &[(Vec<Transform>, Vec<f64>)], rival: Option<&Rows>, most_bases: usize) -> Option<RadialResult> {
-        let rows = self.tuning_rows();
-        let candidates = |shapes: Vec<Shape>| -> Vec<Radial> {
-            shapes
-                .into_par_iter()
-                .filter_map(|shape| self.tune_on(&rows, &shape, &self.y, None, STEPS).map(|tuned| Radial { shape, tuned }))
-                .collect()
-        };
-        // How the variables enter, by the first kernel with a linear tail: the identity, what suits the polynomials best, or
-        // that with ln x for 1/x, which stretches the small end less.
-        let joint = |s: &[f64]| s.iter().map(|s| s.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
-        let best = scores.iter().min_by(|a, b| joint(&a.1).total_cmp(&joint(&b.1))).map(|(t, _)| t.clone())?;
-        let milder = best.iter().map(|t| if *t == Transform::Reciprocal { Transform::Log } else { *t }).collect();
-        let mut ways = vec![vec![Transform::Identity; self.samples.variables.len()], best, milder];
-        ways.dedup();
-        let kernel = *self.options.kernels.first()?;
-        let first = candidates(ways.into_iter().map(|transforms| Shape { kernel, tail: 1, transforms }).collect());
-        let first = first.into_iter().reduce(|a, b| if b.tuned.score < a.tuned.score - CLEARLY { b } else { a })?;
-        let transforms = first.shape.transforms.clone();
-        let rest: Vec<Shape> = self
-            .options
-            .kernels
-            .iter()
-            .flat_map(|kernel| (least_tail(*kernel)..=2).map(|tail| Shape { kernel: *kernel, tail, transforms: transforms.clone() }))
-            .filter(|shape| *shape != first.shape)
-            .collect();
-        let mut considered = candidates(rest);
-        considered.push(first);
-        considered.sort_by(|a, b| a.tuned.score.total_cmp(&b.tuned.score));
-        let solved: Vec<Option<Solved>> = considered.par_iter().map(|one| self.solve(one, &self.y)).collect();
-        let mut both: Vec<(Radial, Solved)> = considered.into_iter().zip(solved).filter_map(|(c, s)| s.map(|s| (c, s))).collect();
-        if both.iter().any(|(_, s)| self.well_conditioned(s)) {
-            both.retain(|(_, s)| self.well_conditioned(s));
-        }
-        let (considered, solved): (Vec<Radial>, Vec<Solved>) = both.into_iter().unzip();
-        let shortlisted = SHORTLIST.iter().find(|(most, _)| self.rows.len() <= *most).map_or(1, |(_, number)| *number);
-        let shortlist: Vec<Radial> = considered.iter().take(shortlisted).cloned().collect();
-        let held_out = self.radial_folds(&shortlist, &self.y);
-        let left_out = solved.iter().map(|s| s.left_out.clone()).collect();
-        let solved = solved.into_iter().next()?;
-        // Scales of their own are tried where radial functions win already.
-        let wins = |k: usize| rival.is_none_or(|rival| rms(&held_out[k]) < RADIAL_MUST_BEAT * rms(&rival[k]));
-        let open: Vec<usize> = (0..self.y.len()).filter(|k| wins(*k)).collect();
-        let own = self.own(&considered[0], &solved, &held_out, (&rows, &open), most_bases.saturating_sub(1));
-        Some(RadialResult { considered, left_out, solved, held_out, own })
-    }
-
-    /// Whether rounding in a query stays below about 1e-9 of the values.
-    fn well_conditioned(&self, solved: &Solved) -> bool {
-        solved.weights.iter().zip(&self.y).all(|(w, y)| w.iter().map(|w| w.abs()).sum::<f64>() <= MOST_WEIGHT * max_abs(y).max(1.0))
-    }
-
-    /// Held-out residuals of the radial procedure: in each fold the shortlisted shapes are tuned anew from scratch, for
-    /// parameters that have seen the fold would make its residuals too small, and the best by leave-one-out predicts.
-    fn radial_folds(&self, shortlist: &[Radial], y: &[Vec<f64>]) -> Rows {
-        self.by_fold(y, |train, test, y| {
-            let fallback = || y.iter().map(|y| vec![y.iter().sum::<f64>() / y.len() as f64; test.len()]).collect();
-            let tuned = shortlist.iter().filter_map(|one| {
-                let system = self.system(train, &one.shape, y)?;
-                let tuned = if train.len() <= TUNE_ROWS {
-                    tune(&system, one.shape.kernel, self.options.tuning, FOLD_STEPS)?
-                } else {
-                    one.tuned.clone()
-                };
-                Some((one, system, tuned))
-            });
-            let Some((one, system, tuned)) = tuned.min_by(|a, b| a.2.score.total_cmp(&b.2.score)) else { return fallback() };
-            let Some(solved) = system.solve(one.shape.kernel, &tuned.scales(), tuned.smoothing()) else { return fallback() };
-            let trained = Radial { shape: one.shape.clone(), tuned };
-            let mut surrogate = Surrogate {
-                variables: self.samples.variables.clone(),
-                bases: vec![self.basis_on(&trained, train)],
-                ..Surrogate::default()
-            };
-            for k in 0..y.len() {
-                let model = self.model(&trained, &solved, k, 0);
-                surrogate.points.push(Point { name: String::new(), unit: String::new(), model, half_width: 0.0 });
-            }
-            (0..y.len()).map(|k| test.iter().map(|x| evaluate(&surrogate, k, x).unwrap_or(f64::INFINITY)).collect()).collect()
-        })
-    }
-
-    /// Those among the outputs `open` for which scales of their own, tuned on `rows`, are clearly better; at most `most`.
-    fn own(
-        &self,
-        shared: &Radial,
-        solved: &Solved,
-        held_out: &Rows,
-        (rows, open): (&[usize], &[usize]),
-        most: usize,
-    ) -> BTreeMap<usize, Own> {
-        if most == 0 || self.y.len() < 2 {
-            return BTreeMap::new();
-        }
-        let tried: Vec<Option<(usize, f64, Radial, Solved)>> = open
-            .par_iter()
-            .map(|k| {
-                let k = *k;
-                let y = std::slice::from_ref(&self.y[k]);
-                let tuned = self.tune_on(rows, &shared.shape, y, Some(&shared.tuned.parameters), STEPS)?;
-                let radial = Radial { shape: shared.shape.clone(), tuned };
-                let own = self.solve(&radial, y)?;
-                let share = rms(&own.left_out[0]) / rms(&solved.left_out[k]);
-                (share < OWN_MUST_REACH && rms(&own.left_out[0]) > 1e-9 * spread(&self.y[k])).then_some((k, share, radial, own))
-            })
-            .collect();
-        let mut better: Vec<(usize, f64, Radial, Solved)> = tried.into_iter().flatten().collect();
-        better.sort_by(|a, b| a.1.total_cmp(&b.1));
-        better.truncate(most);
-        better
-            .into_iter()
-            .filter_map(|(k, _, radial, solved)| {
-                let own = self.radial_folds(std::slice::from_ref(&radial), std::slice::from_ref(&self.y[k])).pop()?;
-                (rms(&own) < OWN_MUST_REACH * rms(&held_out[k])).then_some((k, Own { radial, solved, held_out: own }))
-            })
-            .collect()
-    }
-
-    fn basis(&self, one: &Radial) -> RbfBasis {
-        self.basis_on(one, &self.rows)
-    }
-
-    fn basis_on(&self, one: &Radial, rows: &[&[f64]]) -> RbfBasis {
-        RbfBasis {
-            kernel: one.shape.kernel,
-            transforms: one.shape.transforms.clone(),
-            scales: self.all_scales(one),
-            centres: rows.iter().map(|x| scale_row(&self.samples.variables, &one.shape.transforms, x)).collect(),
-        }
-    }
-
-    /// Inverse length scales of all variables, zero for those that do not vary.
-    fn all_scales(&self, one: &Radial) -> Vec<f64> {
-        let mut tuned = one.tuned.scales().into_iter();
-        self.search.active.iter().map(|active| if *active { tuned.next().unwrap_or(0.0) } else { 0.0 }).collect()
-    }
-
-    fn model(&self, one: &Radial, solved: &Solved, k: usize, basis: usize) -> PointModel {
-        let tail = Polynomial {
-            transforms: one.shape.transforms.clone(),
-            terms: self.search.terms(one.shape.tail),
-            coefficients: solved.tails[k].clone(),
-        };
-        PointModel::Rbf { basis, weights: solved.weights[k].clone(), tail }
-    }
-
     fn radial_candidate(&self, one: &Radial, own: bool, left_out: &[f64], held_out: Option<&[f64]>) -> Candidate {
         let family = Family::Rbf {
             kernel: one.shape.kernel,
@@ -459,25 +193,6 @@ impl<'a> Group<'a> {
         };
         Candidate { family, transforms: one.shape.transforms.clone(), leave_one_out: residuals(left_out), k_fold: held_out.map(residuals) }
     }
-}
-
-/// Radial functions with shared scales, best first, and those of single outputs.
-struct RadialResult {
-    considered: Vec<Radial>,
-    /// Left-out residuals by candidate and output.
-    left_out: Vec<Rows>,
-    /// Weights of the best.
-    solved: Solved,
-    /// Held-out residuals of the procedure, by output.
-    held_out: Rows,
-    own: BTreeMap<usize, Own>,
-}
-
-/// Scales tuned for one output.
-struct Own {
-    radial: Radial,
-    solved: Solved,
-    held_out: Vec<f64>,
 }
 
 /// Index of the candidate to take, judged by its held-out residuals on the rows that `counts` admits.

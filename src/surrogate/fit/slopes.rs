@@ -147,7 +147,7 @@ impl Shape {
             if degree > 0 && terms.len() * ROWS_PER_TERM > rows.len() || terms.len() > format::MAX_SLOPE_TERMS {
                 break;
             }
-            let tried: Vec<(f64, Vec<Transform>)> = (search.transforms().into_par_iter())
+            let tried: Vec<(f64, Vec<Transform>)> = (search.transforms(&rows).into_par_iter())
                 .map(|transforms| {
                     let (basis, _) = basis(&search, &rows, &transforms, &terms);
                     let leverages = basis.leverages(rows.len());

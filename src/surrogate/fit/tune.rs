@@ -1,7 +1,7 @@
 //! Length scales and smoothing of radial functions, by a quasi-Newton search in their logarithms.
 
 use super::model::Kernel;
-use super::rbf::{Criterion, System};
+use super::rbf::{Criterion, Solved, System};
 
 /// Inverse length scales searched, in scaled variables: from hardly any influence to a tenth of the range.
 const SCALES: (f64, f64) = (0.01, 10.0);
@@ -14,6 +14,10 @@ const STARTS: [(f64, f64); 2] = [(0.25, 1e-6), (0.5, 1e-3)];
 
 /// Steps from each starting point before the best is chosen.
 const FIRST_STEPS: usize = 8;
+
+/// Factor by which smoothing is raised where weights are too large, and how often at most.
+const MORE: f64 = 4.0;
+const MOST_RAISES: usize = 16;
 
 /// Tuned parameters of one kernel and tail.
 #[derive(Debug, Clone)]
@@ -51,6 +55,20 @@ pub fn tune(system: &System, kernel: Kernel, criterion: Criterion, steps: usize)
 pub fn retune(system: &System, kernel: Kernel, criterion: Criterion, begin: &[f64], steps: usize) -> Option<Tuned> {
     let (_, parameters) = search(system, kernel, begin, criterion, steps)?;
     scored(system, kernel, parameters)
+}
+
+/// Solves with the tuned parameters. Where the weights are so large that they would multiply the rounding of every query, smoothing
+/// is raised until they are not: such a model loses little, and is often still the best by far.
+pub fn settle(system: &System, kernel: Kernel, mut tuned: Tuned) -> Option<(Tuned, Solved)> {
+    for _ in 0..MOST_RAISES {
+        let solved = system.solve(kernel, &tuned.scales(), tuned.smoothing());
+        if let Some(solved) = solved.filter(|solved| system.is_well_conditioned(solved)) {
+            let tuned = scored(system, kernel, tuned.parameters)?;
+            return Some((tuned, solved));
+        }
+        *tuned.parameters.last_mut()? += MORE.ln();
+    }
+    None
 }
 
 fn scored(system: &System, kernel: Kernel, parameters: Vec<f64>) -> Option<Tuned> {

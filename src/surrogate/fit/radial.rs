@@ -1,0 +1,280 @@
+//! Radial functions of a group of outputs: a basis that all share, and further ones for those that it serves badly.
+
+use rayon::prelude::*;
+
+use super::evaluate::{evaluate, scale_row};
+use super::group::{Group, Rows, Scores};
+use super::least_squares::rms;
+use super::model::{Kernel, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform};
+use super::rbf::{Solved, System, least_tail, spread};
+use super::tune::{Tuned, retune, settle, tune};
+use super::validation::folds;
+
+/// A further basis must reduce an output's leave-one-out error to this share of that of the shared basis, and its held-out error to
+/// this share of what polynomials and the shared basis reach.
+const OWN_MUST_REACH: f64 = 0.7;
+/// Outputs join a further basis where it serves them nearly as well as scales of their own.
+const MAY_JOIN: f64 = 1.15;
+/// An output known to this share of its spread needs no further basis: each costs every query.
+const KNOWN: f64 = 1e-3;
+/// A change of transforms, kernel or tail must lower the mean log of squared errors by this much (2.5 % of the error).
+const CLEARLY: f64 = 0.05;
+/// Length scales are tuned on at most this many rows.
+const TUNE_ROWS: usize = 400;
+/// Steps of the tuning on all rows and in each fold.
+const STEPS: usize = 30;
+const FOLD_STEPS: usize = 10;
+/// Kernel and tail combinations that go into cross-validation: all where that is cheap, for there the choice among them is
+/// also where chance misleads most; fewer on more rows. Pairs of most rows and number.
+const SHORTLIST: [(usize, usize); 3] = [(60, usize::MAX), (120, 4), (usize::MAX, 2)];
+
+/// Kernel, tail and how the variables enter.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shape {
+    pub(super) kernel: Kernel,
+    pub(super) tail: usize,
+    pub(super) transforms: Vec<Transform>,
+}
+
+/// A shape with tuned parameters.
+#[derive(Debug, Clone)]
+pub(super) struct Radial {
+    pub(super) shape: Shape,
+    pub(super) tuned: Tuned,
+}
+
+impl Group<'_> {
+    fn system(&self, rows: &[&[f64]], shape: &Shape, y: &[Vec<f64>]) -> Option<System> {
+        let u = rows.iter().map(|x| scale_row(&self.samples.variables, &shape.transforms, x)).collect();
+        let active = (0..self.search.active.len()).filter(|k| self.search.active[*k]).collect();
+        System::new(u, active, self.search.terms(shape.tail), y.to_vec())
+    }
+
+    /// Solved on all rows, with as much more smoothing as its weights need.
+    fn solve(&self, Radial { shape, tuned }: Radial, y: &[Vec<f64>]) -> Option<(Radial, Solved)> {
+        let (tuned, solved) = settle(&self.system(&self.rows, &shape, y)?, shape.kernel, tuned)?;
+        Some((Radial { shape, tuned }, solved))
+    }
+
+    /// The rows on which length scales are tuned: all, or an even share of the shuffled folds.
+    fn tuning_rows(&self) -> Vec<usize> {
+        let mut order: Vec<usize> = (0..self.rows.len()).collect();
+        if order.len() > TUNE_ROWS {
+            let spread_out = folds(&self.rows, self.rows.len(), self.options.seed.wrapping_add(1));
+            order.sort_by_key(|i| spread_out[*i]);
+            order.truncate(TUNE_ROWS);
+            order.sort_unstable();
+        }
+        order
+    }
+
+    fn tune_on(&self, index: &[usize], shape: &Shape, y: &[Vec<f64>], begin: Option<&[f64]>, steps: usize) -> Option<Tuned> {
+        let rows: Vec<&[f64]> = index.iter().map(|i| self.rows[*i]).collect();
+        let y: Vec<Vec<f64>> = y.iter().map(|y| index.iter().map(|i| y[*i]).collect()).collect();
+        let system = self.system(&rows, shape, &y)?;
+        match begin {
+            Some(begin) => retune(&system, shape.kernel, self.options.tuning, begin, steps),
+            None => tune(&system, shape.kernel, self.options.tuning, steps),
+        }
+    }
+
+    pub(super) fn radial(&self, scores: &Scores, rival: &[f64], most_bases: usize) -> Option<RadialResult> {
+        let rows = self.tuning_rows();
+        let candidates = |shapes: Vec<Shape>| -> Vec<Radial> {
+            shapes
+                .into_par_iter()
+                .filter_map(|shape| self.tune_on(&rows, &shape, &self.y, None, STEPS).map(|tuned| Radial { shape, tuned }))
+                .collect()
+        };
+        // How the variables enter, by the first kernel with a linear tail: the identity, what suits the polynomials best, or
+        // that with ln x for 1/x, which stretches the small end less.
+        let joint = |s: &[f64]| s.iter().map(|s| s.max(f64::MIN_POSITIVE).ln()).sum::<f64>();
+        let best = scores.iter().min_by(|a, b| joint(&a.1).total_cmp(&joint(&b.1))).map(|(t, _)| t.clone())?;
+        let milder = best.iter().map(|t| if *t == Transform::Reciprocal { Transform::Log } else { *t }).collect();
+        let mut ways = vec![vec![Transform::Identity; self.samples.variables.len()], best, milder];
+        ways.dedup();
+        let kernel = *self.options.kernels.first()?;
+        let first = candidates(ways.into_iter().map(|transforms| Shape { kernel, tail: 1, transforms }).collect());
+        let first = first.into_iter().reduce(|a, b| if b.tuned.score < a.tuned.score - CLEARLY { b } else { a })?;
+        let transforms = first.shape.transforms.clone();
+        let rest: Vec<Shape> = self
+            .options
+            .kernels
+            .iter()
+            .flat_map(|kernel| (least_tail(*kernel)..=2).map(|tail| Shape { kernel: *kernel, tail, transforms: transforms.clone() }))
+            .filter(|shape| *shape != first.shape)
+            .collect();
+        let mut considered = candidates(rest);
+        considered.push(first);
+        let mut both: Vec<(Radial, Solved)> = considered.into_par_iter().filter_map(|one| self.solve(one, &self.y)).collect();
+        both.sort_by(|a, b| a.0.tuned.score.total_cmp(&b.0.tuned.score));
+        let (considered, solved): (Vec<Radial>, Vec<Solved>) = both.into_iter().unzip();
+        let shortlisted = SHORTLIST.iter().find(|(most, _)| self.rows.len() <= *most).map_or(1, |(_, number)| *number);
+        let shortlist: Vec<Radial> = considered.iter().take(shortlisted).cloned().collect();
+        let held_out = self.radial_folds(&shortlist, &self.y);
+        let left_out = solved.iter().map(|s| s.left_out.clone()).collect();
+        let solved = solved.into_iter().next()?;
+        let is_worth_trying = self.y.len() > 1 && most_bases > 1 && self.rows.len() <= TUNE_ROWS;
+        let simpler = |k: usize| rival[k].min(rms(&held_out[k]));
+        let open: Vec<Unserved> = (0..self.y.len())
+            .filter(|k| is_worth_trying && simpler(*k) > KNOWN * spread(&self.y[*k]))
+            .map(|k| Unserved { output: k, left_out: rms(&solved.left_out[k]), held_out: simpler(k) })
+            .collect();
+        let further = self.further(&considered[0], scores, &rows, open, most_bases.saturating_sub(1));
+        Some(RadialResult { considered, left_out, solved, held_out, further })
+    }
+
+    /// Held-out residuals of the radial procedure: in each fold the shortlisted shapes are tuned anew from scratch, for
+    /// parameters that have seen the fold would make its residuals too small, and the best by leave-one-out predicts.
+    fn radial_folds(&self, shortlist: &[Radial], y: &[Vec<f64>]) -> Rows {
+        self.by_fold(y, |train, test, y| {
+            let fallback = || y.iter().map(|y| vec![y.iter().sum::<f64>() / y.len() as f64; test.len()]).collect();
+            let tuned = shortlist.iter().filter_map(|one| {
+                let system = self.system(train, &one.shape, y)?;
+                let tuned = if train.len() <= TUNE_ROWS {
+                    tune(&system, one.shape.kernel, self.options.tuning, FOLD_STEPS)?
+                } else {
+                    one.tuned.clone()
+                };
+                Some((one, system, tuned))
+            });
+            let settled = tuned.filter_map(|(one, system, tuned)| Some((one, settle(&system, one.shape.kernel, tuned)?)));
+            let best = settled.min_by(|a, b| a.1.0.score.total_cmp(&b.1.0.score));
+            let Some((one, (tuned, solved))) = best else { return fallback() };
+            let trained = Radial { shape: one.shape.clone(), tuned };
+            let mut surrogate = Surrogate {
+                variables: self.samples.variables.clone(),
+                bases: vec![self.basis_on(&trained, train)],
+                ..Surrogate::default()
+            };
+            for k in 0..y.len() {
+                let model = self.model(&trained, &solved, k, 0);
+                surrogate.points.push(Point { name: String::new(), unit: String::new(), model, half_width: 0.0 });
+            }
+            (0..y.len()).map(|k| test.iter().map(|x| evaluate(&surrogate, k, x).unwrap_or(f64::INFINITY)).collect()).collect()
+        })
+    }
+
+    /// Further bases, at most `most`, for outputs that polynomials and the `shared` basis serve badly: tuned, on `rows`, for the
+    /// output that gains most, and joined by those that it serves as well.
+    fn further(&self, shared: &Radial, scores: &Scores, rows: &[usize], open: Vec<Unserved>, most: usize) -> Vec<Further> {
+        let alone = |open: Unserved| -> Option<(f64, Unserved, Radial)> {
+            let y = std::slice::from_ref(&self.y[open.output]);
+            let tuned = |shape: Shape| {
+                let begin = (shape == shared.shape).then_some(shared.tuned.parameters.as_slice());
+                let tuned = self.tune_on(rows, &shape, y, begin, STEPS)?;
+                self.solve(Radial { shape, tuned }, y)
+            };
+            let shapes = self.shapes_of(shared, scores, open.output).into_iter().filter_map(tuned);
+            let (radial, solved) = shapes.min_by(|a, b| a.0.tuned.score.total_cmp(&b.0.tuned.score))?;
+            let left_out = rms(&solved.left_out[0]);
+            let share = left_out / open.left_out.max(f64::MIN_POSITIVE);
+            (share < OWN_MUST_REACH).then_some((share, Unserved { left_out, ..open }, radial))
+        };
+        let tried: Vec<Option<(f64, Unserved, Radial)>> = open.into_par_iter().map(alone).collect();
+        let mut unserved: Vec<(f64, Unserved, Radial)> = tried.into_iter().flatten().collect();
+        unserved.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut found = Vec::new();
+        while found.len() < most && !unserved.is_empty() {
+            let (_, first, radial) = unserved.remove(0);
+            let is_served = |other: &Unserved| {
+                let solved = self.solve(radial.clone(), std::slice::from_ref(&self.y[other.output]));
+                solved.is_some_and(|(_, solved)| rms(&solved.left_out[0]) < MAY_JOIN * other.left_out)
+            };
+            let (joined, rest): (Vec<_>, Vec<_>) = unserved.into_iter().partition(|(_, other, _)| is_served(other));
+            unserved = rest;
+            let members: Vec<Unserved> = std::iter::once(first).chain(joined.into_iter().map(|(_, other, _)| other)).collect();
+            let y: Vec<Vec<f64>> = members.iter().map(|m| self.y[m.output].clone()).collect();
+            let Radial { shape, tuned } = radial;
+            let tuned = self.tune_on(rows, &shape, &y, Some(&tuned.parameters), STEPS).unwrap_or(tuned);
+            let Some((radial, solved)) = self.solve(Radial { shape, tuned }, &y) else { continue };
+            let held_out = self.radial_folds(std::slice::from_ref(&radial), &y);
+            let members: Vec<Option<usize>> = (members.iter().zip(&held_out))
+                .map(|(m, held_out)| (rms(held_out) < OWN_MUST_REACH * m.held_out).then_some(m.output))
+                .collect();
+            if members.iter().any(Option::is_some) {
+                found.push(Further { radial, members, solved, held_out });
+            }
+        }
+        found
+    }
+
+    /// What is tried for one output alone: the shape that suits all, and Gaussians in the variables as they are and as its
+    /// polynomial takes them.
+    fn shapes_of(&self, shared: &Radial, scores: &Scores, output: usize) -> Vec<Shape> {
+        let mut shapes = vec![shared.shape.clone()];
+        let best = scores.iter().min_by(|a, b| a.1[output].total_cmp(&b.1[output])).map(|(t, _)| t.clone());
+        for transforms in std::iter::once(vec![Transform::Identity; self.samples.variables.len()]).chain(best) {
+            for kernel in [Kernel::Gaussian, Kernel::Multiquadric] {
+                let shape = Shape { kernel, tail: 1, transforms: transforms.clone() };
+                if !shapes.contains(&shape) && self.options.kernels.contains(&kernel) {
+                    shapes.push(shape);
+                }
+            }
+        }
+        shapes
+    }
+
+    pub(super) fn basis(&self, one: &Radial) -> RbfBasis {
+        self.basis_on(one, &self.rows)
+    }
+
+    fn basis_on(&self, one: &Radial, rows: &[&[f64]]) -> RbfBasis {
+        RbfBasis {
+            kernel: one.shape.kernel,
+            transforms: one.shape.transforms.clone(),
+            scales: self.all_scales(one),
+            centres: rows.iter().map(|x| scale_row(&self.samples.variables, &one.shape.transforms, x)).collect(),
+        }
+    }
+
+    /// Inverse length scales of all variables, zero for those that do not vary.
+    pub(super) fn all_scales(&self, one: &Radial) -> Vec<f64> {
+        let mut tuned = one.tuned.scales().into_iter();
+        self.search.active.iter().map(|active| if *active { tuned.next().unwrap_or(0.0) } else { 0.0 }).collect()
+    }
+
+    pub(super) fn model(&self, one: &Radial, solved: &Solved, k: usize, basis: usize) -> PointModel {
+        let tail = Polynomial {
+            transforms: one.shape.transforms.clone(),
+            terms: self.search.terms(one.shape.tail),
+            coefficients: solved.tails[k].clone(),
+        };
+        PointModel::Rbf { basis, weights: solved.weights[k].clone(), tail }
+    }
+}
+
+/// Radial functions with shared scales, best first, and those of some outputs alone.
+pub(super) struct RadialResult {
+    pub(super) considered: Vec<Radial>,
+    /// Left-out residuals by candidate and output.
+    pub(super) left_out: Vec<Rows>,
+    /// Weights of the best.
+    pub(super) solved: Solved,
+    /// Held-out residuals of the procedure, by output.
+    pub(super) held_out: Rows,
+    pub(super) further: Vec<Further>,
+}
+
+impl RadialResult {
+    /// The further basis that serves an output: its place, itself, and the output's place in it.
+    pub(super) fn further_of(&self, output: usize) -> Option<(usize, &Further, usize)> {
+        let place = |f: &Further| f.members.iter().position(|m| *m == Some(output));
+        self.further.iter().enumerate().find_map(|(at, f)| Some((at, f, place(f)?)))
+    }
+}
+
+/// An output that might gain from another basis, with the errors to be beaten.
+struct Unserved {
+    output: usize,
+    left_out: f64,
+    held_out: f64,
+}
+
+/// A basis tuned for some outputs; those that gain too little by it are `None`.
+pub(super) struct Further {
+    pub(super) radial: Radial,
+    pub(super) members: Vec<Option<usize>>,
+    pub(super) solved: Solved,
+    pub(super) held_out: Rows,
+}
