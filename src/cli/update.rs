@@ -9,8 +9,14 @@ use crate::foundation::atomic_file;
 use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
+use crate::surrogate::fit::file;
+use crate::surrogate::verdict::Surrogate;
+use crate::surrogate::verdict::instruments::Instruments;
 use crate::surrogate::verdict::update::{self, UpdateRecord};
 use crate::units::{Dimension, parse};
+
+/// Standard deviation of a reading where nothing is said of it.
+const USUAL_NOISE: &str = "0.1 K";
 
 /// New readings into the parameters of a surrogate file, so that its answers follow the machine
 #[derive(Debug, clap::Args)]
@@ -21,9 +27,9 @@ pub struct Args {
     surrogate: PathBuf,
     /// Steady readings: CSV or Parquet with the surrogate's variables and points, units in the header
     data: PathBuf,
-    /// Standard deviation of a reading
-    #[arg(long, value_name = "K", default_value = "0.1 K")]
-    noise: String,
+    /// Standard deviation of a reading (default: what DATA.toml beside the data says of noise, bias and condition, else 0.1 K)
+    #[arg(long, value_name = "K")]
+    noise: Option<String>,
     /// Surrogate file to write (default: the one that was read)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -38,13 +44,9 @@ pub struct Args {
 /// Bad input, or a file that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let bytes = input::read(&args.surrogate)?;
-    let noise = parse(&args.noise, Dimension::DIFFERENCE).map_err(|e| e.at_key("--noise"))?;
-    if noise.is_nan() || noise <= 0.0 {
-        let error = crate::error::Error::input("a standard deviation is above zero").at_key("--noise").read(&args.noise);
-        return Err(error.help("write for example --noise \"0.1 K\""));
-    }
+    let instruments = instruments(args, &file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?)?;
     let (data, lines) = Table::read_with_lines(&args.data)?;
-    let found = update::update(&bytes, &data, &lines, noise).map_err(|e| e.in_file(&args.data))?;
+    let found = update::update(&bytes, &data, &lines, &instruments).map_err(|e| e.in_file(&args.data))?;
     let path = args.out.as_ref().unwrap_or(&args.surrogate);
     let is_written = !found.record.alarm || args.anyway;
     if is_written {
@@ -54,6 +56,22 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         if is_written { format!("wrote {}\n", path.display()) } else { "nothing was written; --anyway writes it all the same\n".into() };
     out.report(&(text(&found.record) + &last), &found.record);
     Ok(u8::from(!is_written))
+}
+
+/// What is known of the instruments.
+fn instruments(args: &Args, surrogate: &Surrogate<'_>) -> Result<Instruments> {
+    let beside = args.data.with_extension("toml");
+    let noise = match &args.noise {
+        None if beside.exists() => return Instruments::read(&beside, surrogate),
+        None => USUAL_NOISE,
+        Some(text) => text,
+    };
+    let kelvin = parse(noise, Dimension::DIFFERENCE).map_err(|e| e.at_key("--noise"))?;
+    if kelvin.is_nan() || kelvin <= 0.0 {
+        let error = crate::error::Error::input("a standard deviation is above zero").at_key("--noise").read(noise);
+        return Err(error.help("write for example --noise \"0.1 K\""));
+    }
+    Ok(Instruments::with_noise(surrogate, kelvin))
 }
 
 fn text(record: &UpdateRecord) -> String {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::figures as figures_of;
 use super::gallery::Gallery;
+use super::measured::inside;
 use super::{Material, SURROGATE, TARGET};
 use crate::error::Result;
 use crate::figures::chart::page::fixed_conditions;
@@ -200,19 +201,13 @@ fn measured(section: &mut Section, material: &Material<'_>) {
                 text(&row.name),
                 Cell::number(row.measured, 2),
                 Cell::number(row.predicted, 2),
-                Cell::optional(row.band, 2),
+                Cell::number(row.band, 2),
                 Cell::number(row.predicted - row.measured, 2),
                 Cell::optional(row.other, 2),
             ];
             table.row(cells);
         }
-        let inside = check.rows.iter().filter(|row| row.is_inside() == Some(true)).count();
-        let banded = check.rows.iter().filter(|row| row.is_inside().is_some()).count();
-        if banded > 0 {
-            section.paragraph(format!(
-                "{inside} of {banded} readings lie inside the band of what the machine file leaves open, with their own uncertainty."
-            ));
-        }
+        section.paragraph(inside(&check.rows));
         let rows = check.rows.len();
         if rows > 6 {
             table.folded(format!("{rows} sensors, number by number"));

@@ -5,6 +5,7 @@ use coldplate::foundation::table::{Column, Table};
 use coldplate::surrogate::fit::evaluate;
 use coldplate::surrogate::fit::file::{decode, encode, open};
 use coldplate::surrogate::fit::model::{States, Surrogate};
+use coldplate::surrogate::verdict::instruments::Instruments;
 use coldplate::surrogate::verdict::{Acceptability, Inverse, free, query, query_at, stated, update};
 use coldplate_runtime::{Band, Belief, LearnError, OpenError, Reading, format};
 use nalgebra::{DMatrix, DVector};
@@ -291,7 +292,8 @@ fn a_file_follows_its_machine() {
     let own = surrogate.uncertainty.as_ref().unwrap();
     let truth = |x: &[f64; 3], p: usize| evaluate(&surrogate, p, x).unwrap() - 1.5 * own.slopes_at(&surrogate, p, x)[0];
     let rows: Vec<[f64; 5]> = conditions.iter().map(|x| [x[0], x[1], x[2], truth(x, 0), truth(x, 1)]).collect();
-    let found = update::update(&bytes, &table(&rows), &[2, 3, 4, 5], 0.1).unwrap();
+    let instruments = Instruments::with_noise(&open(&bytes).unwrap(), 0.1);
+    let found = update::update(&bytes, &table(&rows), &[2, 3, 4, 5], &instruments).unwrap();
     assert!(!found.record.alarm && found.record.readings == 8, "{:?}", found.record);
     let contact = &found.record.parameters[0];
     // Minus 1.5 standard deviations is 500 / 1.15; the model's own errors leave some of it open.
@@ -308,23 +310,60 @@ fn a_file_follows_its_machine() {
     assert_eq!(decode(&found.bytes).unwrap().uncertainty.unwrap().measured.len(), 2 + 3);
     // One sensor far above, the other far below: no contact and no heat does that.
     let wrong: Vec<[f64; 5]> = conditions.iter().map(|x| [x[0], x[1], x[2], truth(x, 0) + 4.0, truth(x, 1) - 4.0]).collect();
-    let alarm = update::update(&bytes, &table(&wrong), &[2, 3, 4, 5], 0.1).unwrap().record;
+    let alarm = update::update(&bytes, &table(&wrong), &[2, 3, 4, 5], &instruments).unwrap().record;
     assert!(alarm.alarm && alarm.worst[0].probability < update::ALARM, "{alarm:?}");
     // A log is no table of steady states.
     let mut log = table(&rows);
     log.columns.push(Column { name: "time".into(), unit: "s".into(), values: vec![0.0; 4] });
-    assert!(update::update(&bytes, &log, &[2, 3, 4, 5], 0.1).unwrap_err().to_string().contains("steady states alone"));
+    assert!(update::update(&bytes, &log, &[2, 3, 4, 5], &instruments).unwrap_err().to_string().contains("steady states alone"));
     // Readings may have another unit than the file.
     let mut warm = table(&rows);
     warm.columns[3].unit = "K".into();
     warm.columns[3].values.iter_mut().for_each(|t| *t += 273.15);
     warm.columns[0].unit = "m3/s".into();
     warm.columns[0].values.iter_mut().for_each(|flow| *flow /= 6e4);
-    let other = update::update(&bytes, &warm, &[2, 3, 4, 5], 0.1).unwrap();
+    let other = update::update(&bytes, &warm, &[2, 3, 4, 5], &instruments).unwrap();
     assert!((other.record.chi_square - found.record.chi_square).abs() < 1e-6);
     // Rows outside the range teach nothing, and are counted.
     let outside = [[20.0, 20.0, 21.0, 25.0, 22.0]];
-    assert!(update::update(&bytes, &table(&outside), &[2], 0.1).unwrap_err().to_string().contains("no reading inside"));
+    assert!(update::update(&bytes, &table(&outside), &[2], &instruments).unwrap_err().to_string().contains("no reading inside"));
+}
+
+/// What `DATA.toml` says of the instruments and of the condition counts in every reading.
+#[test]
+fn readings_are_as_sure_as_their_instruments() {
+    let surrogate = small();
+    let bytes = encode(&surrogate).unwrap();
+    let file = open(&bytes).unwrap();
+    let path = std::env::temp_dir().join(format!("coldplate-instruments-{}.toml", std::process::id()));
+    let read = |text: &str| {
+        std::fs::write(&path, text).unwrap();
+        Instruments::read(&path, &file)
+    };
+    let found = read(
+        "kind = \"standard deviations\"\nnoise = \"0.03 K\"\nbias = \"0.04 K\"\ntiming = \"1 s\"\n[condition]\n\
+         coolant_temperature = \"0.2 K\"\ncoolant_flow = \"2 %\"\n[sensor.'screw nut']\nbias = \"0.4 K\"\n[sensor.elsewhere]\nbias = \"1 K\"\n",
+    )
+    .unwrap();
+    let mut slopes = [0.0; 3];
+    for (point, own) in [(0, 0.05_f64), (1, 0.03_f64.hypot(0.4))] {
+        file.gradient(&AT, point, &mut slopes).unwrap();
+        let expected = own.hypot(0.2 * slopes[1]).hypot(0.02 * AT[0] * slopes[0]);
+        assert!((found.deviation(&file, &AT, point) - expected).abs() < 1e-12);
+    }
+    // Limits are those of an even distribution.
+    let limits = read("kind = \"limits\"\nnoise = \"0.3 K\"\nbias = \"0 K\"\n").unwrap();
+    assert!((limits.deviation(&file, &AT, 0) - 0.3 / 3f64.sqrt()).abs() < 1e-12);
+    for (text, needles) in [
+        ("noise = \"0.1 K\"\n", ["kind", "limits"]),
+        ("kind = \"limits\"\nnoise = \"-0.1 K\"\n", ["toml:2", "not negative"]),
+        ("kind = \"limits\"\nnoise = \"0 K\"\nbias = \"0 K\"\n", ["weighed", "display"]),
+        ("kind = \"limits\"\n[condition]\ncoolant_flw = \"1 %\"\n", ["toml:3", "coolant_flow"]),
+    ] {
+        let message = read(text).unwrap_err().to_string();
+        assert!(needles.iter().all(|n| message.contains(n)), "{message}");
+    }
+    std::fs::remove_file(path).unwrap();
 }
 
 /// What overflows is neither kept nor broken, however large the slopes or the values of a file are.

@@ -15,6 +15,7 @@ use coldplate::pipeline::fitting::{fit_table, with_uncertainty};
 use coldplate::solve::sensitivity::{Derivatives, OpenParameter, Scale, Study};
 use coldplate::surrogate::fit::FitOptions;
 use coldplate::surrogate::fit::file::{encode, open};
+use coldplate::surrogate::verdict::instruments::Instruments;
 use coldplate::surrogate::verdict::{Acceptability, query, update};
 use rayon::prelude::*;
 
@@ -273,7 +274,7 @@ fn bands_cover_what_they_say() {
         }));
         let table = Table { texts: vec![], columns, inputs: 4, provenance: vec![] };
         let lines: Vec<usize> = (2..2 + read).collect();
-        let after = update::update(&bytes, &table, &lines, 0.05).unwrap();
+        let after = update::update(&bytes, &table, &lines, &Instruments::with_noise(&open(&bytes).unwrap(), 0.05)).unwrap();
         (before, Count::of(&after.bytes, &study, unseen, unseen_truths))
     };
     let counts: Vec<(Count, Count)> = (0..300).into_par_iter().map(twin).collect();

@@ -15,6 +15,7 @@ mod chances;
 pub mod columns;
 pub mod condition;
 pub mod indices;
+pub mod instruments;
 pub mod inverse;
 pub mod optimum;
 pub mod record;

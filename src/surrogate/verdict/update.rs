@@ -3,6 +3,7 @@
 use coldplate_runtime::{LearnError, Point, Reading, Surprise, Surrogate, Variable, format};
 use serde::Serialize;
 
+use super::instruments::Instruments;
 use super::{condition, stated};
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::table::{Column, Table};
@@ -91,11 +92,11 @@ pub struct Learnt {
 }
 
 /// Takes the steady readings of a table into the parameters of a surrogate file. The table names the variables and points of the
-/// surrogate with their units; `lines` are those of its rows, and `noise` is the standard deviation of a reading, K.
+/// surrogate with their units; `lines` are those of its rows.
 ///
 /// # Errors
 /// A file without uncertainty; a table without a variable, or with times; no reading inside the fitted range.
-pub fn update(bytes: &[u8], table: &Table, lines: &[usize], noise: f64) -> Result<Updated> {
+pub fn update(bytes: &[u8], table: &Table, lines: &[usize], instruments: &Instruments) -> Result<Updated> {
     if table.columns.iter().any(|c| c.name == "time") {
         return Err(Error::input("these readings are a log, and a surrogate knows steady states alone")
             .at_key("time")
@@ -112,7 +113,8 @@ pub fn update(bytes: &[u8], table: &Table, lines: &[usize], noise: f64) -> Resul
     let (mut total, mut outside, mut rows) = (Surprise { chi_square: 0.0, readings: 0 }, 0, Vec::new());
     let learnt = stated::learnt(bytes, |belief, work| {
         for row in 0..table.rows() {
-            let (x, readings) = (data.condition(row), data.readings(row, noise));
+            let x = data.condition(row);
+            let readings = data.readings(row, |point| instruments.deviation(&opened, &x, point));
             if readings.is_empty() {
                 continue;
             }
@@ -242,8 +244,8 @@ impl Data {
         self.variables.iter().map(|v| v[row]).collect()
     }
 
-    fn readings(&self, row: usize, deviation: f64) -> Vec<Reading> {
-        let reading = |(point, values): &(usize, Vec<f64>)| Reading { point: *point, value: values[row], deviation };
+    fn readings(&self, row: usize, deviation: impl Fn(usize) -> f64) -> Vec<Reading> {
+        let reading = |(point, values): &(usize, Vec<f64>)| Reading { point: *point, value: values[row], deviation: deviation(*point) };
         self.points.iter().map(reading).filter(|r| r.value.is_finite()).collect()
     }
 }
