@@ -4,6 +4,7 @@ mod corner;
 mod functions;
 mod held_out;
 mod radial;
+mod small;
 
 use coldplate::surrogate::fit::model::{Kernel, PointModel, Transform, Variable};
 use coldplate::surrogate::fit::one_factor::OneFactor;

@@ -2,10 +2,17 @@
 
 use rayon::prelude::*;
 
+use super::evaluate::scaled;
 use super::model::Transform;
 use super::polynomial::{Fitted, Search};
-use super::validation::folds;
+use super::validation::{Remoteness, folds, remoteness};
 use super::{FitOptions, Samples};
+use crate::foundation::random::Random;
+
+/// With fewer rows than this, what is left out of a fold lies much farther from the others than what will be asked about.
+const FEW_ROWS: usize = 60;
+/// Conditions spread over the range that stand for those asked about.
+const ASKED: usize = 500;
 
 /// Outputs that are present on the same rows.
 pub(super) struct Group<'a> {
@@ -63,6 +70,27 @@ impl<'a> Group<'a> {
             self.search.fit(rows, y, &scores, degree)
         };
         y.par_iter().enumerate().map(one).collect()
+    }
+
+    /// How remote the held-out conditions are, and those of the whole range, where the rows are so few that it matters.
+    pub(super) fn remoteness(&self) -> Option<Remoteness> {
+        if self.rows.len() >= FEW_ROWS {
+            return None;
+        }
+        let active: Vec<usize> = (0..self.search.active.len()).filter(|k| self.search.active[*k]).collect();
+        let place =
+            |x: &&[f64]| -> Vec<f64> { active.iter().map(|k| scaled(&self.samples.variables[*k], Transform::Identity, x[*k])).collect() };
+        let rows: Vec<Vec<f64>> = self.rows.iter().map(place).collect();
+        let mut held_out = vec![0.0; rows.len()];
+        for fold in 0..self.fold_count {
+            let (test, train): (Vec<usize>, Vec<usize>) = (0..rows.len()).partition(|i| self.folds[*i] == fold);
+            let take = |index: &[usize]| index.iter().map(|i| rows[*i].clone()).collect::<Vec<_>>();
+            let found = remoteness(&take(&train), &take(&test))?;
+            test.iter().zip(found).for_each(|(i, d)| held_out[*i] = d);
+        }
+        let mut random = Random::new(self.options.seed);
+        let asked: Vec<Vec<f64>> = (0..ASKED).map(|_| active.iter().map(|_| 2.0 * random.unit() - 1.0).collect()).collect();
+        Some(Remoteness { held_out, asked: remoteness(&rows, &asked)? })
     }
 
     /// Residuals of predictions of each fold made from the other folds: `predict(train, test, outputs on train)`.

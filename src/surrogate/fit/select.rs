@@ -8,7 +8,7 @@ use super::least_squares::{max_abs, rms};
 use super::model::{Point, PointModel, RbfBasis, Surrogate};
 use super::polynomial::Fitted;
 use super::radial::Radial;
-use super::validation::half_width;
+use super::validation::{half_width, half_width_of_few};
 use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples};
 use crate::error::{Error, Result};
 use crate::foundation::progress::Progress;
@@ -108,6 +108,12 @@ impl Group<'_> {
         let shared_basis = bases.len();
         let mut further_used: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let mut shared_used = false;
+        let remoteness = self.remoteness();
+        let coverage = self.options.coverage;
+        let width = |held_out: &[f64]| match &remoteness {
+            Some(remoteness) => half_width_of_few(held_out, remoteness, coverage),
+            None => half_width(held_out, coverage),
+        };
         let mut result = Vec::new();
         for (k, o) in self.outputs.iter().enumerate() {
             let mut candidates = Vec::new();
@@ -152,7 +158,7 @@ impl Group<'_> {
                 unit: output.unit.clone(),
                 rows: self.rows.len(),
                 chosen: candidates[index].clone(),
-                half_width: half_width(&held_out, self.options.coverage).max(floor),
+                half_width: width(&held_out).max(floor),
                 candidates,
             };
             result.push((*o, model, report));

@@ -1,7 +1,9 @@
 //! Folds for cross-validation and the half width of a band from its residuals.
 
+use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
+use super::dense::invert_spd;
 use crate::foundation::random::Random;
 
 /// Splits rows into `k` folds: `result[row]` is the fold of that row. Rows at the same condition stay together, otherwise a
@@ -55,6 +57,64 @@ pub fn half_width(residuals: &[f64], coverage: f64) -> f64 {
     sizes.last().copied().unwrap_or(f64::INFINITY).max(spread)
 }
 
+/// Smoothing of the reference process, for repeated conditions and rounding.
+const NUGGET: f64 = 1e-8;
+/// Variance of its trend, so large that the rows alone decide it.
+const TREND: f64 = 100.0;
+
+/// How far conditions lie from rows that are known (both in scaled variables): the standard deviation of a reference Gaussian process
+/// of length one with a linear trend. It asks for no values, so every output of a table has the same.
+pub fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let kernel = |a: &Vec<f64>, b: &Vec<f64>| {
+        let r2: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+        let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+        libm::exp(-r2) + TREND * (1.0 + product)
+    };
+    let n = known.len();
+    let nugget = |i: usize, j: usize| if i == j { NUGGET } else { 0.0 };
+    let inverse = invert_spd(&DMatrix::from_fn(n, n, |i, j| kernel(&known[i], &known[j]) + nugget(i, j)))?;
+    let explained = &inverse.factor * DMatrix::from_fn(n, asked.len(), |i, j| kernel(&known[i], &asked[j]));
+    let variance = |(j, u): (usize, &Vec<f64>)| kernel(u, u) - explained.column(j).norm_squared();
+    Some(asked.iter().enumerate().map(|at| variance(at).max(NUGGET).sqrt()).collect())
+}
+
+/// How remote conditions are: those of held-out residuals from the rows of the other folds, and those a surrogate will be asked about
+/// from all rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Remoteness {
+    /// One per residual.
+    pub held_out: Vec<f64>,
+    /// Of conditions spread over the range.
+    pub asked: Vec<f64>,
+}
+
+/// [`half_width`] of few residuals, each taken from where it was held out to where the surrogate will be asked.
+///
+/// Among few rows a corner that is left out sets the band, though no condition asked about is as far from all rows. Each residual is
+/// divided by how remote its condition was (conformal prediction with normalised residuals: Papadopoulos, Gammerman, Vovk 2008), and
+/// the half width is the least that covers the share `coverage` of n + 1 residuals, one of them infinite, times the remoteness of the
+/// conditions asked about. Fewer than that needs are treated by [`half_width`] as they are.
+pub fn half_width_of_few(residuals: &[f64], remoteness: &Remoteness, coverage: f64) -> f64 {
+    let scores: Vec<f64> = residuals.iter().zip(&remoteness.held_out).map(|(e, d)| e.abs() / d).collect();
+    let mut asked = remoteness.asked.clone();
+    asked.sort_by(f64::total_cmp);
+    let wanted = coverage * (scores.len() as f64 + 1.0);
+    if wanted > scores.len() as f64 {
+        return half_width(residuals, coverage);
+    }
+    let inside = |width: f64| scores.iter().map(|z| asked.partition_point(|d| z * d <= width) as f64 / asked.len() as f64).sum::<f64>();
+    let largest = scores.iter().copied().fold(0.0, f64::max) * asked.last().copied().unwrap_or(0.0);
+    let (mut low, mut high) = (0.0, largest);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if inside(middle) >= wanted { high = middle } else { low = middle }
+    }
+    high
+}
+
+/// Halvings of the interval that holds a half width: to 1e-12 of it.
+const HALVINGS: usize = 40;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -77,5 +137,23 @@ mod tests {
         assert_eq!(half_width(&residuals[..19], 0.95), 19.0);
         assert_eq!(half_width(&residuals, 0.95), 38.0);
         assert!(half_width(&residuals[..5], 0.95) > 5.0);
+    }
+
+    #[test]
+    fn conditions_among_the_rows_are_less_remote_than_a_corner_left_out() {
+        let rows: Vec<Vec<f64>> = [-1.0, 1.0].iter().flat_map(|a| [-1.0, 1.0].map(|b| vec![*a, b])).collect();
+        let corner = remoteness(&rows[1..], &rows[..1]).unwrap()[0];
+        let middle = remoteness(&rows, &[vec![0.0, 0.0]]).unwrap()[0];
+        let known = remoteness(&rows, &rows[..1]).unwrap()[0];
+        assert!(known < 1e-3 && known < middle && 1.5 * middle < corner, "{known} {middle} {corner}");
+    }
+
+    #[test]
+    fn residuals_count_where_they_are_asked_for() {
+        // 24 residuals of 1, held out twice as far from the rows as what is asked about: half as large there.
+        let even = Remoteness { held_out: vec![2.0; 24], asked: vec![1.0; 10] };
+        assert!((half_width_of_few(&[1.0; 24], &even, 0.95) - 0.5).abs() < 1e-9);
+        // With too few for the order statistic, Student's t stays.
+        assert!((half_width_of_few(&[1.0; 6], &even, 0.95) - half_width(&[1.0; 6], 0.95)).abs() < 1e-9);
     }
 }
