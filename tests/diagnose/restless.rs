@@ -1,7 +1,7 @@
 //! Weeks of a lumped machine whose conditions never rest: readings are thinned, and still every turn drives the machine.
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Problem, Scales, diagnose, hypotheses, signatures};
+use coldplate::evidence::diagnose::{Law, Problem, Scales, diagnose, hypotheses, signatures};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
@@ -83,6 +83,22 @@ fn weeks_are_thinned_and_the_cause_is_named() {
     let cause = best.causes.iter().find(|c| c.hypothesis.place == "bearing_housing").unwrap_or_else(|| panic!("{best:?}"));
     let (low, high) = cause.interval();
     assert!((low..=high).contains(&0.6f64.ln()), "{:?}", (low.exp(), high.exp()));
+}
+
+/// A motor that stands still throughout gives no law: nothing is in proportion to a speed over a largest speed of nothing.
+#[test]
+fn what_is_nothing_throughout_does_not_vary() {
+    let file = study(&[]);
+    let data = log(&file, 2.0);
+    let scales = Scales::of(&data, &file.model.machine);
+    let catalogue = hypotheses(&file, &data, &[]);
+    assert!(!catalogue.is_empty());
+    for h in &catalogue {
+        assert!(!matches!(h.law, Law::Speed | Law::SpeedSquared | Law::InverseFlow), "{} at {}", h.kind(), h.place);
+        let lines = h.sets(&file, &scales, &[], 0.5 * h.scale).unwrap_or_else(|e| panic!("{} at {}: {e}", h.kind(), h.place));
+        let read = lines.map_or(Ok(file.clone()), |lines| file.edited(&lines));
+        read.unwrap_or_else(|e| panic!("{} at {}, {}: {e}", h.kind(), h.place, h.law_words()));
+    }
 }
 
 /// Effects are followed through hundreds of turns, not along a straight line across all of them.

@@ -281,6 +281,12 @@ impl Scales {
         Self { speed, flow, speed_at, flow_at, time_at, variables }
     }
 
+    /// Whether a variable, given by its place among the machine's, is more than one value in the data; one that is nothing throughout does not
+    /// vary.
+    pub fn varies(&self, variable: usize) -> bool {
+        self.variables[variable].varies()
+    }
+
     /// Laws by the machine's own variables that vary in the data, and thresholds in any but temperatures.
     pub fn laws(&self, machine: &Machine) -> Vec<Law> {
         let of = |(v, (variable, own)): (usize, (&Variable, &VariableScale))| -> Vec<Law> {

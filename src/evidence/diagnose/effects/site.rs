@@ -36,23 +36,20 @@ pub struct Group {
 impl<'a> Site<'a> {
     pub fn new(study: &'a Study, data: &'a Data, user: &'a [UserKind]) -> Self {
         let (machine, network) = (&study.model.machine, &study.model.network);
-        let varies = |name: &str| {
-            let at = machine.variables.iter().position(|v| v.name == name);
-            let first = |v: usize| data.rows[0].condition.si()[v].max(1e-30);
-            at.is_some_and(|v| data.rows.iter().any(|r| (r.condition.si()[v] / first(v) - 1.0).abs() > 0.02))
-        };
+        let scales = Scales::of(data, machine);
+        let varies = |name: &str| machine.variables.iter().position(|v| v.name == name).is_some_and(|v| scales.varies(v));
         let mut laws = vec![Law::Constant];
         if varies("motor_speed") {
             laws.extend([Law::Speed, Law::SpeedSquared]);
         }
-        let scales = Scales::of(data, machine);
+        let flow_varies = varies("coolant_flow");
         laws.extend(scales.laws(machine));
         let is_free =
             |g: usize| (0..network.solids).any(|n| network.group[n] == g as u32 && !network.fixed.iter().any(|(f, _)| *f as usize == n));
         let groups = network.groups.iter().enumerate().filter(|(g, _)| is_free(*g));
         Self {
             groups: groups.map(|(g, name)| Group { index: g as u32, name: name.clone() }).collect(),
-            flow_varies: varies("coolant_flow"),
+            flow_varies,
             is_in_vacuum: network.surfaces.iter().any(|s| s.emissive > 0.0),
             study,
             machine,
