@@ -53,6 +53,6 @@ pub use evaluate::ShapeError;
 pub use limit::LimitKind;
 pub use normal::{NINETY_FIVE, probability_above_chi_square, probability_below};
 pub use open::OpenError;
-pub use surrogate::{Basis, Held, Indices, Kernel, Limit, Point, Polynomial, Surrogate, Transform, Variable};
+pub use surrogate::{Basis, Held, Indices, Kernel, Limit, Point, Polynomial, Scaling, SelfTest, Surrogate, Transform, Variable};
 pub use uncertain::{Origin, Parameter, Scale, Uncertainty};
 pub use verdict::{Acceptability, CONFIDENCE, LimitValue, Verdict};

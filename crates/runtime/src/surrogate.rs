@@ -31,11 +31,25 @@ pub struct Surrogate<'a> {
 }
 
 /// u = (g(x) - low) * factor + offset, which maps the fitted range onto [-1, 1], and a fixed variable to 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scaling {
+    /// g at the low end of the range.
+    pub low: f64,
+    /// Two over the width of the range of g; zero for a fixed variable.
+    pub factor: f64,
+    /// Minus one; zero for a fixed variable.
+    pub offset: f64,
+}
+
+/// A condition inside the fitted range, and what every build of every reader must find there.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Scaling {
-    pub(crate) low: f64,
-    pub(crate) factor: f64,
-    pub(crate) offset: f64,
+pub struct SelfTest<'a> {
+    /// One value per variable.
+    pub condition: Numbers<'a>,
+    /// One value per point.
+    pub values: Numbers<'a>,
+    /// The standard deviation of each value, where the file says what its answers leave open; empty elsewhere.
+    pub deviations: Numbers<'a>,
 }
 
 /// A condition variable.
@@ -365,6 +379,26 @@ impl<'a> Surrogate<'a> {
     /// The radial bases. A point is in one of them at most.
     pub fn bases(&self) -> impl Iterator<Item = Basis<'a>> + '_ {
         self.bases.iter().map(|record| self.basis(record))
+    }
+
+    /// How variable `index` is scaled under a transform; `None` where no model lets it enter so.
+    #[must_use]
+    pub fn scaling(&self, transform: Transform, index: usize) -> Option<Scaling> {
+        self.scaling[transform as usize].get(index).copied().flatten()
+    }
+
+    /// The self-test vectors, which opening has reproduced.
+    pub fn self_tests(&self) -> impl Iterator<Item = SelfTest<'a>> + '_ {
+        let (variables, points) = (self.variables.len(), self.points.len());
+        let start = self.numbers.len().saturating_sub(self.self_tests * (variables + points));
+        (0..self.self_tests).map(move |vector| {
+            let at = start + vector * (variables + points);
+            SelfTest {
+                condition: self.numbers.part(at, variables),
+                values: self.numbers.part(at + variables, points),
+                deviations: self.uncertainty.map_or(Numbers(&[]), |own| own.tests.part(vector * points, points)),
+            }
+        })
     }
 
     pub(crate) fn polynomial(&self, record: &'a [u8; POLYNOMIAL_RECORD]) -> Polynomial<'a> {

@@ -1,0 +1,269 @@
+//! One header and one source file in C99: the numbers as tables, and the runtime's arithmetic in the runtime's order.
+
+use std::fmt::Write as _;
+
+use coldplate_runtime::{Kernel, LimitKind, Transform};
+
+use crate::File;
+use crate::content::Content;
+use crate::name::distinct;
+use crate::template::Filling;
+
+const HEADER: &str = include_str!("surrogate.h");
+const SOURCE: &str = include_str!("surrogate.c");
+
+pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
+    let mut filling = Filling::default();
+    let has_transform = |own: Transform| content.scalings.iter().any(|s| s.transform == own);
+    let has_kernel = |own: Kernel| content.bases.iter().any(|b| b.kernel == own);
+    let has_limits = !content.limits.is_empty();
+    let is_uncertain = content.uncertainty.is_some();
+    for (flag, holds) in [
+        ("bases", !content.bases.is_empty()),
+        ("limits", has_limits),
+        ("uncertain", is_uncertain),
+        ("known", content.uncertainty.as_ref().is_some_and(|own| own.known.is_some())),
+        ("reciprocal", has_transform(Transform::Reciprocal)),
+        ("log", has_transform(Transform::Log)),
+        ("thin_plate", has_kernel(Kernel::ThinPlate)),
+        ("cubic", has_kernel(Kernel::Cubic)),
+        ("multiquadric", has_kernel(Kernel::Multiquadric)),
+        ("gaussian", has_kernel(Kernel::Gaussian)),
+        ("ln", has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
+        ("finite", has_limits || has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
+        ("exp", has_limits || has_kernel(Kernel::Gaussian)),
+        ("widths", has_limits || is_uncertain),
+    ] {
+        filling.flag(flag, holds);
+    }
+    filling.block("head", head(content, name));
+    filling.block("counts", counts(content, &name.to_uppercase()));
+    filling.block("names", names(content, &name.to_uppercase()));
+    filling.block("include", format!("#include \"{name}.h\"\n"));
+    filling.block("tables", Tables { name, text: String::new() }.of(content));
+    vec![
+        File { name: format!("{name}.h"), text: filling.fill(HEADER, name) },
+        File { name: format!("{name}.c"), text: filling.fill(SOURCE, name) },
+    ]
+}
+
+/// What the comment at the top of both files says.
+fn head(content: &Content, name: &str) -> String {
+    let mut text = format!(" * {name}: a surrogate of {} points over {} variables.\n", content.points.len(), content.variables.len());
+    for held in &content.held {
+        let _ = writeln!(text, " * For {} = {:?} {} alone.", comment(&held.name), held.value, comment(&held.unit));
+    }
+    text
+}
+
+fn counts(content: &Content, name: &str) -> String {
+    let counts = [
+        ("VARIABLES", content.variables.len()),
+        ("POINTS", content.points.len()),
+        ("LIMITS", content.limits.len()),
+        ("SELF_TESTS", content.self_tests.len()),
+    ];
+    counts.iter().map(|(what, count)| format!("#define {name}_{what} {count}\n")).collect()
+}
+
+/// Macros for the places of variables, points and limits.
+fn names(content: &Content, name: &str) -> String {
+    let mut text = String::from("/* Places of the variables in a condition. */\n");
+    let places = distinct(content.variables.iter().map(|v| v.name.as_str()));
+    for (index, (own, place)) in content.variables.iter().zip(&places).enumerate() {
+        let (said, unit) = (comment(&own.name), comment(&own.unit));
+        let place = place.to_uppercase();
+        let _ = writeln!(text, "#define {name}_VARIABLE_{place} {index} /* {said}, {:?} to {:?} {unit} */", own.low, own.high);
+    }
+    text.push_str("\n/* Places of the points in the values. */\n");
+    let places = distinct(content.points.iter().map(|p| p.name.as_str()));
+    for (index, (own, place)) in content.points.iter().zip(&places).enumerate() {
+        let _ = writeln!(text, "#define {name}_POINT_{} {index} /* {}, {} */", place.to_uppercase(), comment(&own.name), comment(&own.unit));
+    }
+    if !content.limits.is_empty() {
+        text.push_str("\n/* Numbers of the limits. */\n");
+    }
+    let places = distinct(content.limits.iter().map(|l| l.name.as_str()));
+    for (index, (own, place)) in content.limits.iter().zip(&places).enumerate() {
+        let _ = writeln!(text, "#define {name}_LIMIT_{} {index} /* {}, at most {:?} */", place.to_uppercase(), comment(&own.name), own.maximum);
+    }
+    text
+}
+
+/// Text that may stand in a comment: nothing that begins or ends one, and ASCII alone.
+fn comment(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii_graphic() && !"*?\\".contains(c) || c == ' ' { c } else { '_' }).collect()
+}
+
+/// The constants of the source file.
+struct Tables<'n> {
+    name: &'n str,
+    text: String,
+}
+
+impl Tables<'_> {
+    fn of(mut self, content: &Content) -> String {
+        let upper = self.name.to_uppercase();
+        let name = self.name;
+        let limits = !content.limits.is_empty();
+        for (what, count) in [("POLYNOMIALS", content.polynomials.len()), ("BASES", content.bases.len())] {
+            let _ = writeln!(self.text, "#define {upper}_{what} {count}");
+        }
+        self.text.push_str("\n/* Fitted ranges. */\n");
+        self.numbers("low", content.variables.iter().map(|v| v.low));
+        self.numbers("high", content.variables.iter().map(|v| v.high));
+        self.text.push_str("\n/* Half widths of the points' bands of 95 %, by the fit. */\n");
+        self.numbers("half_widths", content.points.iter().map(|p| p.half_width));
+
+        self.text.push_str("\n/* u = (g - low) * factor + offset, with g = x (0), 1/x (1) or ln x (2). */\n");
+        let _ = writeln!(self.text, "typedef struct {{\n    double low;\n    double factor;\n    double offset;\n    int transform;\n}} {name}_scaling_entry;\n");
+        let entries = content.scalings.iter().map(|s| format!("{{{:?}, {:?}, {:?}, {}}}", s.low, s.factor, s.offset, s.transform as u8));
+        self.table(&format!("{name}_scaling_entry"), "scalings", entries);
+
+        for (index, own) in content.polynomials.iter().enumerate() {
+            let _ = writeln!(self.text, "\n/* Polynomial {index}: term by term, exponents of the variables and coefficients of its points. */");
+            self.small(&format!("polynomial_{index}_scalings"), &own.scalings);
+            self.bytes(&format!("polynomial_{index}_exponents"), &own.exponents);
+            self.indices(&format!("polynomial_{index}_points"), &own.points);
+            self.numbers(&format!("polynomial_{index}_coefficients"), own.coefficients.iter().copied());
+        }
+        let _ = writeln!(
+            self.text,
+            "\ntypedef struct {{\n    const unsigned char *scalings;\n    const unsigned char *exponents;\n    const double *coefficients;\n    const unsigned short *points;\n    int terms;\n    int columns;\n}} {name}_polynomial_entry;\n"
+        );
+        let entries = content.polynomials.iter().enumerate().map(|(i, own)| {
+            let of = |what: &str| format!("{name}_polynomial_{i}_{what}");
+            let (terms, columns) = (own.terms, own.points.len());
+            format!("{{{}, {}, {}, {}, {terms}, {columns}}}", of("scalings"), of("exponents"), of("coefficients"), of("points"))
+        });
+        self.table(&format!("{name}_polynomial_entry"), "polynomials", entries);
+        self.bases(content);
+        if limits {
+            self.limits(content);
+        }
+        self.uncertainty(content);
+        self.text.push_str("\n/* Self-test vectors. */\n");
+        self.numbers("test_conditions", content.self_tests.iter().flat_map(|t| t.condition.iter().copied()));
+        self.numbers("test_values", content.self_tests.iter().flat_map(|t| t.values.iter().copied()));
+        if content.uncertainty.is_some() {
+            self.numbers("test_deviations", content.self_tests.iter().flat_map(|t| t.deviations.iter().copied()));
+        }
+        self.text
+    }
+
+    fn bases(&mut self, content: &Content) {
+        let name = self.name;
+        if content.bases.is_empty() {
+            return;
+        }
+        for (index, own) in content.bases.iter().enumerate() {
+            let _ = writeln!(self.text, "\n/* Basis {index}: centre by centre, coordinates and weights of its points. */");
+            self.small(&format!("basis_{index}_scalings"), &own.scalings);
+            self.numbers(&format!("basis_{index}_scales"), own.scales.iter().copied());
+            self.numbers(&format!("basis_{index}_centres"), own.centres.iter().copied());
+            self.indices(&format!("basis_{index}_points"), &own.points);
+            self.numbers(&format!("basis_{index}_weights"), own.weights.iter().copied());
+        }
+        let _ = writeln!(
+            self.text,
+            "\n/* Kernels of r: r^2 ln r (0), r^3 (1), sqrt(1 + r^2) (2), exp(-r^2) (3). */\ntypedef struct {{\n    const unsigned char *scalings;\n    const double *scales;\n    const double *centres;\n    const double *weights;\n    const unsigned short *points;\n    int count;\n    int columns;\n    int kernel;\n}} {name}_basis_entry;\n"
+        );
+        let entries = content.bases.iter().enumerate().map(|(i, own)| {
+            let of = |what: &str| format!("{name}_basis_{i}_{what}");
+            let tables = [of("scalings"), of("scales"), of("centres"), of("weights"), of("points")].join(", ");
+            format!("{{{tables}, {}, {}, {}}}", own.count, own.points.len(), own.kernel as u8)
+        });
+        self.table(&format!("{name}_basis_entry"), "bases", entries);
+    }
+
+    fn limits(&mut self, content: &Content) {
+        let name = self.name;
+        self.text.push_str("\n/* Limits. */\n");
+        for (index, own) in content.limits.iter().enumerate() {
+            let points: Vec<usize> = own.kind.points().collect();
+            self.indices(&format!("limit_{index}_points"), &points);
+        }
+        let _ = writeln!(
+            self.text,
+            "\n/* A point's value (0), its rise over a variable (1), the difference of two (2), the spread of several (3). */\ntypedef struct {{\n    double maximum;\n    const unsigned short *points;\n    int count;\n    int variable;\n    int kind;\n}} {name}_limit_entry;\n"
+        );
+        let entries = content.limits.iter().enumerate().map(|(i, own)| {
+            let kind = match &own.kind {
+                LimitKind::Maximum { .. } => 0,
+                LimitKind::Rise { .. } => 1,
+                LimitKind::Difference { .. } => 2,
+                LimitKind::Spread(_) => 3,
+            };
+            let (count, variable) = (own.kind.points().count(), own.kind.variable().unwrap_or(0));
+            format!("{{{:?}, {name}_limit_{i}_points, {count}, {variable}, {kind}}}", own.maximum)
+        });
+        self.table(&format!("{name}_limit_entry"), "limits", entries);
+    }
+
+    fn uncertainty(&mut self, content: &Content) {
+        let Some(own) = &content.uncertainty else { return };
+        let upper = self.name.to_uppercase();
+        let states = own.parameters + content.points.len() + 1;
+        self.text.push_str("\n/* What the answers leave open: parameters, one state per parameter, per point, and one for all points. */\n");
+        for (what, value) in [
+            ("PARAMETERS", own.parameters),
+            ("SLOPES", own.parameters.max(1)),
+            ("STATES", states),
+            ("SLOPE_TERM_COUNT", own.terms),
+            ("SLOPE_TERMS", own.terms.max(1)),
+        ] {
+            let _ = writeln!(self.text, "#define {upper}_{what} {value}");
+        }
+        let _ = writeln!(self.text, "#define {upper}_GROWTH {:?}\n", own.growth);
+        self.small("slope_scalings", &own.scalings);
+        self.bytes("slope_exponents", &own.exponents);
+        self.numbers("slope_table", own.slopes.iter().copied());
+        self.numbers("missed_own", own.own.iter().copied());
+        self.numbers("missed_common", own.common.iter().copied());
+        self.numbers("measured_centre", own.centre.iter().copied());
+        self.numbers("measured_halves", own.halves.iter().copied());
+        let Some(known) = &own.known else { return };
+        self.text.push_str("\n/* Mean of the states, packed lower triangle of their covariance, and what the mean adds to each point. */\n");
+        self.numbers("mean", known.mean.iter().copied());
+        self.numbers("covariance", known.covariance.iter().copied());
+        let starts = (0..states).map(|row| format!("{}", row * (row + 1) / 2));
+        self.table("int", "rows", starts);
+        self.numbers("shift_table", own.shifts(known).into_iter());
+    }
+
+    fn numbers(&mut self, what: &str, values: impl Iterator<Item = f64>) {
+        self.table("double", what, values.map(|value| format!("{value:?}")));
+    }
+
+    fn indices(&mut self, what: &str, values: &[usize]) {
+        self.table("unsigned short", what, values.iter().map(|value| format!("{value}U")));
+    }
+
+    fn small(&mut self, what: &str, values: &[usize]) {
+        self.table("unsigned char", what, values.iter().map(|value| format!("{value}U")));
+    }
+
+    fn bytes(&mut self, what: &str, values: &[u8]) {
+        self.table("unsigned char", what, values.iter().map(|value| format!("{value}U")));
+    }
+
+    /// A constant array; C knows none without an entry, so that an empty one gets a zero that nobody reads.
+    fn table(&mut self, kind: &str, what: &str, entries: impl Iterator<Item = String>) {
+        let mut entries: Vec<String> = entries.collect();
+        if entries.is_empty() {
+            entries.push("0".into());
+        }
+        let _ = writeln!(self.text, "static const {kind} {}_{what}[{}] = {{", self.name, entries.len());
+        let mut line = String::from("   ");
+        for (index, entry) in entries.iter().enumerate() {
+            let last = index + 1 == entries.len();
+            let separator = if last { "" } else { "," };
+            if line.len() > 4 && line.len() + entry.len() > 118 {
+                let _ = writeln!(self.text, "{line}");
+                line = String::from("   ");
+            }
+            let _ = write!(line, " {entry}{separator}");
+        }
+        let _ = writeln!(self.text, "{line}\n}};");
+    }
+}

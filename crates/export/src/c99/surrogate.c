@@ -1,0 +1,1204 @@
+/*
+//! head
+ *
+ * Written by coldplate; see the header for what the functions do.
+ */
+//! include
+
+#include <math.h>
+
+#ifdef __FAST_MATH__
+#error "the arithmetic is that of IEEE 754: compile without -ffast-math"
+#endif
+#ifdef __clang__
+#pragma STDC FP_CONTRACT OFF
+#endif
+
+//! tables
+
+/* Numbers smaller than this are not normal. */
+#define SURROGATE_TINY 2.2250738585072014e-308
+/* Half the width of the interval that holds 95 % of a normal distribution. */
+#define SURROGATE_NINETY_FIVE 1.959963984540054
+/* Probability with which a verdict is said where none is asked for. */
+#define SURROGATE_CONFIDENCE 0.95
+/* Terms and centres are added up in blocks of this many. */
+#define SURROGATE_BLOCK 128
+/* Places for the powers 0 to 12 of a scaled variable. */
+#define SURROGATE_POWERS 13
+/* Limits whose dependence on each other is followed. */
+#define SURROGATE_MOST_LIMITS 8
+
+//? finite
+static int surrogate_is_finite(double x)
+{
+    return ((x - x) == 0.0) ? 1 : 0;
+}
+//? end
+
+/* ln 2 cut to 38 binary places, and the rest. */
+#define SURROGATE_LN2_HIGH 0.6931471805582987
+#define SURROGATE_LN2_LOW 1.6465949582897082e-12
+
+//? ln
+/* ln x for positive, normal, finite x: x = 2^k m, ln m = 2 atanh((m - 1)/(m + 1)). */
+static double surrogate_ln_normal(double x)
+{
+    int exponent = 0;
+    double m = frexp(x, &exponent);
+    double k;
+    double s;
+    double z;
+    double z2;
+    double series;
+    double twice;
+    if (m < 0.70710678118654757) {
+        m = m * 2.0;
+        exponent = exponent - 1;
+    }
+    k = (double)exponent;
+    s = (m - 1.0) / (2.0 + (m - 1.0));
+    z = s * s;
+    z2 = z * z;
+    series = (0.3333333333333335 + (0.19999999999949444 * z))
+        + (z2 * ((0.14285714313126918 + (0.11111105544689748 * z))
+            + (z2 * ((0.09091446216268435 + (0.07665805861027504 * z)) + (z2 * 0.07308903576708663)))));
+    twice = s + s;
+    return (k * SURROGATE_LN2_HIGH) + (twice + (((twice * z) * series) + (k * SURROGATE_LN2_LOW)));
+}
+//? end
+
+//? log
+static double surrogate_ln(double x)
+{
+    double result = log(x);
+    if ((x >= SURROGATE_TINY) && (surrogate_is_finite(x) != 0)) {
+        result = surrogate_ln_normal(x);
+    }
+    return result;
+}
+//? end
+
+//? exp
+/* exp(-x) for x >= 0; zero beyond 708. */
+static double surrogate_exp_minus(double x)
+{
+    double result = 0.0;
+    if (!(x > 708.0)) {
+        const double k = nearbyint(-(x * 1.4426950408889634));
+        const double r = (-x - (k * SURROGATE_LN2_HIGH)) - (k * SURROGATE_LN2_LOW);
+        double series = 1.0 / 6227020800.0;
+        series = (series * r) + (1.0 / 479001600.0);
+        series = (series * r) + (1.0 / 39916800.0);
+        series = (series * r) + (1.0 / 3628800.0);
+        series = (series * r) + (1.0 / 362880.0);
+        series = (series * r) + (1.0 / 40320.0);
+        series = (series * r) + (1.0 / 5040.0);
+        series = (series * r) + (1.0 / 720.0);
+        series = (series * r) + (1.0 / 120.0);
+        series = (series * r) + (1.0 / 24.0);
+        series = (series * r) + (1.0 / 6.0);
+        series = (series * r) + 0.5;
+        result = x;
+        if (x >= 0.0) {
+            result = ldexp(1.0 + (r + ((r * r) * series)), (int)k);
+        }
+    }
+    return result;
+}
+
+//? end
+static double surrogate_greater(double a, double b)
+{
+    return (a > b) ? a : b;
+}
+
+//? limits
+static double surrogate_lesser(double a, double b)
+{
+    return (a < b) ? a : b;
+}
+//? end
+
+/* The scaled variables of a model. */
+static void surrogate_scale(const double x[SURROGATE_VARIABLES], const unsigned char *scalings, double u[SURROGATE_VARIABLES])
+{
+    int v;
+    for (v = 0; v < SURROGATE_VARIABLES; v++) {
+        const surrogate_scaling_entry *const own = &surrogate_scalings[scalings[v]];
+        double g = x[v];
+//? reciprocal
+        if (own->transform == 1) {
+            g = 1.0 / g;
+        }
+//? end
+//? log
+        if (own->transform == 2) {
+            g = surrogate_ln(g);
+        }
+//? end
+        u[v] = ((g - own->low) * own->factor) + own->offset;
+    }
+}
+
+/* The derivative of each scaled variable along its variable. */
+static double surrogate_scale_slope(const double x[SURROGATE_VARIABLES], const unsigned char *scalings, int v)
+{
+    const surrogate_scaling_entry *const own = &surrogate_scalings[scalings[v]];
+    double slope = 1.0;
+//? reciprocal
+    if (own->transform == 1) {
+        slope = -1.0 / (x[v] * x[v]);
+    }
+//? end
+//? log
+    if (own->transform == 2) {
+        slope = 1.0 / x[v];
+    }
+//? end
+//? !reciprocal !log
+    (void)x;
+//? end
+    return own->factor * slope;
+}
+
+static void surrogate_powers(const double u[SURROGATE_VARIABLES], double powers[SURROGATE_VARIABLES][SURROGATE_POWERS])
+{
+    int v;
+    int e;
+    for (v = 0; v < SURROGATE_VARIABLES; v++) {
+        powers[v][0] = 1.0;
+        for (e = 1; e < SURROGATE_POWERS; e++) {
+            powers[v][e] = powers[v][e - 1] * u[v];
+        }
+    }
+}
+
+/* One monomial: the variables enter in pairs. */
+static double surrogate_monomial(double powers[SURROGATE_VARIABLES][SURROGATE_POWERS], const unsigned char *exponents)
+{
+    double product = 1.0;
+    int v;
+    for (v = 0; v < SURROGATE_VARIABLES; v = v + 2) {
+        double pair = powers[v][exponents[v]];
+        if ((v + 1) < SURROGATE_VARIABLES) {
+            pair = pair * powers[v + 1][exponents[v + 1]];
+        }
+        product = product * pair;
+    }
+    return product;
+}
+
+/* Adds the sums of the columns of a table, each row times its factor, to the values of the points. */
+static void surrogate_add_columns(const double *factors, int rows, const double *table, const unsigned short *points, int columns, double values[SURROGATE_POINTS])
+{
+    int c;
+    int i;
+    for (c = 0; c < columns; c++) {
+        double sum = 0.0;
+        for (i = 0; i < rows; i++) {
+            sum = sum + (factors[i] * table[(i * columns) + c]);
+        }
+        values[points[c]] = values[points[c]] + sum;
+    }
+}
+
+/* Derivatives of a polynomial along the scaled variables, for the coefficients of one column. */
+static void surrogate_polynomial_slopes(const double u[SURROGATE_VARIABLES], const unsigned char *exponents, int terms, const double *coefficients, int columns, double slopes[SURROGATE_VARIABLES])
+{
+    double powers[SURROGATE_VARIABLES][SURROGATE_POWERS];
+    int t;
+    int by;
+    int v;
+    surrogate_powers(u, powers);
+    for (t = 0; t < terms; t++) {
+        const unsigned char *const own = &exponents[t * SURROGATE_VARIABLES];
+        for (by = 0; by < SURROGATE_VARIABLES; by++) {
+            if (own[by] > 0U) {
+                double product = coefficients[t * columns] * (double)own[by];
+                for (v = 0; v < SURROGATE_VARIABLES; v++) {
+                    product = product * powers[v][(v == by) ? ((int)own[v] - 1) : (int)own[v]];
+                }
+                slopes[by] = slopes[by] + product;
+            }
+        }
+    }
+}
+
+//? bases
+/* Squared distances become kernel values. */
+static double surrogate_kernel(int kernel, double square)
+{
+    double value = 0.0;
+//? thin_plate
+    if (kernel == 0) {
+        const double normal = (square < SURROGATE_TINY) ? SURROGATE_TINY : square;
+        value = (0.5 * square) * ((surrogate_is_finite(normal) != 0) ? surrogate_ln_normal(normal) : normal);
+    }
+//? end
+//? cubic
+    if (kernel == 1) {
+        value = square * sqrt(square);
+    }
+//? end
+//? multiquadric
+    if (kernel == 2) {
+        value = sqrt(1.0 + square);
+    }
+//? end
+//? gaussian
+    if (kernel == 3) {
+        value = surrogate_exp_minus(square);
+    }
+//? end
+    return value;
+}
+
+/* Derivative of the kernel along the squared distance; zero at a centre. */
+static double surrogate_kernel_slope(int kernel, double square)
+{
+    double value = 0.0;
+//? thin_plate
+    if ((kernel == 0) && (square >= SURROGATE_TINY)) {
+        value = 0.5 * (surrogate_ln_normal(square) + 1.0);
+    }
+//? end
+//? cubic
+    if (kernel == 1) {
+        value = 1.5 * sqrt(square);
+    }
+//? end
+//? multiquadric
+    if (kernel == 2) {
+        value = 0.5 / sqrt(1.0 + square);
+    }
+//? end
+//? gaussian
+    if (kernel == 3) {
+        value = -surrogate_exp_minus(square);
+    }
+//? end
+    return value;
+}
+
+static double surrogate_squared_distance(const surrogate_basis_entry *basis, const double u[SURROGATE_VARIABLES], int centre)
+{
+    double square = 0.0;
+    int v;
+    for (v = 0; v < SURROGATE_VARIABLES; v++) {
+        const double d = (u[v] - basis->centres[(centre * SURROGATE_VARIABLES) + v]) * basis->scales[v];
+        square = square + (d * d);
+    }
+    return square;
+}
+//? end
+
+/* The fitted functions alone. */
+static void surrogate_evaluate_fit(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS])
+{
+    double u[SURROGATE_VARIABLES];
+    double powers[SURROGATE_VARIABLES][SURROGATE_POWERS];
+    double block[SURROGATE_BLOCK];
+    int model;
+    int done;
+    int i;
+    for (i = 0; i < SURROGATE_POINTS; i++) {
+        values[i] = 0.0;
+    }
+    for (model = 0; model < SURROGATE_POLYNOMIALS; model++) {
+        const surrogate_polynomial_entry *const own = &surrogate_polynomials[model];
+        surrogate_scale(x, own->scalings, u);
+        surrogate_powers(u, powers);
+        for (done = 0; done < own->terms; done = done + SURROGATE_BLOCK) {
+            const int rest = own->terms - done;
+            const int rows = (rest < SURROGATE_BLOCK) ? rest : SURROGATE_BLOCK;
+            for (i = 0; i < rows; i++) {
+                block[i] = surrogate_monomial(powers, &own->exponents[(done + i) * SURROGATE_VARIABLES]);
+            }
+            surrogate_add_columns(block, rows, &own->coefficients[done * own->columns], own->points, own->columns, values);
+        }
+    }
+//? bases
+    for (model = 0; model < SURROGATE_BASES; model++) {
+        const surrogate_basis_entry *const own = &surrogate_bases[model];
+        surrogate_scale(x, own->scalings, u);
+        for (done = 0; done < own->count; done = done + SURROGATE_BLOCK) {
+            const int rest = own->count - done;
+            const int rows = (rest < SURROGATE_BLOCK) ? rest : SURROGATE_BLOCK;
+            for (i = 0; i < rows; i++) {
+                block[i] = surrogate_kernel(own->kernel, surrogate_squared_distance(own, u, done + i));
+            }
+            surrogate_add_columns(block, rows, &own->weights[done * own->columns], own->points, own->columns, values);
+        }
+    }
+//? end
+}
+
+//? uncertain
+/* Square root of a variance that rounding may have made negative. */
+static double surrogate_root(double variance)
+{
+    return (variance <= 0.0) ? 0.0 : sqrt(variance);
+}
+//? end
+
+//? widths
+static double surrogate_fit_variance(int point)
+{
+    const double fit = surrogate_half_widths[point] / SURROGATE_NINETY_FIVE;
+    return fit * fit;
+}
+//? end
+
+//? uncertain
+/* How a value, or the difference of two, depends on what is uncertain at one condition. */
+typedef struct {
+    double slopes[SURROGATE_SLOPES];
+    /* The points: the state of what the model misses there alone, one, minus one or zero, its weight, the variance of the fit. */
+    int state[2];
+    double sign[2];
+    double own[2];
+    double fit[2];
+    double common;
+    double growth;
+} surrogate_direction;
+
+/* What all directions at one condition share. */
+typedef struct {
+    double monomials[SURROGATE_SLOPE_TERMS];
+    double growth;
+} surrogate_here;
+
+static void surrogate_at(const double x[SURROGATE_VARIABLES], surrogate_here *here)
+{
+    double u[SURROGATE_VARIABLES];
+    double powers[SURROGATE_VARIABLES][SURROGATE_POWERS];
+    double square = 0.0;
+    double away;
+    int i;
+    surrogate_scale(x, surrogate_slope_scalings, u);
+    surrogate_powers(u, powers);
+    here->monomials[0] = 0.0;
+    for (i = 0; i < SURROGATE_SLOPE_TERM_COUNT; i++) {
+        here->monomials[i] = surrogate_monomial(powers, &surrogate_slope_exponents[i * SURROGATE_VARIABLES]);
+    }
+    for (i = 0; i < SURROGATE_VARIABLES; i++) {
+        const double half = surrogate_measured_halves[i];
+        const double d = (half > 0.0) ? ((x[i] - surrogate_measured_centre[i]) / half) : 0.0;
+        square = square + (d * d);
+    }
+    away = SURROGATE_GROWTH * sqrt(square);
+    here->growth = away * away;
+}
+
+/* The direction of a point, or of the first point minus the second (-1: no second). */
+static void surrogate_direct(const surrogate_here *here, int first, int second, surrogate_direction *direction)
+{
+    int end;
+    int t;
+    int k;
+    for (k = 0; k < SURROGATE_SLOPES; k++) {
+        direction->slopes[k] = 0.0;
+    }
+    for (end = 0; end < 2; end++) {
+        direction->state[end] = SURROGATE_STATES - 1;
+        direction->sign[end] = 0.0;
+        direction->own[end] = 0.0;
+        direction->fit[end] = 0.0;
+    }
+    direction->common = 0.0;
+    direction->growth = here->growth;
+    if (second != first) {
+        for (end = 0; end < 2; end++) {
+            const int point = (end == 0) ? first : second;
+            const double sign = (end == 0) ? 1.0 : -1.0;
+            if (point >= 0) {
+                double slopes[SURROGATE_SLOPES] = {0.0};
+                direction->state[end] = SURROGATE_PARAMETERS + point;
+                direction->sign[end] = sign;
+                direction->own[end] = surrogate_missed_own[point];
+                direction->fit[end] = surrogate_fit_variance(point);
+                direction->common = direction->common + (sign * surrogate_missed_common[point]);
+                for (t = 0; t < SURROGATE_SLOPE_TERM_COUNT; t++) {
+                    for (k = 0; k < SURROGATE_PARAMETERS; k++) {
+                        slopes[k] = slopes[k] + (here->monomials[t] * surrogate_slope_table[(((point * SURROGATE_SLOPE_TERM_COUNT) + t) * SURROGATE_PARAMETERS) + k]);
+                    }
+                }
+                for (k = 0; k < SURROGATE_PARAMETERS; k++) {
+                    direction->slopes[k] = direction->slopes[k] + (sign * slopes[k]);
+                }
+            }
+        }
+    }
+}
+
+/* Weight number k of a direction, 0 to PARAMETERS + 2, and the state it belongs to. */
+static double surrogate_weight(const surrogate_direction *direction, int k, int *state)
+{
+    double weight;
+    if (k < SURROGATE_PARAMETERS) {
+        *state = k;
+        weight = direction->slopes[k];
+    } else if (k < (SURROGATE_PARAMETERS + 2)) {
+        const int end = k - SURROGATE_PARAMETERS;
+        *state = direction->state[end];
+        weight = direction->sign[end] * direction->own[end];
+    } else {
+        *state = SURROGATE_STATES - 1;
+        weight = direction->common;
+    }
+    return weight;
+}
+
+//? known
+static double surrogate_known(int i, int j)
+{
+    const int row = (i < j) ? j : i;
+    const int column = (i < j) ? i : j;
+    return surrogate_covariance[surrogate_rows[row] + column];
+}
+
+/* What the mean of the states adds. */
+static double surrogate_mean_of(const surrogate_direction *direction)
+{
+    double sum = 0.0;
+    int state = 0;
+    int k;
+    for (k = 0; k < (SURROGATE_PARAMETERS + 3); k++) {
+        const double weight = surrogate_weight(direction, k, &state);
+        sum = sum + (weight * surrogate_mean[state]);
+    }
+    return sum;
+}
+//? end
+
+/* Covariance by the states between the weights from..to of two directions. */
+static double surrogate_by_states(const surrogate_direction *a, const surrogate_direction *b, int from, int to)
+{
+    double sum = 0.0;
+    int i;
+    int j;
+    int state_a = 0;
+    int state_b = 0;
+    for (i = from; i < to; i++) {
+        const double weight = surrogate_weight(a, i, &state_a);
+        double towards = 0.0;
+//? known
+        for (j = from; j < to; j++) {
+            const double other = surrogate_weight(b, j, &state_b);
+            towards = towards + (other * surrogate_known(state_b, state_a));
+        }
+//? else
+        const int is_parameter = (i < SURROGATE_PARAMETERS) ? 1 : 0;
+        const int first = (is_parameter != 0) ? i : SURROGATE_PARAMETERS;
+        const int last = (is_parameter != 0) ? (i + 1) : to;
+        for (j = first; j < last; j++) {
+            const double other = surrogate_weight(b, j, &state_b);
+            if (state_a == state_b) {
+                towards = towards + other;
+            }
+        }
+//? end
+        sum = sum + (weight * towards);
+    }
+    return sum;
+}
+
+static void surrogate_band_of(const surrogate_direction *direction, surrogate_band *band)
+{
+    double fit = 0.0;
+    double new_there = 0.0;
+    double parameters;
+    double misses;
+    double states;
+    int end;
+    for (end = 0; end < 2; end++) {
+        fit = fit + direction->fit[end];
+        new_there = new_there + (direction->own[end] * direction->own[end]);
+    }
+    new_there = direction->growth * (new_there + (direction->common * direction->common));
+    parameters = surrogate_by_states(direction, direction, 0, SURROGATE_PARAMETERS);
+    misses = surrogate_by_states(direction, direction, SURROGATE_PARAMETERS, SURROGATE_PARAMETERS + 3);
+//? known
+    states = surrogate_by_states(direction, direction, 0, SURROGATE_PARAMETERS + 3);
+//? else
+    states = parameters + misses;
+//? end
+    band->fit = surrogate_root(fit);
+    band->parameters = surrogate_root(parameters);
+    band->misses = surrogate_root(misses + new_there);
+    band->total = surrogate_root((states + fit) + new_there);
+}
+
+//? limits
+/* Covariance of two quantities at one condition. */
+static double surrogate_shared(const surrogate_direction *a, const surrogate_direction *b)
+{
+    double beside = (a->growth * a->common) * b->common;
+    int i;
+    int j;
+    for (i = 0; i < 2; i++) {
+        for (j = 0; j < 2; j++) {
+            if (a->state[i] == b->state[j]) {
+                beside = beside + ((a->sign[i] * b->sign[j]) * (a->fit[i] + ((a->growth * a->own[i]) * a->own[i])));
+            }
+        }
+    }
+    return surrogate_by_states(a, b, 0, SURROGATE_PARAMETERS + 3) + beside;
+}
+//? end
+//? end
+
+//? limits
+/* The points a limit compares: the first with a plus sign, the second (-1: none) with a minus sign. */
+static void surrogate_compared(int limit, const double values[SURROGATE_POINTS], int *first, int *second)
+{
+    const surrogate_limit_entry *const own = &surrogate_limits[limit];
+    int i;
+    *first = (int)own->points[0];
+    *second = -1;
+    if (own->kind == 2) {
+        *second = (int)own->points[1];
+    }
+    if (own->kind == 3) {
+        *second = *first;
+        for (i = 1; i < own->count; i++) {
+            const int point = (int)own->points[i];
+            if (values[point] > values[*first]) {
+                *first = point;
+            }
+            if (values[point] < values[*second]) {
+                *second = point;
+            }
+        }
+    }
+}
+
+/* The limited quantity. */
+static double surrogate_limited(int limit, const double x[SURROGATE_VARIABLES], const double values[SURROGATE_POINTS])
+{
+    const surrogate_limit_entry *const own = &surrogate_limits[limit];
+    double value = values[own->points[0]];
+    int i;
+    if (own->kind == 1) {
+        value = value - x[own->variable];
+    }
+    if (own->kind == 2) {
+        value = value - values[own->points[1]];
+    }
+    if (own->kind == 3) {
+        double low = value;
+        double high = value;
+        double sum = value;
+        for (i = 1; i < own->count; i++) {
+            const double next = values[own->points[i]];
+            low = surrogate_lesser(next, low);
+            high = surrogate_greater(next, high);
+            sum = sum + next;
+        }
+        value = (surrogate_is_finite(sum) != 0) ? (high - low) : (sum - sum);
+    }
+    return value;
+}
+
+static double surrogate_horner(const double *coefficients, int count, double x)
+{
+    double sum = 0.0;
+    int i;
+    for (i = 0; i < count; i++) {
+        sum = (sum * x) + coefficients[i];
+    }
+    return sum;
+}
+
+/* Probability that a standard normal variable is at most x: Hart (1968, no. 5666), a continued fraction beyond 7. */
+static double surrogate_probability_below(double x)
+{
+    static const double over[7] = {
+        0.0352624965998911, 0.700383064443688, 6.37396220353165, 33.912866078383, 112.079291497871, 221.213596169931, 220.206867912376
+    };
+    static const double under[8] = {
+        0.0883883476483184, 1.75566716318264, 16.064177579207, 86.7807322029461, 296.564248779674, 637.333633378831, 793.826512519948, 440.413735824752
+    };
+    const double size = (x < 0.0) ? -x : x;
+    double tail = 0.0;
+    int k;
+    if (!(size > 38.0)) {
+        const double density = surrogate_exp_minus((0.5 * size) * size);
+        if (size < 7.0) {
+            tail = (density * surrogate_horner(over, 7, size)) / surrogate_horner(under, 8, size);
+        } else {
+            double fraction = size;
+            for (k = 12; k >= 1; k--) {
+                fraction = size + ((double)k / fraction);
+            }
+            tail = (density * 0.3989422804014327) / fraction;
+        }
+    }
+    return (x < 0.0) ? tail : (1.0 - tail);
+}
+
+/* Probability that a margin is kept; not a number where one of them has overflown. */
+static double surrogate_kept(double margin, double deviation)
+{
+    double probability = (margin - margin) + (deviation - deviation);
+    if (probability == 0.0) {
+        if (deviation > 0.0) {
+            probability = surrogate_probability_below(margin / deviation);
+        } else {
+            probability = (margin >= 0.0) ? 1.0 : 0.0;
+        }
+    }
+    return probability;
+}
+
+static int surrogate_judged(double probability, double confidence)
+{
+    int state = SURROGATE_UNCERTAIN;
+    if (probability >= confidence) {
+        state = SURROGATE_ACCEPTABLE;
+    } else if (probability <= (1.0 - confidence)) {
+        state = SURROGATE_NOT_ACCEPTABLE;
+    } else {
+        state = SURROGATE_UNCERTAIN;
+    }
+    return state;
+}
+
+//? uncertain
+static void surrogate_limit_direction(int limit, const surrogate_here *here, const double values[SURROGATE_POINTS], surrogate_direction *direction)
+{
+    int first = 0;
+    int second = -1;
+    surrogate_compared(limit, values, &first, &second);
+    surrogate_direct(here, first, second, direction);
+}
+
+static void surrogate_chance_of(int limit, const double x[SURROGATE_VARIABLES], const surrogate_here *here, const double values[SURROGATE_POINTS], surrogate_limit_chance *out)
+{
+    surrogate_direction direction;
+    surrogate_limit_direction(limit, here, values, &direction);
+    surrogate_band_of(&direction, &out->band);
+    out->value = surrogate_limited(limit, x, values);
+    out->maximum = surrogate_limits[limit].maximum;
+    out->probability = surrogate_kept(out->maximum - out->value, out->band.total);
+}
+//? else
+static void surrogate_chance_of(int limit, const double x[SURROGATE_VARIABLES], const double values[SURROGATE_POINTS], surrogate_limit_chance *out)
+{
+    int first = 0;
+    int second = -1;
+    double variance;
+    surrogate_compared(limit, values, &first, &second);
+    variance = surrogate_fit_variance(first);
+    if (second >= 0) {
+        variance = variance + surrogate_fit_variance(second);
+    }
+    out->band.fit = sqrt(variance);
+    out->band.parameters = 0.0;
+    out->band.misses = 0.0;
+    out->band.total = out->band.fit;
+    out->value = surrogate_limited(limit, x, values);
+    out->maximum = surrogate_limits[limit].maximum;
+    out->probability = surrogate_kept(out->maximum - out->value, out->band.total);
+}
+//? end
+
+/* A limit that may be broken. */
+typedef struct {
+    int index;
+    double slack;
+    double broken;
+    double variance;
+} surrogate_critical;
+
+static double surrogate_clamped(double value, double low, double high)
+{
+    double result = value;
+    if (result < low) {
+        result = low;
+    }
+    if (result > high) {
+        result = high;
+    }
+    return result;
+}
+
+/* Probability that all of some limits are kept: one after the other, each given those before (Mendell and Elston 1974). */
+static double surrogate_all_kept(const surrogate_critical *limits, int count, double correlation[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS])
+{
+    double slack[SURROGATE_MOST_LIMITS];
+    int same[SURROGATE_MOST_LIMITS];
+    double together = 1.0;
+    double least = 1.0;
+    double broken = 0.0;
+    int none = 0;
+    int i;
+    int j;
+    int k;
+    for (i = 0; i < SURROGATE_MOST_LIMITS; i++) {
+        slack[i] = (i < count) ? limits[i].slack : 0.0;
+        same[i] = 0;
+    }
+    for (i = 0; i < count; i++) {
+        least = surrogate_lesser(1.0 - limits[i].broken, least);
+        broken = broken + limits[i].broken;
+        if ((same[i] == 0) && (none == 0)) {
+            const double own = surrogate_probability_below(slack[i]);
+            together = together * own;
+            if (own < 1e-300) {
+                none = 1;
+            } else {
+                const double a = (0.3989422804014327 * surrogate_exp_minus((0.5 * slack[i]) * slack[i])) / own;
+                const double loss = (a > 0.0) ? (a * (a + slack[i])) : 0.0;
+                for (j = i + 1; j < count; j++) {
+                    const double r = correlation[i][j];
+                    if (r > (1.0 - 1e-9)) {
+                        same[j] = 1;
+                    } else {
+                        const double left = 1.0 - ((r * r) * loss);
+                        slack[j] = (left > 1e-12) ? ((slack[j] + (r * a)) / sqrt(left)) : (slack[j] + (r * a));
+                    }
+                }
+                for (j = i + 1; j < count; j++) {
+                    for (k = i + 1; k < count; k++) {
+                        if (j != k) {
+                            const double left_j = 1.0 - ((correlation[i][j] * correlation[i][j]) * loss);
+                            const double left_k = 1.0 - ((correlation[i][k] * correlation[i][k]) * loss);
+                            const double scale = sqrt(surrogate_greater(left_j, 1e-12) * surrogate_greater(left_k, 1e-12));
+                            correlation[j][k] = surrogate_clamped((correlation[j][k] - ((correlation[i][j] * correlation[i][k]) * loss)) / scale, -1.0, 1.0);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    return (none != 0) ? 0.0 : surrogate_clamped(together, (broken < 1.0) ? (1.0 - broken) : 0.0, least);
+}
+
+/* Puts a limit into the list of those most likely broken; returns the one that has no place there. */
+static surrogate_critical surrogate_insert(surrogate_critical worst[SURROGATE_MOST_LIMITS], surrogate_critical own)
+{
+    surrogate_critical left = own;
+    int i;
+    for (i = 0; i < SURROGATE_MOST_LIMITS; i++) {
+        if ((left.index >= 0) && ((worst[i].index < 0) || (left.slack < worst[i].slack))) {
+            const surrogate_critical other = worst[i];
+            worst[i] = left;
+            left = other;
+        }
+    }
+    return left;
+}
+
+/* The verdict on all limits together, given the points' values. */
+//? uncertain
+static void surrogate_judge(const double x[SURROGATE_VARIABLES], double confidence, const surrogate_here *here, const double values[SURROGATE_POINTS], surrogate_chance *chance)
+//? else
+static void surrogate_judge(const double x[SURROGATE_VARIABLES], double confidence, const double values[SURROGATE_POINTS], surrogate_chance *chance)
+//? end
+{
+    surrogate_critical worst[SURROGATE_MOST_LIMITS];
+    double correlation[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS];
+    double broken_elsewhere = 0.0;
+    double together;
+    int count = 0;
+    int limit;
+    int i;
+    int j;
+    int is_number = 1;
+    chance->state = SURROGATE_UNCERTAIN;
+    chance->in_domain = surrogate_in_domain(x);
+    chance->probability = 0.0;
+    chance->binding = SURROGATE_NO_LIMIT;
+    for (i = 0; i < SURROGATE_MOST_LIMITS; i++) {
+        worst[i].index = -1;
+        worst[i].slack = 0.0;
+        worst[i].broken = 0.0;
+        worst[i].variance = 0.0;
+        for (j = 0; j < SURROGATE_MOST_LIMITS; j++) {
+            correlation[i][j] = (i == j) ? 1.0 : 0.0;
+        }
+    }
+    for (limit = 0; (limit < SURROGATE_LIMITS) && (is_number != 0); limit++) {
+        surrogate_limit_chance own;
+//? uncertain
+        surrogate_chance_of(limit, x, here, values, &own);
+//? else
+        surrogate_chance_of(limit, x, values, &own);
+//? end
+        if (!(own.probability >= 0.0)) {
+            chance->binding = limit;
+            chance->probability = own.probability;
+            is_number = 0;
+        } else {
+            surrogate_critical critical;
+            critical.index = limit;
+            critical.slack = (own.maximum - own.value) / surrogate_greater(own.band.total, SURROGATE_TINY);
+            critical.broken = 1.0 - own.probability;
+            critical.variance = own.band.total * own.band.total;
+            critical = surrogate_insert(worst, critical);
+            if (critical.index < 0) {
+                count = count + 1;
+            } else {
+                broken_elsewhere = broken_elsewhere + critical.broken;
+            }
+        }
+    }
+    if (is_number != 0) {
+        /* What is as good as never broken depends on nothing. */
+        int doubtful = 1;
+        while ((doubtful < count) && (worst[doubtful].broken > 1e-12)) {
+            doubtful = doubtful + 1;
+        }
+//? uncertain
+        for (i = 0; i < doubtful; i++) {
+            surrogate_direction a;
+            surrogate_limit_direction(worst[i].index, here, values, &a);
+            for (j = 0; j < i; j++) {
+                const double scale = sqrt(worst[i].variance * worst[j].variance);
+                surrogate_direction b;
+                surrogate_limit_direction(worst[j].index, here, values, &b);
+                correlation[i][j] = (scale > 0.0) ? surrogate_clamped(surrogate_shared(&a, &b) / scale, -1.0, 1.0) : 0.0;
+                correlation[j][i] = correlation[i][j];
+            }
+        }
+//? end
+        together = surrogate_all_kept(worst, doubtful, correlation) - broken_elsewhere;
+        chance->probability = (together > 0.0) ? together : 0.0;
+        chance->binding = worst[0].index;
+        if (chance->in_domain != 0) {
+            chance->state = surrogate_judged(chance->probability, confidence);
+        }
+    }
+}
+//? !uncertain
+
+/* The largest upper end minus the smallest lower end of the bands of two different points. */
+static double surrogate_widest_pair(const surrogate_limit_entry *limit, const double values[SURROGATE_POINTS])
+{
+    double widest = 0.0;
+    int is_first = 1;
+    int i;
+    int j;
+    for (i = 0; i < limit->count; i++) {
+        for (j = 0; j < limit->count; j++) {
+            if (i != j) {
+                const int p = (int)limit->points[i];
+                const int q = (int)limit->points[j];
+                const double apart = (values[p] + surrogate_half_widths[p]) - (values[q] - surrogate_half_widths[q]);
+                if ((is_first != 0) || (apart > widest)) {
+                    widest = apart;
+                    is_first = 0;
+                }
+            }
+        }
+    }
+    return widest;
+}
+
+/* The ends of the band of a spread. */
+static void surrogate_spread_ends(const surrogate_limit_entry *limit, const double values[SURROGATE_POINTS], double *low, double *high)
+{
+    double largest_low = 0.0;
+    double smallest_high = 0.0;
+    int i;
+    for (i = 0; i < limit->count; i++) {
+        const int point = (int)limit->points[i];
+        const double own_low = values[point] - surrogate_half_widths[point];
+        const double own_high = values[point] + surrogate_half_widths[point];
+        largest_low = ((i == 0) || (own_low > largest_low)) ? own_low : largest_low;
+        smallest_high = ((i == 0) || (own_high < smallest_high)) ? own_high : smallest_high;
+    }
+    *low = surrogate_greater(largest_low - smallest_high, 0.0);
+    *high = surrogate_widest_pair(limit, values);
+}
+//? end
+//? end
+
+int surrogate_in_domain(const double x[SURROGATE_VARIABLES])
+{
+    int inside = 1;
+    int v;
+    for (v = 0; v < SURROGATE_VARIABLES; v++) {
+        if (!((surrogate_low[v] <= x[v]) && (x[v] <= surrogate_high[v]))) {
+            inside = 0;
+        }
+    }
+    return inside;
+}
+
+void surrogate_evaluate(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS])
+{
+//? known
+    surrogate_here here;
+    surrogate_direction direction;
+    int point;
+//? end
+    surrogate_evaluate_fit(x, values);
+//? known
+    surrogate_at(x, &here);
+    for (point = 0; point < SURROGATE_POINTS; point++) {
+        surrogate_direct(&here, point, -1, &direction);
+        values[point] = values[point] + surrogate_mean_of(&direction);
+    }
+//? end
+}
+
+int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gradient[SURROGATE_VARIABLES])
+{
+    const int exists = ((point >= 0) && (point < SURROGATE_POINTS)) ? 1 : 0;
+    double u[SURROGATE_VARIABLES];
+    double slopes[SURROGATE_VARIABLES];
+    int model;
+    int c;
+    int v;
+//? bases
+    int centre;
+//? end
+    for (v = 0; v < SURROGATE_VARIABLES; v++) {
+        gradient[v] = 0.0;
+    }
+    for (model = 0; (model < SURROGATE_POLYNOMIALS) && (exists != 0); model++) {
+        const surrogate_polynomial_entry *const own = &surrogate_polynomials[model];
+        for (c = 0; c < own->columns; c++) {
+            if ((int)own->points[c] == point) {
+                surrogate_scale(x, own->scalings, u);
+                for (v = 0; v < SURROGATE_VARIABLES; v++) {
+                    slopes[v] = 0.0;
+                }
+                surrogate_polynomial_slopes(u, own->exponents, own->terms, &own->coefficients[c], own->columns, slopes);
+                for (v = 0; v < SURROGATE_VARIABLES; v++) {
+                    gradient[v] = gradient[v] + (slopes[v] * surrogate_scale_slope(x, own->scalings, v));
+                }
+            }
+        }
+    }
+//? known
+    if (exists != 0) {
+        surrogate_scale(x, surrogate_slope_scalings, u);
+        for (v = 0; v < SURROGATE_VARIABLES; v++) {
+            slopes[v] = 0.0;
+        }
+        surrogate_polynomial_slopes(u, surrogate_slope_exponents, SURROGATE_SLOPE_TERM_COUNT, &surrogate_shift_table[point * SURROGATE_SLOPE_TERM_COUNT], 1, slopes);
+        for (v = 0; v < SURROGATE_VARIABLES; v++) {
+            gradient[v] = gradient[v] + (slopes[v] * surrogate_scale_slope(x, surrogate_slope_scalings, v));
+        }
+    }
+//? end
+//? bases
+    for (model = 0; (model < SURROGATE_BASES) && (exists != 0); model++) {
+        const surrogate_basis_entry *const own = &surrogate_bases[model];
+        for (c = 0; c < own->columns; c++) {
+            if ((int)own->points[c] == point) {
+                surrogate_scale(x, own->scalings, u);
+                for (v = 0; v < SURROGATE_VARIABLES; v++) {
+                    slopes[v] = 0.0;
+                }
+                for (centre = 0; centre < own->count; centre++) {
+                    const double square = surrogate_squared_distance(own, u, centre);
+                    const double slope = (own->weights[(centre * own->columns) + c] * 2.0) * surrogate_kernel_slope(own->kernel, square);
+                    for (v = 0; v < SURROGATE_VARIABLES; v++) {
+                        const double d = (u[v] - own->centres[(centre * SURROGATE_VARIABLES) + v]) * own->scales[v];
+                        slopes[v] = slopes[v] + (slope * (d * own->scales[v]));
+                    }
+                }
+                for (v = 0; v < SURROGATE_VARIABLES; v++) {
+                    gradient[v] = gradient[v] + (slopes[v] * surrogate_scale_slope(x, own->scalings, v));
+                }
+            }
+        }
+    }
+//? end
+    return (exists != 0) ? 0 : -1;
+}
+
+void surrogate_bands(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS], surrogate_band bands[SURROGATE_POINTS])
+{
+    int point;
+//? uncertain
+    surrogate_here here;
+    surrogate_direction direction;
+    surrogate_evaluate_fit(x, values);
+    surrogate_at(x, &here);
+    for (point = 0; point < SURROGATE_POINTS; point++) {
+        surrogate_direct(&here, point, -1, &direction);
+//? known
+        values[point] = values[point] + surrogate_mean_of(&direction);
+//? end
+        surrogate_band_of(&direction, &bands[point]);
+    }
+//? else
+    surrogate_evaluate_fit(x, values);
+    for (point = 0; point < SURROGATE_POINTS; point++) {
+        bands[point].fit = surrogate_half_widths[point] / SURROGATE_NINETY_FIVE;
+        bands[point].parameters = 0.0;
+        bands[point].misses = 0.0;
+        bands[point].total = bands[point].fit;
+    }
+//? end
+}
+
+int surrogate_limit_probability(int limit, const double x[SURROGATE_VARIABLES], const double values[SURROGATE_POINTS], surrogate_limit_chance *out)
+{
+    int status = -1;
+//? limits
+    if ((limit >= 0) && (limit < SURROGATE_LIMITS)) {
+//? uncertain
+        surrogate_here here;
+        surrogate_at(x, &here);
+        surrogate_chance_of(limit, x, &here, values, out);
+//? else
+        surrogate_chance_of(limit, x, values, out);
+//? end
+        status = 0;
+    }
+//? else
+    (void)limit;
+    (void)x;
+    (void)values;
+    (void)out;
+//? end
+    return status;
+}
+
+int surrogate_limit(int limit, const double x[SURROGATE_VARIABLES], const double values[SURROGATE_POINTS], surrogate_limit_value *out)
+{
+    int status = -1;
+//? limits
+    if ((limit >= 0) && (limit < SURROGATE_LIMITS)) {
+//? uncertain
+        surrogate_limit_chance chance;
+        double half;
+        status = surrogate_limit_probability(limit, x, values, &chance);
+        half = SURROGATE_NINETY_FIVE * chance.band.total;
+        out->value = chance.value;
+        out->low = out->value - half;
+        out->high = out->value + half;
+        out->maximum = chance.maximum;
+        out->margin = out->maximum - out->value;
+        out->state = surrogate_judged(chance.probability, SURROGATE_CONFIDENCE);
+//? else
+        const surrogate_limit_entry *const own = &surrogate_limits[limit];
+        double width = surrogate_half_widths[own->points[0]];
+        status = 0;
+        out->value = surrogate_limited(limit, x, values);
+        out->maximum = own->maximum;
+        out->margin = out->maximum - out->value;
+        if (own->kind == 2) {
+            width = width + surrogate_half_widths[own->points[1]];
+        }
+        out->low = out->value - width;
+        out->high = out->value + width;
+        if ((own->kind == 3) && (surrogate_is_finite(out->value) != 0)) {
+            surrogate_spread_ends(own, values, &out->low, &out->high);
+        }
+        out->state = SURROGATE_UNCERTAIN;
+        if ((out->high <= out->maximum) && (out->low > -HUGE_VAL)) {
+            out->state = SURROGATE_ACCEPTABLE;
+        } else if (out->low > out->maximum) {
+            out->state = SURROGATE_NOT_ACCEPTABLE;
+        } else {
+            out->state = SURROGATE_UNCERTAIN;
+        }
+//? end
+    }
+//? else
+    (void)limit;
+    (void)x;
+    (void)values;
+    (void)out;
+//? end
+    return status;
+}
+
+void surrogate_assess(const double x[SURROGATE_VARIABLES], double confidence, double values[SURROGATE_POINTS], surrogate_band bands[SURROGATE_POINTS], surrogate_chance *chance)
+{
+//? limits uncertain
+    surrogate_here here;
+//? end
+    surrogate_bands(x, values, bands);
+//? limits
+//? uncertain
+    surrogate_at(x, &here);
+    surrogate_judge(x, confidence, &here, values, chance);
+//? else
+    surrogate_judge(x, confidence, values, chance);
+//? end
+//? else
+    (void)confidence;
+    chance->state = SURROGATE_UNCERTAIN;
+    chance->in_domain = surrogate_in_domain(x);
+    chance->binding = SURROGATE_NO_LIMIT;
+    chance->probability = (double)NAN;
+//? end
+}
+
+void surrogate_query(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS], surrogate_verdict *verdict)
+{
+//? limits uncertain
+    surrogate_here here;
+    surrogate_chance chance;
+//? end
+//? limits !uncertain
+    double margin = HUGE_VAL;
+    int worst = SURROGATE_ACCEPTABLE;
+    int limit;
+//? end
+    surrogate_evaluate(x, values);
+    verdict->state = SURROGATE_UNCERTAIN;
+    verdict->in_domain = surrogate_in_domain(x);
+    verdict->binding = SURROGATE_NO_LIMIT;
+    verdict->value = (double)NAN;
+    verdict->margin = (double)NAN;
+//? limits uncertain
+    surrogate_at(x, &here);
+    surrogate_judge(x, SURROGATE_CONFIDENCE, &here, values, &chance);
+    verdict->state = chance.state;
+    verdict->binding = chance.binding;
+    verdict->value = surrogate_limited(chance.binding, x, values);
+    verdict->margin = surrogate_limits[chance.binding].maximum - verdict->value;
+//? end
+//? limits !uncertain
+    for (limit = 0; limit < SURROGATE_LIMITS; limit++) {
+        surrogate_limit_value own;
+        if ((surrogate_limit(limit, x, values, &own) == 0)
+            && ((own.state > worst) || ((own.state == worst) && (own.margin < margin)))) {
+            worst = own.state;
+            verdict->binding = limit;
+            verdict->value = own.value;
+            verdict->margin = own.margin;
+            margin = own.margin;
+        }
+    }
+    if ((verdict->binding >= 0) && (verdict->in_domain != 0)) {
+        verdict->state = worst;
+    }
+//? end
+}
+
+int surrogate_self_test(void)
+{
+    surrogate_band bands[SURROGATE_POINTS];
+    double values[SURROGATE_POINTS];
+    int failed = 0;
+    int test;
+    int point;
+    for (test = 0; test < SURROGATE_SELF_TESTS; test++) {
+        surrogate_bands(&surrogate_test_conditions[test * SURROGATE_VARIABLES], values, bands);
+        for (point = 0; point < SURROGATE_POINTS; point++) {
+            const double expected = surrogate_test_values[(test * SURROGATE_POINTS) + point];
+            int close = (fabs(values[point] - expected) <= (1e-7 * surrogate_greater(fabs(expected), 1.0))) ? 1 : 0;
+//? uncertain
+            const double deviation = surrogate_test_deviations[(test * SURROGATE_POINTS) + point];
+            if (!(fabs(bands[point].total - deviation) <= (1e-7 * surrogate_greater(deviation, 1.0)))) {
+                close = 0;
+            }
+//? end
+            if ((close == 0) && (failed == 0)) {
+                failed = test + 1;
+            }
+        }
+    }
+    return failed;
+}

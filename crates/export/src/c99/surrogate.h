@@ -1,0 +1,105 @@
+/*
+//! head
+ *
+ * Written by coldplate. ISO C99, also C++. No heap, no recursion, no state: every function may be called from several
+ * threads. Compile without options that change the arithmetic: no -ffast-math, and -ffp-contract=off where the compiler
+ * fuses multiplications and additions by itself.
+ *
+ * The caller lends all memory. A condition has one value per variable, in the units and in the order below.
+ */
+#ifndef SURROGATE_H
+#define SURROGATE_H
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+//! counts
+
+//! names
+
+/* States of a limit and of a verdict. */
+#define SURROGATE_ACCEPTABLE 0
+#define SURROGATE_UNCERTAIN 1
+#define SURROGATE_NOT_ACCEPTABLE 2
+
+/* In place of the number of a limit where there is none. */
+#define SURROGATE_NO_LIMIT (-1)
+
+/* How uncertain a value is, as standard deviations: of the fitted function, of the machine's parameters, of what the
+ * model misses, and of all of it. 1.96 times the total is half the width of the band of 95 %. */
+typedef struct {
+    double fit;
+    double parameters;
+    double misses;
+    double total;
+} surrogate_band;
+
+/* A limit at a condition: the limited quantity, the ends of its band, the largest value allowed, what is left to it
+ * (negative where it is broken), and the state of this limit alone inside the fitted range. */
+typedef struct {
+    double value;
+    double low;
+    double high;
+    double maximum;
+    double margin;
+    int state;
+} surrogate_limit_value;
+
+/* A limit at a condition with everything that is uncertain: the probability is that of its being kept. */
+typedef struct {
+    double value;
+    surrogate_band band;
+    double maximum;
+    double probability;
+} surrogate_limit_chance;
+
+/* The verdict on a condition. binding is the limit that decides, or SURROGATE_NO_LIMIT. */
+typedef struct {
+    int state;
+    int in_domain;
+    int binding;
+    double value;
+    double margin;
+} surrogate_verdict;
+
+/* The verdict at a stated confidence. probability is that of all limits together being kept; not a number without any. */
+typedef struct {
+    int state;
+    int in_domain;
+    int binding;
+    double probability;
+} surrogate_chance;
+
+/* 1 if every variable lies within its fitted range, ends included; otherwise 0. */
+int surrogate_in_domain(const double x[SURROGATE_VARIABLES]);
+
+/* The values of all points. Outside the fitted range the functions extrapolate. */
+void surrogate_evaluate(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS]);
+
+/* The derivatives of one point's value along each variable. Returns 0, or -1 if there is no such point. */
+int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gradient[SURROGATE_VARIABLES]);
+
+/* The values and the bands of all points. */
+void surrogate_bands(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS], surrogate_band bands[SURROGATE_POINTS]);
+
+/* Values of all points, and the verdict: acceptable and not acceptable are said with a probability of 95 %; uncertain
+ * outside the fitted range. */
+void surrogate_query(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS], surrogate_verdict *verdict);
+
+/* One limit at a condition, from the points' values there. Returns 0, or -1 if there is no such limit. */
+int surrogate_limit(int limit, const double x[SURROGATE_VARIABLES], const double values[SURROGATE_POINTS], surrogate_limit_value *out);
+int surrogate_limit_probability(int limit, const double x[SURROGATE_VARIABLES], const double values[SURROGATE_POINTS], surrogate_limit_chance *out);
+
+/* Values, bands, and whether all limits together are kept with the probability confidence, between one half and one. */
+void surrogate_assess(const double x[SURROGATE_VARIABLES], double confidence, double values[SURROGATE_POINTS], surrogate_band bands[SURROGATE_POINTS], surrogate_chance *chance);
+
+/* Computes the self-test vectors of the file. Returns 0 if every value is reproduced to within 1e-7 times the larger of
+ * one and its size; otherwise the number of the first vector that is not, counted from 1. Call it once at start. */
+int surrogate_self_test(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,216 @@
+//! What every target writes: the numbers of a surrogate, laid out as the arithmetic needs them.
+
+use coldplate_runtime::{Kernel, LimitKind, Surrogate, Transform};
+
+/// A surrogate, taken apart.
+pub(crate) struct Content {
+    pub(crate) variables: Vec<Variable>,
+    pub(crate) held: Vec<Held>,
+    pub(crate) points: Vec<Point>,
+    pub(crate) limits: Vec<Limit>,
+    /// Every scaling that some model asks for; models name their scalings by place.
+    pub(crate) scalings: Vec<Scaling>,
+    pub(crate) polynomials: Vec<Polynomial>,
+    pub(crate) bases: Vec<Basis>,
+    pub(crate) uncertainty: Option<Uncertainty>,
+    pub(crate) self_tests: Vec<SelfTest>,
+}
+
+pub(crate) struct Variable {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) low: f64,
+    pub(crate) high: f64,
+}
+
+pub(crate) struct Held {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) value: f64,
+}
+
+pub(crate) struct Point {
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) half_width: f64,
+}
+
+pub(crate) struct Limit {
+    pub(crate) name: String,
+    pub(crate) kind: LimitKind<Vec<usize>>,
+    pub(crate) maximum: f64,
+}
+
+/// u = (g(x) - low) * factor + offset
+pub(crate) struct Scaling {
+    pub(crate) variable: usize,
+    pub(crate) transform: Transform,
+    pub(crate) low: f64,
+    pub(crate) factor: f64,
+    pub(crate) offset: f64,
+}
+
+pub(crate) struct Polynomial {
+    /// Place of the scaling of each variable.
+    pub(crate) scalings: Vec<usize>,
+    pub(crate) points: Vec<usize>,
+    /// Term by term, one exponent per variable.
+    pub(crate) exponents: Vec<u8>,
+    /// Term by term, one coefficient per point.
+    pub(crate) coefficients: Vec<f64>,
+    pub(crate) terms: usize,
+}
+
+pub(crate) struct Basis {
+    pub(crate) scalings: Vec<usize>,
+    pub(crate) kernel: Kernel,
+    /// Inverse length scale per variable.
+    pub(crate) scales: Vec<f64>,
+    /// Centre by centre, one coordinate per variable.
+    pub(crate) centres: Vec<f64>,
+    pub(crate) count: usize,
+    pub(crate) points: Vec<usize>,
+    /// Centre by centre, one weight per point.
+    pub(crate) weights: Vec<f64>,
+}
+
+pub(crate) struct Uncertainty {
+    pub(crate) parameters: usize,
+    pub(crate) scalings: Vec<usize>,
+    pub(crate) exponents: Vec<u8>,
+    pub(crate) terms: usize,
+    /// Point by point, term by term, one coefficient per parameter.
+    pub(crate) slopes: Vec<f64>,
+    /// Per point, what the model misses: of its own, and in common with the others.
+    pub(crate) own: Vec<f64>,
+    pub(crate) common: Vec<f64>,
+    pub(crate) growth: f64,
+    /// Mean of the measured conditions and half of the fitted range, per variable; a half of zero where distance counts
+    /// for nothing.
+    pub(crate) centre: Vec<f64>,
+    pub(crate) halves: Vec<f64>,
+    /// Mean of the states and packed lower triangle of their covariance, where they are known.
+    pub(crate) known: Option<Known>,
+}
+
+pub(crate) struct Known {
+    pub(crate) mean: Vec<f64>,
+    pub(crate) covariance: Vec<f64>,
+}
+
+pub(crate) struct SelfTest {
+    pub(crate) condition: Vec<f64>,
+    pub(crate) values: Vec<f64>,
+    pub(crate) deviations: Vec<f64>,
+}
+
+impl Content {
+    pub(crate) fn of(surrogate: &Surrogate<'_>) -> Self {
+        let count = surrogate.variable_count();
+        let mut scalings = Scalings { surrogate, list: Vec::new() };
+        let polynomials = surrogate.polynomials().map(|own| {
+            let points: Vec<usize> = own.points.iter().collect();
+            Polynomial {
+                scalings: scalings.places(|v| own.transform(v)),
+                exponents: (0..own.terms).flat_map(|t| (0..count).map(move |v| own.exponent(t, v))).collect(),
+                coefficients: (0..own.terms).flat_map(|t| (0..points.len()).map(move |c| own.coefficient(t, c))).collect(),
+                terms: own.terms,
+                points,
+            }
+        });
+        let polynomials = polynomials.collect();
+        let bases = surrogate.bases().map(|own| {
+            let points: Vec<usize> = own.points.iter().collect();
+            Basis {
+                scalings: scalings.places(|v| own.transform(v)),
+                kernel: own.kernel,
+                scales: own.scales.iter().collect(),
+                centres: (0..own.count).flat_map(|k| (0..count).map(move |v| own.coordinate(k, v))).collect(),
+                count: own.count,
+                weights: (0..own.count).flat_map(|k| (0..points.len()).map(move |c| own.weight(k, c))).collect(),
+                points,
+            }
+        });
+        let bases = bases.collect();
+        let uncertainty = surrogate.uncertainty().map(|own| {
+            let (points, parameters, terms) = (own.point_count(), own.parameter_count(), own.terms());
+            let rows = own.measured().count();
+            let mean = |v: usize| own.measured().filter_map(|row| row.get(v)).sum::<f64>() / rows as f64;
+            let half = |v: &coldplate_runtime::Variable<'_>| if rows > 0 { 0.5 * (v.high - v.low) } else { 0.0 };
+            let at = |p: usize, t: usize, k: usize| own.slope_coefficient(p, t, k);
+            Uncertainty {
+                parameters,
+                scalings: scalings.places(|v| own.transform(v)),
+                exponents: (0..terms).flat_map(|t| (0..count).map(move |v| own.exponent(t, v))).collect(),
+                terms,
+                slopes: (0..points)
+                    .flat_map(|p| (0..terms).flat_map(move |t| (0..parameters).map(move |k| (p, t, k))))
+                    .map(|(p, t, k)| at(p, t, k))
+                    .collect(),
+                own: (0..points).map(|p| own.missed(p).0).collect(),
+                common: (0..points).map(|p| own.missed(p).1).collect(),
+                growth: own.growth(),
+                centre: (0..count).map(|v| if rows > 0 { mean(v) } else { 0.0 }).collect(),
+                halves: surrogate.variables().map(|v| half(&v)).collect(),
+                known: own.known().map(|(mean, covariance)| Known { mean: mean.iter().collect(), covariance: covariance.iter().collect() }),
+            }
+        });
+        Self {
+            variables: surrogate
+                .variables()
+                .map(|v| Variable { name: v.name.into(), unit: v.unit.into(), low: v.low, high: v.high })
+                .collect(),
+            held: surrogate.held().map(|h| Held { name: h.name.into(), unit: h.unit.into(), value: h.value }).collect(),
+            points: surrogate.points().map(|p| Point { name: p.name.into(), unit: p.unit.into(), half_width: p.half_width }).collect(),
+            limits: surrogate
+                .limits()
+                .filter_map(|l| Some(Limit { name: l.name.into(), kind: l.kind.renumbered(Some, Some)?, maximum: l.maximum }))
+                .collect(),
+            scalings: scalings.list,
+            polynomials,
+            bases,
+            uncertainty,
+            self_tests: surrogate
+                .self_tests()
+                .map(|test| SelfTest {
+                    condition: test.condition.iter().collect(),
+                    values: test.values.iter().collect(),
+                    deviations: test.deviations.iter().collect(),
+                })
+                .collect(),
+        }
+    }
+}
+
+/// The scalings met so far.
+struct Scalings<'s, 'a> {
+    surrogate: &'s Surrogate<'a>,
+    list: Vec<Scaling>,
+}
+
+impl Scalings<'_, '_> {
+    /// The place of each variable's scaling in the list.
+    fn places(&mut self, transform: impl Fn(usize) -> Transform) -> Vec<usize> {
+        (0..self.surrogate.variable_count()).map(|variable| self.place(variable, transform(variable))).collect()
+    }
+
+    fn place(&mut self, variable: usize, transform: Transform) -> usize {
+        if let Some(place) = self.list.iter().position(|own| own.variable == variable && own.transform == transform) {
+            return place;
+        }
+        let own = self.surrogate.scaling(transform, variable);
+        let (low, factor, offset) = own.map_or((0.0, 0.0, 0.0), |own| (own.low, own.factor, own.offset));
+        self.list.push(Scaling { variable, transform, low, factor, offset });
+        self.list.len() - 1
+    }
+}
+
+impl Uncertainty {
+    /// Point by point, term by term, what the mean of the parameters adds to the coefficient of the term.
+    pub(crate) fn shifts(&self, known: &Known) -> Vec<f64> {
+        if self.parameters == 0 {
+            return vec![0.0; self.own.len() * self.terms];
+        }
+        self.slopes.chunks_exact(self.parameters).map(|row| row.iter().zip(&known.mean).map(|(slope, mean)| slope * mean).sum()).collect()
+    }
+}

@@ -1,0 +1,87 @@
+//! Writes an opened surrogate as text for other languages. Whatever is written answers as the runtime does.
+//!
+//! ```
+//! use coldplate_export::{Target, export};
+//! use coldplate_runtime::Surrogate;
+//!
+//! let surrogate = Surrogate::open(include_bytes!("../../runtime/fixtures/polynomial.cps"))?;
+//! let files = export(&surrogate, Target::C99, "cold plate")?;
+//! let names: Vec<&str> = files.iter().map(|file| file.name.as_str()).collect();
+//! assert_eq!(names, ["cold_plate.h", "cold_plate.c"]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![warn(missing_docs)]
+
+mod c99;
+mod content;
+mod json;
+mod name;
+mod template;
+
+use coldplate_runtime::Surrogate;
+
+use content::Content;
+
+/// What a surrogate can be written as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// Everything in the file as one JSON object.
+    Json,
+    /// A source file and a header in C99, which compile as C++ too.
+    C99,
+}
+
+impl Target {
+    /// Every target, in the order in which they are listed for users.
+    pub const ALL: [Self; 2] = [Self::C99, Self::Json];
+
+    /// The name a user asks for it by.
+    #[must_use]
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Json => "json",
+            Self::C99 => "c99",
+        }
+    }
+}
+
+/// A file to write.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct File {
+    /// Its name, without a folder.
+    pub name: String,
+    /// Its content.
+    pub text: String,
+}
+
+/// Why nothing was written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ExportError {
+    /// The name has no letter and no digit to make an identifier of.
+    Name(String),
+}
+
+impl std::fmt::Display for ExportError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Name(name) => write!(f, "no identifier can be made of the name '{name}': it has no letter from a to z and no digit"),
+        }
+    }
+}
+
+impl std::error::Error for ExportError {}
+
+/// The files of a target. Identifiers and file names begin with `name`, in which everything but letters, digits and
+/// underscores becomes an underscore.
+///
+/// # Errors
+/// If the name has nothing to make an identifier of.
+pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<Vec<File>, ExportError> {
+    let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
+    let content = Content::of(surrogate);
+    Ok(match target {
+        Target::Json => vec![File { name: format!("{identifier}.json"), text: json::write(surrogate, &content) }],
+        Target::C99 => c99::write(&content, &identifier),
+    })
+}

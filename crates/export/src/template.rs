@@ -1,0 +1,77 @@
+//! Text with parts that depend on the surrogate.
+//!
+//! A line of `//? A B` begins a part that is kept where every flag named holds (`!A`: where it does not), `//? else`
+//! turns it round, and `//? end` ends it; parts nest. A line of `//! NAME` is replaced by the block of that name. The words
+//! `surrogate_` and `SURROGATE_` stand for the name.
+
+use std::collections::BTreeMap;
+
+/// What a template depends on.
+#[derive(Debug, Default)]
+pub(crate) struct Filling {
+    pub(crate) flags: BTreeMap<&'static str, bool>,
+    pub(crate) blocks: BTreeMap<&'static str, String>,
+}
+
+impl Filling {
+    pub(crate) fn flag(&mut self, name: &'static str, value: bool) {
+        self.flags.insert(name, value);
+    }
+
+    pub(crate) fn block(&mut self, name: &'static str, text: String) {
+        self.blocks.insert(name, text);
+    }
+
+    /// The text of `template` for a surrogate of this name.
+    pub(crate) fn fill(&self, template: &str, name: &str) -> String {
+        let mut text = String::new();
+        // Whether the lines are kept, for the whole and for each part that is open.
+        let mut kept = vec![true];
+        for line in template.lines() {
+            let line_is = |mark: &str| line.trim_start().strip_prefix(mark).map(str::trim);
+            if let Some(condition) = line_is("//?") {
+                match condition {
+                    "end" => drop(kept.pop()),
+                    "else" => {
+                        let own = kept.pop().unwrap_or(true);
+                        let outer = kept.last().copied().unwrap_or(true);
+                        kept.push(outer && !own);
+                    }
+                    flags => {
+                        let outer = kept.last().copied().unwrap_or(true);
+                        kept.push(outer && flags.split_whitespace().all(|flag| self.holds(flag)));
+                    }
+                }
+            } else if kept.last().copied().unwrap_or(true) {
+                if let Some(block) = line_is("//!") {
+                    text.push_str(self.blocks.get(block).map_or("", String::as_str));
+                } else {
+                    text.push_str(&line.replace("surrogate_", &format!("{name}_")).replace("SURROGATE_", &format!("{}_", name.to_uppercase())));
+                    text.push('\n');
+                }
+            }
+        }
+        text
+    }
+
+    fn holds(&self, flag: &str) -> bool {
+        match flag.strip_prefix('!') {
+            Some(flag) => !self.flags.get(flag).copied().unwrap_or(false),
+            None => self.flags.get(flag).copied().unwrap_or(false),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_are_kept_where_their_flags_hold() {
+        let mut filling = Filling::default();
+        filling.flag("a", true);
+        filling.block("table", "1, 2\n".into());
+        let template = "//? a !b\nsurrogate_x SURROGATE_X\n//? b\nno\n//? else\n  //! table\n//? end\n//? else\nno\n//? end\nlast\n";
+        assert_eq!(filling.fill(template, "cold"), "cold_x COLD_X\n1, 2\nlast\n");
+    }
+}

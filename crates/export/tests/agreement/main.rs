@@ -1,0 +1,122 @@
+//! Every target beside the runtime: the same files, the same conditions, the same answers.
+
+mod c99;
+mod json;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use coldplate_runtime::{Band, Surrogate};
+
+/// The surrogates that are exported: those of the runtime, and two that it has no example of: with knowledge from readings, and
+/// without limits, with a logarithm and two kinds of model.
+pub fn fixtures() -> Vec<(String, Vec<u8>)> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = Vec::new();
+    for folder in [own.join("../runtime/fixtures"), own.join("tests/fixtures")] {
+        for entry in std::fs::read_dir(&folder).expect("the folder of the fixtures is there") {
+            let path = entry.expect("the folder can be read").path();
+            let name = path.file_stem().expect("a file has a name").to_string_lossy().into_owned();
+            files.push((name, std::fs::read(&path).expect("the fixtures can be read")));
+        }
+    }
+    files.sort();
+    assert!(files.len() >= 12, "{}", files.len());
+    files
+}
+
+/// SplitMix64.
+pub struct Random(pub u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / 2.0_f64.powi(53)
+    }
+}
+
+/// Conditions: every corner, then inside and, one in four, up to half a range outside (where a range is positive, no lower than
+/// half its low end, so that reciprocals and logarithms stay numbers).
+pub fn conditions(surrogate: &Surrogate<'_>, count: usize) -> Vec<Vec<f64>> {
+    let variables: Vec<_> = surrogate.variables().collect();
+    let corners = (0..1_usize << variables.len())
+        .map(|corner| variables.iter().enumerate().map(|(v, own)| if corner >> v & 1 == 0 { own.low } else { own.high }).collect());
+    let mut random = Random(7);
+    let mut all: Vec<Vec<f64>> = corners.collect();
+    while all.len() < count {
+        let is_outside = all.len() % 4 == 0;
+        let at = |own: &coldplate_runtime::Variable<'_>, random: &mut Random| {
+            let share = if is_outside { 2.0 * random.unit() - 0.5 } else { random.unit() };
+            let value = own.low + share * (own.high - own.low);
+            if own.low > 0.0 { value.max(0.5 * own.low) } else { value }
+        };
+        all.push(variables.iter().map(|own| at(own, &mut random)).collect());
+    }
+    all
+}
+
+/// Everything the runtime says at a condition, in the order in which the programs under test print it.
+pub fn answers(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
+    let points = surrogate.point_count();
+    let mut values = vec![0.0; points];
+    let mut bands = vec![Band::default(); points];
+    let mut all = vec![f64::from(u8::from(surrogate.in_domain(x)))];
+    surrogate.evaluate(x, &mut values).expect("the shapes fit");
+    all.extend(&values);
+    let mut gradient = vec![0.0; x.len()];
+    for point in 0..points {
+        surrogate.gradient(x, point, &mut gradient).expect("the shapes fit");
+        all.extend(&gradient);
+    }
+    let number = |binding: Option<usize>| binding.map_or(-1.0, |index| index as f64);
+    for confidence in [0.95, 0.8] {
+        let chance = surrogate.assess(x, None, confidence, &mut values, &mut bands).expect("the shapes fit");
+        all.extend([f64::from(chance.state as u8), f64::from(u8::from(chance.in_domain)), number(chance.binding), chance.probability]);
+    }
+    all.extend(&values);
+    all.extend(bands.iter().flat_map(|band| [band.fit, band.parameters, band.misses, band.total]));
+    let verdict = surrogate.query(x, &mut values).expect("the shapes fit");
+    all.extend([f64::from(verdict.state as u8), f64::from(u8::from(verdict.in_domain)), number(verdict.binding), verdict.value, verdict.margin]);
+    for limit in 0..surrogate.limit_count() {
+        let own = surrogate.limit_value(limit, x, &values).expect("the limit exists");
+        all.extend([own.value, own.low, own.high, own.maximum, own.margin, f64::from(own.state as u8)]);
+        let own = surrogate.limit_chance(limit, x, None, &values).expect("the limit exists");
+        all.extend([own.value, own.band.fit, own.band.parameters, own.band.misses, own.band.total, own.probability]);
+    }
+    all
+}
+
+/// Largest difference, relative to the larger of one and the size of the answer; both no number count as equal.
+pub fn worst(found: &[f64], expected: &[f64]) -> (f64, usize) {
+    assert_eq!(found.len(), expected.len());
+    let apart = |(a, b): (&f64, &f64)| {
+        if a == b || (a.is_nan() && b.is_nan()) {
+            return 0.0;
+        }
+        let apart = (a - b).abs() / b.abs().max(1.0);
+        if apart.is_nan() { f64::INFINITY } else { apart }
+    };
+    let each = found.iter().zip(expected).map(apart).enumerate();
+    each.fold((0.0, 0), |(most, place), (index, apart)| if apart > most { (apart, index) } else { (most, place) })
+}
+
+/// A folder of its own for a test, empty.
+pub fn folder(name: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("coldplate-export-{}-{name}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder can be made");
+    folder
+}
+
+/// Whether a program can be started.
+pub fn is_there(program: &str) -> bool {
+    Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
+}
