@@ -46,6 +46,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
            --report out/diagnosis.html"],
     ),
     ("update", &["coldplate update out/tutorial/surrogate.cps examples/tutorial/readings.csv --out out/updated.cps --anyway"]),
+    ("export", &["coldplate export out/tutorial/surrogate.cps --to c99 --out out/embed --name cooling"]),
     ("new", &["coldplate new --list", "coldplate new out/press --from spindle"]),
     ("units", &["coldplate units", "coldplate units pressure"]),
     ("materials", &["coldplate materials", "coldplate materials steel"]),
@@ -101,6 +102,8 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "no_sweep",
             "anyway",
             "list",
+            "export.to",
+            "export.name",
         ],
     ),
 ];

@@ -5,6 +5,7 @@ pub mod check;
 pub mod completions;
 pub mod condition;
 pub mod diagnose;
+pub mod export;
 pub mod fit;
 pub mod help;
 pub mod identify;
@@ -83,6 +84,8 @@ enum Command {
     Query(query::Args),
     /// New readings into the parameters of a surrogate file
     Update(update::Args),
+    /// A surrogate as source text in another language
+    Export(export::Args),
     /// A commented machine file to start from, and a sweep over it
     New(new::Args),
     /// Units that values may carry
@@ -124,6 +127,7 @@ pub fn main() -> ExitCode {
         Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
         Command::Update(args) => update::run(args, out),
+        Command::Export(args) => export::run(args, out),
         Command::New(args) => new::run(args, out),
         Command::Units(args) => units::run(args, out),
         Command::Materials(args) => materials::run(args, out),

@@ -1,5 +1,6 @@
 //! The program as its users meet it: every shipped file through the binary, statuses, JSON, kill -9.
 
+mod export;
 mod help;
 mod mesh;
 mod progress;

@@ -7,67 +7,101 @@ use crate::content::Content;
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
     let mut members = vec![
         member("format", text("coldplate surrogate")),
-        member("variables", list(surrogate.variables().map(|v| {
-            object([member("name", text(v.name)), member("unit", text(v.unit)), member("low", number(v.low)), member("high", number(v.high))])
-        }))),
-        member("held", list(surrogate.held().map(|h| {
-            object([member("name", text(h.name)), member("unit", text(h.unit)), member("value", number(h.value))])
-        }))),
-        member("points", list(surrogate.points().map(|p| {
-            object([member("name", text(p.name)), member("unit", text(p.unit)), member("half_width", number(p.half_width))])
-        }))),
-        member("limits", list(surrogate.limits().map(|limit| {
-            let (kind, points) = match limit.kind {
-                LimitKind::Maximum { .. } => ("maximum", None),
-                LimitKind::Rise { .. } => ("rise", None),
-                LimitKind::Difference { .. } => ("difference", None),
-                LimitKind::Spread(points) => ("spread", Some(points)),
-            };
-            let looked_at = points.map_or_else(|| limit.kind.points().collect::<Vec<_>>(), |points| points.iter().collect());
-            let mut members = vec![member("name", text(limit.name)), member("kind", text(kind)), member("points", indices(&looked_at))];
-            members.extend(limit.kind.variable().map(|v| member("variable", v.to_string())));
-            members.push(member("maximum", number(limit.maximum)));
-            object(members)
-        }))),
-        member("scalings", list(content.scalings.iter().map(|s| {
-            object([
-                member("variable", s.variable.to_string()),
-                member("transform", text(transform(s.transform))),
-                member("low", number(s.low)),
-                member("factor", number(s.factor)),
-                member("offset", number(s.offset)),
-            ])
-        }))),
-        member("polynomials", list(content.polynomials.iter().map(|p| {
-            object([
-                member("points", indices(&p.points)),
-                member("scalings", indices(&p.scalings)),
-                member("exponents", rows(&p.exponents, content.variables.len(), u8::to_string)),
-                member("coefficients", rows(&p.coefficients, p.points.len(), |c| number(*c))),
-            ])
-        }))),
-        member("bases", list(content.bases.iter().map(|b| {
-            object([
-                member("points", indices(&b.points)),
-                member("kernel", text(kernel(b.kernel))),
-                member("scalings", indices(&b.scalings)),
-                member("scales", numbers(&b.scales)),
-                member("centres", rows(&b.centres, content.variables.len(), |c| number(*c))),
-                member("weights", rows(&b.weights, b.points.len(), |w| number(*w))),
-            ])
-        }))),
+        member(
+            "variables",
+            list(surrogate.variables().map(|v| {
+                object([
+                    member("name", text(v.name)),
+                    member("unit", text(v.unit)),
+                    member("low", number(v.low)),
+                    member("high", number(v.high)),
+                ])
+            })),
+        ),
+        member(
+            "held",
+            list(
+                surrogate
+                    .held()
+                    .map(|h| object([member("name", text(h.name)), member("unit", text(h.unit)), member("value", number(h.value))])),
+            ),
+        ),
+        member(
+            "points",
+            list(
+                surrogate.points().map(|p| {
+                    object([member("name", text(p.name)), member("unit", text(p.unit)), member("half_width", number(p.half_width))])
+                }),
+            ),
+        ),
+        member(
+            "limits",
+            list(surrogate.limits().map(|limit| {
+                let (kind, points) = match limit.kind {
+                    LimitKind::Maximum { .. } => ("maximum", None),
+                    LimitKind::Rise { .. } => ("rise", None),
+                    LimitKind::Difference { .. } => ("difference", None),
+                    LimitKind::Spread(points) => ("spread", Some(points)),
+                };
+                let looked_at = points.map_or_else(|| limit.kind.points().collect::<Vec<_>>(), |points| points.iter().collect());
+                let mut members = vec![member("name", text(limit.name)), member("kind", text(kind)), member("points", indices(&looked_at))];
+                members.extend(limit.kind.variable().map(|v| member("variable", v.to_string())));
+                members.push(member("maximum", number(limit.maximum)));
+                object(members)
+            })),
+        ),
+        member(
+            "scalings",
+            list(content.scalings.iter().map(|s| {
+                object([
+                    member("variable", s.variable.to_string()),
+                    member("transform", text(transform(s.transform))),
+                    member("low", number(s.low)),
+                    member("factor", number(s.factor)),
+                    member("offset", number(s.offset)),
+                ])
+            })),
+        ),
+        member(
+            "polynomials",
+            list(content.polynomials.iter().map(|p| {
+                object([
+                    member("points", indices(&p.points)),
+                    member("scalings", indices(&p.scalings)),
+                    member("exponents", rows(&p.exponents, content.variables.len(), u8::to_string)),
+                    member("coefficients", rows(&p.coefficients, p.points.len(), |c| number(*c))),
+                ])
+            })),
+        ),
+        member(
+            "bases",
+            list(content.bases.iter().map(|b| {
+                object([
+                    member("points", indices(&b.points)),
+                    member("kernel", text(kernel(b.kernel))),
+                    member("scalings", indices(&b.scalings)),
+                    member("scales", numbers(&b.scales)),
+                    member("centres", rows(&b.centres, content.variables.len(), |c| number(*c))),
+                    member("weights", rows(&b.weights, b.points.len(), |w| number(*w))),
+                ])
+            })),
+        ),
     ];
     members.extend(uncertainty(surrogate, content).map(|own| member("uncertainty", own)));
-    members.push(member("self_tests", list(content.self_tests.iter().map(|test| {
-        let mut members = vec![member("condition", numbers(&test.condition)), member("values", numbers(&test.values))];
-        if !test.deviations.is_empty() {
-            members.push(member("deviations", numbers(&test.deviations)));
-        }
-        object(members)
-    }))));
-    members.push(member("provenance", list(surrogate.provenance().map(|(key, value)| {
-        object([member("key", text(key)), member("value", text(value))])
-    }))));
+    members.push(member(
+        "self_tests",
+        list(content.self_tests.iter().map(|test| {
+            let mut members = vec![member("condition", numbers(&test.condition)), member("values", numbers(&test.values))];
+            if !test.deviations.is_empty() {
+                members.push(member("deviations", numbers(&test.deviations)));
+            }
+            object(members)
+        })),
+    ));
+    members.push(member(
+        "provenance",
+        list(surrogate.provenance().map(|(key, value)| object([member("key", text(key)), member("value", text(value))]))),
+    ));
     let mut written = object(members);
     written.push('\n');
     written
@@ -83,15 +117,21 @@ fn uncertainty(surrogate: &Surrogate<'_>, content: &Content) -> Option<String> {
             member("deviation", number(p.deviation)),
             member("low", number(p.low)),
             member("high", number(p.high)),
-            member("scale", text(match p.scale {
-                Scale::Linear => "linear",
-                Scale::Log => "log",
-                Scale::Reciprocal => "reciprocal",
-            })),
-            member("origin", text(match p.origin {
-                Origin::Stated => "stated",
-                Origin::Assumed => "assumed",
-            })),
+            member(
+                "scale",
+                text(match p.scale {
+                    Scale::Linear => "linear",
+                    Scale::Log => "log",
+                    Scale::Reciprocal => "reciprocal",
+                }),
+            ),
+            member(
+                "origin",
+                text(match p.origin {
+                    Origin::Stated => "stated",
+                    Origin::Assumed => "assumed",
+                }),
+            ),
         ])
     }));
     let per_point = laid_out.terms * laid_out.parameters;
@@ -104,9 +144,16 @@ fn uncertainty(surrogate: &Surrogate<'_>, content: &Content) -> Option<String> {
         member("scalings", indices(&laid_out.scalings)),
         member("exponents", rows(&laid_out.exponents, content.variables.len(), u8::to_string)),
         member("slopes", list(slopes)),
-        member("missed", list(laid_out.own.iter().zip(&laid_out.common).map(|(own, common)| {
-            object([member("own", number(*own)), member("common", number(*common))])
-        }))),
+        member(
+            "missed",
+            list(
+                laid_out
+                    .own
+                    .iter()
+                    .zip(&laid_out.common)
+                    .map(|(own, common)| object([member("own", number(*own)), member("common", number(*common))])),
+            ),
+        ),
         member("growth", number(own.growth())),
         member("measured", list(own.measured().map(|row| numbers(&row.iter().collect::<Vec<_>>())))),
     ];

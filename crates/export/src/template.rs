@@ -46,7 +46,9 @@ impl Filling {
                 if let Some(block) = line_is("//!") {
                     text.push_str(self.blocks.get(block).map_or("", String::as_str));
                 } else {
-                    text.push_str(&line.replace("surrogate_", &format!("{name}_")).replace("SURROGATE_", &format!("{}_", name.to_uppercase())));
+                    text.push_str(
+                        &line.replace("surrogate_", &format!("{name}_")).replace("SURROGATE_", &format!("{}_", name.to_uppercase())),
+                    );
                     text.push('\n');
                 }
             }

@@ -78,14 +78,16 @@ fn names(content: &Content, name: &str) -> String {
     text.push_str("\n/* Places of the points in the values. */\n");
     let places = distinct(content.points.iter().map(|p| p.name.as_str()));
     for (index, (own, place)) in content.points.iter().zip(&places).enumerate() {
-        let _ = writeln!(text, "#define {name}_POINT_{} {index} /* {}, {} */", place.to_uppercase(), comment(&own.name), comment(&own.unit));
+        let _ =
+            writeln!(text, "#define {name}_POINT_{} {index} /* {}, {} */", place.to_uppercase(), comment(&own.name), comment(&own.unit));
     }
     if !content.limits.is_empty() {
         text.push_str("\n/* Numbers of the limits. */\n");
     }
     let places = distinct(content.limits.iter().map(|l| l.name.as_str()));
     for (index, (own, place)) in content.limits.iter().zip(&places).enumerate() {
-        let _ = writeln!(text, "#define {name}_LIMIT_{} {index} /* {}, at most {:?} */", place.to_uppercase(), comment(&own.name), own.maximum);
+        let _ =
+            writeln!(text, "#define {name}_LIMIT_{} {index} /* {}, at most {:?} */", place.to_uppercase(), comment(&own.name), own.maximum);
     }
     text
 }
@@ -116,12 +118,16 @@ impl Tables<'_> {
         self.numbers("half_widths", content.points.iter().map(|p| p.half_width));
 
         self.text.push_str("\n/* u = (g - low) * factor + offset, with g = x (0), 1/x (1) or ln x (2). */\n");
-        let _ = writeln!(self.text, "typedef struct {{\n    double low;\n    double factor;\n    double offset;\n    int transform;\n}} {name}_scaling_entry;\n");
+        let _ = writeln!(
+            self.text,
+            "typedef struct {{\n    double low;\n    double factor;\n    double offset;\n    int transform;\n}} {name}_scaling_entry;\n"
+        );
         let entries = content.scalings.iter().map(|s| format!("{{{:?}, {:?}, {:?}, {}}}", s.low, s.factor, s.offset, s.transform as u8));
         self.table(&format!("{name}_scaling_entry"), "scalings", entries);
 
         for (index, own) in content.polynomials.iter().enumerate() {
-            let _ = writeln!(self.text, "\n/* Polynomial {index}: term by term, exponents of the variables and coefficients of its points. */");
+            let _ =
+                writeln!(self.text, "\n/* Polynomial {index}: term by term, exponents of the variables and coefficients of its points. */");
             self.small(&format!("polynomial_{index}_scalings"), &own.scalings);
             self.bytes(&format!("polynomial_{index}_exponents"), &own.exponents);
             self.indices(&format!("polynomial_{index}_points"), &own.points);
@@ -204,7 +210,8 @@ impl Tables<'_> {
         let Some(own) = &content.uncertainty else { return };
         let upper = self.name.to_uppercase();
         let states = own.parameters + content.points.len() + 1;
-        self.text.push_str("\n/* What the answers leave open: parameters, one state per parameter, per point, and one for all points. */\n");
+        self.text
+            .push_str("\n/* What the answers leave open: parameters, one state per parameter, per point, and one for all points. */\n");
         for (what, value) in [
             ("PARAMETERS", own.parameters),
             ("SLOPES", own.parameters.max(1)),
@@ -223,7 +230,8 @@ impl Tables<'_> {
         self.numbers("measured_centre", own.centre.iter().copied());
         self.numbers("measured_halves", own.halves.iter().copied());
         let Some(known) = &own.known else { return };
-        self.text.push_str("\n/* Mean of the states, packed lower triangle of their covariance, and what the mean adds to each point. */\n");
+        self.text
+            .push_str("\n/* Mean of the states, packed lower triangle of their covariance, and what the mean adds to each point. */\n");
         self.numbers("mean", known.mean.iter().copied());
         self.numbers("covariance", known.covariance.iter().copied());
         let starts = (0..states).map(|row| format!("{}", row * (row + 1) / 2));

@@ -96,7 +96,8 @@ fn is_usable(build: &Build) -> Result<(), String> {
         return Err("no such compiler on this machine".into());
     }
     let folder = folder("try");
-    std::fs::write(folder.join("try.c"), "#include <math.h>\nint main(void) { return (int)floor(0.5); }\n").expect("the folder can be written to");
+    std::fs::write(folder.join("try.c"), "#include <math.h>\nint main(void) { return (int)floor(0.5); }\n")
+        .expect("the folder can be written to");
     let outcome = compile(&folder, build, &["try.c"], "try");
     let _ = std::fs::remove_dir_all(&folder);
     outcome.map_err(|text| text.lines().next().unwrap_or("it fails").to_owned())
@@ -115,7 +116,8 @@ fn agreement(surrogate: &Surrogate<'_>, folder: &Path, build: &Build, count: usi
         std::fs::write(folder.join(&file.name), &file.text).expect("the folder can be written to");
     }
     std::fs::write(folder.join("driver.c"), DRIVER).expect("the folder can be written to");
-    compile(folder, build, &["surrogate.c", "driver.c"], "driver").unwrap_or_else(|text| panic!("{} {}: {text}", build.compiler, build.options));
+    compile(folder, build, &["surrogate.c", "driver.c"], "driver")
+        .unwrap_or_else(|text| panic!("{} {}: {text}", build.compiler, build.options));
     let conditions = conditions(surrogate, count);
     let bytes: Vec<u8> = conditions.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
     std::fs::write(folder.join("conditions"), bytes).expect("the folder can be written to");

@@ -1,6 +1,7 @@
 //! Every target beside the runtime: the same files, the same conditions, the same answers.
 
 mod c99;
+mod examples;
 mod json;
 
 use std::path::{Path, PathBuf};
@@ -52,7 +53,7 @@ pub fn conditions(surrogate: &Surrogate<'_>, count: usize) -> Vec<Vec<f64>> {
     let mut random = Random(7);
     let mut all: Vec<Vec<f64>> = corners.collect();
     while all.len() < count {
-        let is_outside = all.len() % 4 == 0;
+        let is_outside = all.len().is_multiple_of(4);
         let at = |own: &coldplate_runtime::Variable<'_>, random: &mut Random| {
             let share = if is_outside { 2.0 * random.unit() - 0.5 } else { random.unit() };
             let value = own.low + share * (own.high - own.low);
@@ -84,7 +85,13 @@ pub fn answers(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
     all.extend(&values);
     all.extend(bands.iter().flat_map(|band| [band.fit, band.parameters, band.misses, band.total]));
     let verdict = surrogate.query(x, &mut values).expect("the shapes fit");
-    all.extend([f64::from(verdict.state as u8), f64::from(u8::from(verdict.in_domain)), number(verdict.binding), verdict.value, verdict.margin]);
+    all.extend([
+        f64::from(verdict.state as u8),
+        f64::from(u8::from(verdict.in_domain)),
+        number(verdict.binding),
+        verdict.value,
+        verdict.margin,
+    ]);
     for limit in 0..surrogate.limit_count() {
         let own = surrogate.limit_value(limit, x, &values).expect("the limit exists");
         all.extend([own.value, own.low, own.high, own.maximum, own.margin, f64::from(own.state as u8)]);

@@ -1,0 +1,83 @@
+//! The examples of docs/embed.md, run as they stand there.
+
+use std::path::Path;
+use std::process::Command;
+
+use coldplate_export::{Target, export};
+use coldplate_runtime::Surrogate;
+
+use crate::{folder, is_there};
+
+/// An example: what is exported, the text of the program, and what the page says it prints.
+struct Example {
+    target: Target,
+    fixture: String,
+    name: String,
+    program: String,
+    printed: String,
+}
+
+fn examples(page: &str) -> Vec<Example> {
+    let after = |text: &str| {
+        let (_, rest) = text.split_once("\n```").expect("a block follows");
+        let (block, rest) = rest.split_once("\n```").expect("the block ends");
+        let (_, block) = block.split_once('\n').unwrap_or(("", ""));
+        (block.to_owned(), rest.to_owned())
+    };
+    let parts = page.split("<!-- example: ").skip(1).map(|part| {
+        let (head, rest) = part.split_once("-->").expect("the comment ends");
+        let words: Vec<&str> = head.split_whitespace().collect();
+        let target = Target::ALL.into_iter().find(|target| target.key() == words[0]).expect("the target exists");
+        let (program, rest) = after(rest);
+        let (_, rest) = rest.split_once("<!-- prints: it -->").expect("the page says what it prints");
+        let (printed, _) = after(rest);
+        Example { target, fixture: words[1].into(), name: words[2].into(), program, printed }
+    });
+    parts.collect()
+}
+
+#[test]
+fn the_examples_of_the_page_print_what_it_says() {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(own.join("../../docs/embed.md")).expect("the page is there");
+    let examples = examples(&page);
+    assert_eq!(examples.len(), Target::ALL.len(), "one example per target");
+    for (number, example) in examples.iter().enumerate() {
+        let folder = folder(&format!("example-{number}"));
+        let bytes = std::fs::read(own.join("../runtime/fixtures").join(&example.fixture)).expect("the fixture is there");
+        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
+        for file in export(&surrogate, example.target, &example.name).expect("the name is one") {
+            std::fs::write(folder.join(file.name), file.text).expect("the folder can be written to");
+        }
+        let (program, first) = match example.target {
+            Target::C99 => ("main.c", "cc"),
+            Target::Json => ("main.py", "python3"),
+        };
+        std::fs::write(folder.join(program), &example.program).expect("the folder can be written to");
+        if !is_there(first) {
+            println!("skipped: {first} is not on this machine");
+            continue;
+        }
+        let mut command = match example.target {
+            Target::C99 => {
+                let source = format!("{}.c", example.name);
+                let made = Command::new("cc")
+                    .current_dir(&folder)
+                    .args(["-std=c99", "-O2", "-Wall", "-Werror", "main.c", &source, "-lm", "-o", "main"])
+                    .output();
+                let made = made.expect("the compiler starts");
+                assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+                Command::new(folder.join("main"))
+            }
+            Target::Json => {
+                let mut command = Command::new("python3");
+                command.arg("main.py");
+                command
+            }
+        };
+        let output = command.current_dir(&folder).output().expect("the program starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert_eq!(String::from_utf8_lossy(&output.stdout).trim_end(), example.printed.trim(), "{}", example.target.key());
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+}

@@ -1,0 +1,83 @@
+//! `coldplate export`: a surrogate in other languages.
+
+use std::path::{Path, PathBuf};
+
+use coldplate_export::Target;
+use serde::Serialize;
+
+use super::output::Output;
+use crate::error::{Error, Result};
+use crate::foundation::atomic_file;
+use crate::foundation::input;
+use crate::surrogate::fit::file;
+
+/// Targets that are named in the documents and not built yet.
+const NOT_BUILT: &[&str] = &["calculix", "fmu2", "fmu3", "html", "modelica", "octave", "onnx", "st"];
+
+/// A surrogate as source text in another language, which answers as this program does
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Surrogate file
+    #[arg(value_name = "SURROGATE")]
+    surrogate: PathBuf,
+    /// What to write: c99 (a source file and a header), json (everything in the file)
+    #[arg(long, value_name = "TARGET")]
+    to: String,
+    /// Folder to write into (default: beside the surrogate)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// What files and identifiers begin with (default: the name of the surrogate file)
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+}
+
+/// What was written.
+#[derive(Debug, Serialize)]
+struct Record {
+    /// The target.
+    target: &'static str,
+    /// The files, in the order in which they were written.
+    written: Vec<WrittenFile>,
+}
+
+/// A file that was written.
+#[derive(Debug, Serialize)]
+struct WrittenFile {
+    /// Where it is.
+    path: PathBuf,
+    /// Its length.
+    bytes: usize,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, a target that does not exist, or a file that cannot be written.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let target = target(&args.to)?;
+    let bytes = input::read(&args.surrogate)?;
+    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
+    let stem = args.surrogate.file_stem().unwrap_or_default().to_string_lossy();
+    let name = args.name.as_deref().unwrap_or(&stem);
+    let files = coldplate_export::export(&surrogate, target, name)
+        .map_err(|e| Error::input(e.to_string()).at_key("--name").help("write for example --name surrogate"))?;
+    let folder = args.out.as_deref().or(args.surrogate.parent()).unwrap_or(Path::new(""));
+    let mut record = Record { target: target.key(), written: Vec::new() };
+    for file in files {
+        let path = folder.join(&file.name);
+        atomic_file::write(&path, file.text.as_bytes())?;
+        record.written.push(WrittenFile { path, bytes: file.text.len() });
+    }
+    let text: String = record.written.iter().map(|file| format!("wrote {} ({} bytes)\n", file.path.display(), file.bytes)).collect();
+    out.report(&text, &record);
+    Ok(0)
+}
+
+fn target(asked: &str) -> Result<Target> {
+    if let Some(target) = Target::ALL.into_iter().find(|target| target.key() == asked) {
+        return Ok(target);
+    }
+    let built = Target::ALL.map(Target::key).join(", ");
+    let what = if NOT_BUILT.contains(&asked) { "this target is not built yet" } else { "there is no such target" };
+    Err(Error::input(what).at_key("--to").read(asked).help(format!("what is built: {built}")))
+}
