@@ -16,6 +16,7 @@ mod c99;
 mod content;
 mod json;
 mod name;
+mod octave;
 mod template;
 
 use coldplate_runtime::Surrogate;
@@ -29,11 +30,13 @@ pub enum Target {
     Json,
     /// A source file and a header in C99, which compile as C++ too.
     C99,
+    /// A function file for Octave and MATLAB.
+    Octave,
 }
 
 impl Target {
     /// Every target, in the order in which they are listed for users.
-    pub const ALL: [Self; 2] = [Self::C99, Self::Json];
+    pub const ALL: [Self; 3] = [Self::C99, Self::Json, Self::Octave];
 
     /// The name a user asks for it by.
     #[must_use]
@@ -41,6 +44,7 @@ impl Target {
         match self {
             Self::Json => "json",
             Self::C99 => "c99",
+            Self::Octave => "octave",
         }
     }
 }
@@ -83,5 +87,6 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
     Ok(match target {
         Target::Json => vec![File { name: format!("{identifier}.json"), text: json::write(surrogate, &content) }],
         Target::C99 => c99::write(&content, &identifier),
+        Target::Octave => octave::write(&content, &identifier),
     })
 }

@@ -52,6 +52,7 @@ fn the_examples_of_the_page_print_what_it_says() {
         let (program, first) = match example.target {
             Target::C99 => ("main.c", "cc"),
             Target::Json => ("main.py", "python3"),
+            Target::Octave => ("main.m", "octave-cli"),
         };
         std::fs::write(folder.join(program), &example.program).expect("the folder can be written to");
         if !is_there(first) {
@@ -72,6 +73,11 @@ fn the_examples_of_the_page_print_what_it_says() {
             Target::Json => {
                 let mut command = Command::new("python3");
                 command.arg("main.py");
+                command
+            }
+            Target::Octave => {
+                let mut command = Command::new("octave-cli");
+                command.args(["--norc", "main.m"]);
                 command
             }
         };

@@ -3,6 +3,7 @@
 mod c99;
 mod examples;
 mod json;
+mod octave;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

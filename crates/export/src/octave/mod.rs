@@ -1,0 +1,135 @@
+//! One function file for Octave and MATLAB.
+
+use std::fmt::Write as _;
+
+use coldplate_runtime::LimitKind;
+
+use crate::File;
+use crate::content::Content;
+use crate::template::Filling;
+
+const SOURCE: &str = include_str!("surrogate.m");
+
+pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
+    let mut filling = Filling::default();
+    filling.flag("bases", !content.bases.is_empty());
+    filling.flag("uncertain", content.uncertainty.is_some());
+    filling.flag("known", content.uncertainty.as_ref().is_some_and(|own| own.known.is_some()));
+    filling.block("signature", format!("function [values, bands, limits, verdict] = {name}(x, confidence)\n"));
+    filling.block("help", help(content, name));
+    filling.block("numbers", numbers(content).lines().map(|line| format!("        {line}\n")).collect());
+    vec![File { name: format!("{name}.m"), text: filling.fill(SOURCE, name) }]
+}
+
+fn help(content: &Content, name: &str) -> String {
+    let mut text = format!("% {}  a surrogate of {} points over {} variables\n%\n", name.to_uppercase(), content.points.len(), content.variables.len());
+    for (index, v) in content.variables.iter().enumerate() {
+        let _ = writeln!(text, "%   x({})  {} [{}], {:?} to {:?}", index + 1, v.name, v.unit, v.low, v.high);
+    }
+    for held in &content.held {
+        let _ = writeln!(text, "%   for {} = {:?} {} alone", held.name, held.value, held.unit);
+    }
+    for (index, p) in content.points.iter().enumerate() {
+        let _ = writeln!(text, "%   values({})  {} [{}]", index + 1, p.name, p.unit);
+    }
+    for (index, l) in content.limits.iter().enumerate() {
+        let _ = writeln!(text, "%   limits({}, :)  {}", index + 1, l.name);
+    }
+    text
+}
+
+fn numbers(content: &Content) -> String {
+    let count = content.variables.len();
+    let mut text = String::from("s = struct();\n");
+    let mut set = |what: &str, value: String| {
+        let _ = writeln!(text, "s.{what} = {value};");
+    };
+    set("low", matrix(content.variables.iter().map(|v| v.low), count));
+    set("high", matrix(content.variables.iter().map(|v| v.high), count));
+    set("half_widths", matrix(content.points.iter().map(|p| p.half_width), 1));
+    // Low end, factor, offset, and the transform: 0 x, 1 1/x, 2 ln x.
+    set("scalings", matrix(content.scalings.iter().flat_map(|s| [s.low, s.factor, s.offset, f64::from(s.transform as u8)]), 4));
+    for (index, own) in content.polynomials.iter().enumerate() {
+        let at = format!("polynomials{{{}}}", index + 1);
+        set(&format!("{at}.scalings"), places(&own.scalings));
+        set(&format!("{at}.points"), places(&own.points));
+        set(&format!("{at}.exponents"), matrix(own.exponents.iter().map(|e| f64::from(*e)), count));
+        set(&format!("{at}.coefficients"), matrix(own.coefficients.iter().copied(), own.points.len()));
+    }
+    for (index, own) in content.bases.iter().enumerate() {
+        let at = format!("bases{{{}}}", index + 1);
+        set(&format!("{at}.scalings"), places(&own.scalings));
+        set(&format!("{at}.points"), places(&own.points));
+        set(&format!("{at}.kernel"), (own.kernel as u8).to_string());
+        set(&format!("{at}.scales"), matrix(own.scales.iter().copied(), count));
+        set(&format!("{at}.centres"), matrix(own.centres.iter().copied(), count));
+        set(&format!("{at}.weights"), matrix(own.weights.iter().copied(), own.points.len()));
+    }
+    set("limits", "{}".into());
+    for (index, own) in content.limits.iter().enumerate() {
+        let at = format!("limits{{{}}}", index + 1);
+        let kind = match own.kind {
+            LimitKind::Maximum { .. } => 0,
+            LimitKind::Rise { .. } => 1,
+            LimitKind::Difference { .. } => 2,
+            LimitKind::Spread(_) => 3,
+        };
+        set(&format!("{at}.kind"), kind.to_string());
+        set(&format!("{at}.points"), places(&own.kind.points().collect::<Vec<_>>()));
+        set(&format!("{at}.variable"), own.kind.variable().map_or(0, |v| v + 1).to_string());
+        set(&format!("{at}.maximum"), format!("{:?}", own.maximum));
+    }
+    if let Some(own) = &content.uncertainty {
+        set("parameters", own.parameters.to_string());
+        set("slope_scalings", places(&own.scalings));
+        set("slope_exponents", matrix(own.exponents.iter().map(|e| f64::from(*e)), count));
+        let per_point = own.terms * own.parameters;
+        for point in 0..content.points.len() {
+            let table = own.slopes.iter().skip(point * per_point).take(per_point).copied();
+            set(&format!("slopes{{{}}}", point + 1), matrix(table, own.parameters));
+        }
+        set("missed_own", matrix(own.own.iter().copied(), 1));
+        set("missed_common", matrix(own.common.iter().copied(), 1));
+        set("growth", format!("{:?}", own.growth));
+        set("measured_centre", matrix(own.centre.iter().copied(), count));
+        set("measured_halves", matrix(own.halves.iter().copied(), count));
+        if let Some(known) = &own.known {
+            let states = known.mean.len();
+            set("mean", matrix(known.mean.iter().copied(), 1));
+            let at = |i: usize, j: usize| known.covariance.get(i.max(j) * (i.max(j) + 1) / 2 + i.min(j)).copied().unwrap_or(0.0);
+            set("covariance", matrix((0..states).flat_map(|i| (0..states).map(move |j| at(i, j))), states));
+        }
+    }
+    set("test_conditions", matrix(content.self_tests.iter().flat_map(|t| t.condition.iter().copied()), count));
+    set("test_values", matrix(content.self_tests.iter().flat_map(|t| t.values.iter().copied()), content.points.len()));
+    if content.uncertainty.is_some() {
+        set("test_deviations", matrix(content.self_tests.iter().flat_map(|t| t.deviations.iter().copied()), content.points.len()));
+    }
+    text
+}
+
+/// Places counted from 1.
+fn places(places: &[usize]) -> String {
+    format!("[{}]", places.iter().map(|place| (place + 1).to_string()).collect::<Vec<_>>().join(" "))
+}
+
+/// A matrix of so many columns, a few rows to a line.
+fn matrix(values: impl Iterator<Item = f64>, columns: usize) -> String {
+    let values: Vec<String> = values.map(|value| format!("{value:?}")).collect();
+    if values.is_empty() {
+        return format!("zeros(0, {columns})");
+    }
+    let rows: Vec<String> = values.chunks(columns.max(1)).map(|row| row.join(" ")).collect();
+    let mut text = String::from("[");
+    let mut length = 1;
+    for (index, row) in rows.iter().enumerate() {
+        if index > 0 {
+            text.push_str(if length > 100 { "\n" } else { "; " });
+            length = if length > 100 { 0 } else { length + 2 };
+        }
+        text.push_str(row);
+        length += row.len();
+    }
+    text.push(']');
+    text
+}
