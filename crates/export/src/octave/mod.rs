@@ -22,7 +22,12 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
 }
 
 fn help(content: &Content, name: &str) -> String {
-    let mut text = format!("% {}  a surrogate of {} points over {} variables\n%\n", name.to_uppercase(), content.points.len(), content.variables.len());
+    let mut text = format!(
+        "% {}  a surrogate of {} points over {} variables\n%\n",
+        name.to_uppercase(),
+        content.points.len(),
+        content.variables.len()
+    );
     for (index, v) in content.variables.iter().enumerate() {
         let _ = writeln!(text, "%   x({})  {} [{}], {:?} to {:?}", index + 1, v.name, v.unit, v.low, v.high);
     }

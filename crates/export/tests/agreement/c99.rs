@@ -4,7 +4,7 @@ use std::process::Command;
 use coldplate_export::{Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{answers, conditions, fixtures, folder, is_there, worst};
+use crate::{answers, conditions, fixtures, folder, is_there, skipped, worst};
 
 const WARNINGS: &str = "-Wall -Wextra -Wpedantic -Werror -Wconversion -Wshadow -Wdouble-promotion";
 /// With the first compiler; a tenth of it with the others.
@@ -73,7 +73,7 @@ const BUILDS: [Build; 6] = [
 fn the_c_answers_as_the_runtime_does_with_every_compiler() {
     for (number, build) in BUILDS.iter().enumerate() {
         if let Err(reason) = is_usable(build) {
-            println!("skipped: {} {}: {reason}", build.compiler, build.options);
+            skipped(&format!("{} {}: {reason}", build.compiler, build.options));
             continue;
         }
         let mut most = 0.0_f64;

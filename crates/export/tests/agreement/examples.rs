@@ -6,7 +6,7 @@ use std::process::Command;
 use coldplate_export::{Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{folder, is_there};
+use crate::{folder, is_there, skipped};
 
 /// An example: what is exported, the text of the program, and what the page says it prints.
 struct Example {
@@ -56,7 +56,7 @@ fn the_examples_of_the_page_print_what_it_says() {
         };
         std::fs::write(folder.join(program), &example.program).expect("the folder can be written to");
         if !is_there(first) {
-            println!("skipped: {first} is not on this machine");
+            skipped(&format!("{first} is not on this machine"));
             continue;
         }
         let mut command = match example.target {

@@ -1,7 +1,7 @@
 use coldplate_export::{ExportError, Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{fixtures, folder, is_there};
+use crate::{fixtures, folder, is_there, skipped};
 
 /// Python, which shares nothing with the writer, evaluates the polynomials and bases of the object by the formulas of the
 /// format's page and finds the self-test vectors.
@@ -45,7 +45,7 @@ for path in sys.argv[1:]:
 #[test]
 fn another_reader_evaluates_the_object() {
     if !is_there("python3") {
-        println!("skipped: python3 is not on this machine");
+        skipped("python3 is not on this machine");
         return;
     }
     let folder = folder("json");

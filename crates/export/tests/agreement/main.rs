@@ -5,6 +5,7 @@ mod examples;
 mod json;
 mod octave;
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -122,6 +123,12 @@ pub fn folder(name: &str) -> PathBuf {
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder can be made");
     folder
+}
+
+/// Says on standard error what was skipped, also where the harness keeps the output of tests to itself.
+pub fn skipped(what: &str) {
+    // A closed standard error is no reason to fail.
+    let _ = writeln!(std::io::stderr(), "skipped: {what}");
 }
 
 /// Whether a program can be started.

@@ -3,9 +3,12 @@ use std::process::Command;
 use coldplate_export::{Target, export};
 use coldplate_runtime::{Band, Surrogate};
 
-use crate::{conditions, fixtures, folder, is_there, worst};
+use crate::{conditions, fixtures, folder, is_there, skipped, worst};
 
+/// Octave takes a millisecond and more for each.
 const CONDITIONS: usize = 1000;
+/// Of the larger files, which have a basis per point or twelve parameters.
+const FEWER: usize = 100;
 
 /// For every surrogate: reads conditions, writes what `answers` below lists.
 const DRIVER: &str = r#"
@@ -41,10 +44,14 @@ fn answers(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
     all
 }
 
+fn count(name: &str) -> usize {
+    if name.starts_with("bench") { FEWER } else { CONDITIONS }
+}
+
 #[test]
 fn octave_answers_as_the_runtime_does() {
     if !is_there("octave-cli") {
-        println!("skipped: octave-cli is not on this machine");
+        skipped("octave-cli is not on this machine");
         return;
     }
     let folder = folder("octave");
@@ -55,7 +62,7 @@ fn octave_answers_as_the_runtime_does() {
         let file = export(&surrogate, Target::Octave, &name).expect("the name is one").swap_remove(0);
         let name = file.name.trim_end_matches(".m").to_owned();
         write(&file.name, file.text.as_bytes());
-        let conditions = conditions(&surrogate, CONDITIONS);
+        let conditions = conditions(&surrogate, count(&name));
         write(&format!("{name}.shape"), surrogate.variable_count().to_string().as_bytes());
         write(&format!("{name}.in"), &conditions.iter().flatten().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>());
         names.push(name);
@@ -68,7 +75,7 @@ fn octave_answers_as_the_runtime_does() {
         let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
         let written = std::fs::read(folder.join(format!("{name}.out"))).expect("octave wrote it");
         let found: Vec<f64> = written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let conditions = conditions(&surrogate, CONDITIONS);
+        let conditions = conditions(&surrogate, count(name));
         let expected: Vec<f64> = conditions.iter().flat_map(|x| answers(&surrogate, x)).collect();
         let (apart, place) = worst(&found, &expected);
         println!("{name}: {apart:.1e} at answer {}", place % (expected.len() / conditions.len()));
