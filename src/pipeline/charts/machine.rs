@@ -64,13 +64,13 @@ impl MachinePicture {
         });
         let readings = model.readings(&state);
         let probe = |sensor: &usize| {
-            let (part, at) = place_of(&model, machine, *sensor)?;
+            let (part, at) = place_of(model, machine, *sensor)?;
             let shown = part.is_none_or(|p| parts.contains(&p));
             shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: Some(readings[*sensor].0) })
         };
         let mut probes: Vec<Probe> = sensors.iter().filter_map(probe).collect();
         if let Some(file) = &self.places {
-            probes.extend(proposed(&model, file)?.into_iter().filter(|(part, _)| parts.contains(part)).map(|(_, probe)| probe));
+            probes.extend(proposed(model, file)?.into_iter().filter(|(part, _)| parts.contains(part)).map(|(_, probe)| probe));
         }
         let pipes = machine.channels.iter().filter(|c| parts.contains(&c.part));
         let figure = MachineFigure {
