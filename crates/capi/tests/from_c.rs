@@ -1,0 +1,87 @@
+//! The library as C programs meet it.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use coldplate_runtime::{Band, Surrogate};
+
+fn own() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The static library, beside this test or above it.
+fn library() -> PathBuf {
+    let test = std::env::current_exe().expect("a test knows where it is");
+    let found = test.ancestors().skip(1).take(2).map(|folder| folder.join("libcoldplate_capi.a")).find(|path| path.exists());
+    found.expect("the static library is built with the tests")
+}
+
+fn is_there(program: &str) -> bool {
+    let there = Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success());
+    if !there {
+        // A closed standard error is no reason to fail.
+        let _ = writeln!(std::io::stderr(), "skipped: {program} is not on this machine");
+    }
+    there
+}
+
+fn run(command: &mut Command) -> Output {
+    command.output().expect("the program starts")
+}
+
+#[test]
+fn the_example_answers_as_the_runtime_does() {
+    let folder = std::env::temp_dir().join(format!("coldplate-capi-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder can be made");
+    let program = folder.join("query");
+    for (compiler, options) in [("gcc", "-std=c99"), ("clang", "-std=c99"), ("g++", "-x c++ -std=c++11")] {
+        if !is_there(compiler) {
+            continue;
+        }
+        let made = run(Command::new(compiler)
+            .args(options.split_whitespace())
+            .args(["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-I"])
+            .arg(own().join("include"))
+            .arg(own().join("examples/query.c"))
+            .args(["-x", "none"])
+            .arg(library())
+            .args(["-lm", "-lpthread", "-ldl", "-o"])
+            .arg(&program));
+        assert!(made.status.success(), "{compiler}: {}", String::from_utf8_lossy(&made.stderr));
+        for name in ["uncertain", "polynomial", "bench-thin-plate", "held"] {
+            let path = own().join(format!("../runtime/fixtures/{name}.cps"));
+            let output = run(Command::new(&program).arg(&path));
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            assert_eq!(numbers(&output), expected(&std::fs::read(&path).expect("the fixture is there")), "{compiler}: {name}");
+        }
+        let refused = run(Command::new(&program).arg(own().join("Cargo.toml")));
+        assert_eq!(String::from_utf8_lossy(&refused.stderr).trim(), "this is not a surrogate file");
+    }
+    if program.exists() && is_there("valgrind") {
+        let checked = run(Command::new("valgrind")
+            .args(["--error-exitcode=9", "--leak-check=full", "-q"])
+            .arg(&program)
+            .arg(own().join("../runtime/fixtures/uncertain.cps")));
+        assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+/// Every number of the lines that the example prints behind those of the variables.
+fn numbers(output: &Output) -> Vec<f64> {
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    let lines = text.lines().filter(|line| line.starts_with(|c: char| c.is_ascii_digit() || c == '-'));
+    lines.flat_map(|line| line.split(' ').map(|number| number.parse().expect("a number")).collect::<Vec<f64>>()).collect()
+}
+
+fn expected(bytes: &[u8]) -> Vec<f64> {
+    let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
+    let x: Vec<f64> = surrogate.variables().map(|v| 0.5 * (v.low + v.high)).collect();
+    let mut values = vec![0.0; surrogate.point_count()];
+    let mut bands = vec![Band::default(); surrogate.point_count()];
+    let chance = surrogate.assess(&x, None, 0.95, &mut values, &mut bands).expect("the shapes fit");
+    let mut all: Vec<f64> = values.iter().zip(&bands).flat_map(|(value, band)| [*value, band.total]).collect();
+    all.extend([f64::from(chance.state as u8), chance.binding.map_or(-1.0, |index| index as f64), chance.probability]);
+    all
+}
