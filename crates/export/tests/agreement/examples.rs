@@ -29,7 +29,7 @@ fn examples(page: &str) -> Vec<Example> {
         let words: Vec<&str> = head.split_whitespace().collect();
         let target = Target::ALL.into_iter().find(|target| target.key() == words[0]).expect("the target exists");
         let (program, rest) = after(rest);
-        let (_, rest) = rest.split_once("<!-- prints: it -->").expect("the page says what it prints");
+        let (_, rest) = rest.split_once("<!-- output -->").expect("the page says what it prints");
         let (printed, _) = after(rest);
         Example { target, fixture: words[1].into(), name: words[2].into(), program, printed }
     });
