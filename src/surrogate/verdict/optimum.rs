@@ -94,7 +94,7 @@ fn name_of(name: &str, unit: &str) -> String {
     }
 }
 
-/// The names that formulas over a surrogate may use, in the order of [`Objective::value`]: the variables, varied and held, and
+/// The names that formulas over a surrogate may use, in the order of `Objective::value`: the variables, varied and held, and
 /// the points, each with its unit, and the smallest margin of any limit.
 pub fn names(surrogate: &Surrogate<'_>) -> Vec<String> {
     let variables = condition::variables(surrogate).into_iter().map(|v| name_of(v.name, v.unit));
