@@ -11,6 +11,7 @@ mod history;
 mod kinds;
 mod laws;
 mod logs;
+mod mesh;
 mod next;
 mod over_time;
 mod pipe;

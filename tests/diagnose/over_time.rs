@@ -175,6 +175,20 @@ fn a_leak_that_sets_in_through_the_command() {
     assert!(error < 0.06, "{error}");
 }
 
+/// Three times as much bends, and moves the machine by kelvins: its slope at nothing explains less than others do.
+#[test]
+fn a_large_leak_that_sets_in_through_the_command() {
+    let leak = "[node.cold]\ntemperature = \"ambient_temperature\"\n[contact.hose]\nbetween = [\"winding\", \"cold\"]\n\
+                total_conductance = \"0.3 W/K\"\nfactor = \"min(1, max(0, (time_s - 2400) / 10))\"\n";
+    let (found, _, error) = through_the_command("large-leak", leak);
+    let cause = &found["rungs"][0]["causes"][0];
+    assert_eq!((&cause["kind"], &cause["place"]), (&"leak to the surroundings".into(), &"winding".into()));
+    let conductance = &found["causes"][0]["parameters"]["conductance"];
+    let [low, high] = ["low", "high"].map(|end| conductance[end].as_f64().unwrap());
+    assert!(low < 0.3 && 0.3 < high, "{conductance}");
+    assert!(error < 0.06, "{error}");
+}
+
 #[test]
 fn a_constant_cause_needs_no_time() {
     let (found, text, error) = through_the_command("heat", "[source.hidden]\nin = \"housing\"\npower = \"5 W\"\n");

@@ -1,7 +1,7 @@
 //! Weeks of a lumped machine whose conditions never rest: readings are thinned, and still every turn drives the machine.
 
 use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Law, Problem, Scales, diagnose, hypotheses, signatures};
+use coldplate::evidence::diagnose::{Law, Problem, Scales, Verdict, diagnose, hypotheses, signatures};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
 use coldplate::explore::simulate::Start;
@@ -83,6 +83,24 @@ fn weeks_are_thinned_and_the_cause_is_named() {
     let cause = best.causes.iter().find(|c| c.hypothesis.place == "bearing_housing").unwrap_or_else(|| panic!("{best:?}"));
     let (low, high) = cause.interval();
     assert!((low..=high).contains(&0.6f64.ln()), "{:?}", (low.exp(), high.exp()));
+}
+
+/// A contact that conducts much less bends: its slope leaves more than a sensor's gain does, which is straight, and yet it is the cause.
+#[test]
+fn a_contact_comes_before_the_gains_that_slopes_prefer() {
+    let (file, every) = (study(&[]), log(&study(&[]), 60.0));
+    for watts_per_kelvin in [3.0, 2.0] {
+        let line = ("contact.bearing_housing.total_conductance".to_string(), format!("\"{watts_per_kelvin} W/K\""));
+        let mut problem = Problem::new(file.clone(), measured(&study(&[line]), &every)).thinned();
+        problem.uncertainty = uncertainty(&problem.data, &file);
+        let found = diagnose(&problem, &Silent).unwrap();
+        let named: Vec<String> = found.rungs.iter().flat_map(|r| &r.causes).map(|c| c.hypothesis.kind_and_place()).collect();
+        assert_eq!(named, ["contact conductance at bearing_housing"], "{:?}", found.verdict);
+        let (low, high) = found.rungs[0].causes[0].interval();
+        assert!((low..=high).contains(&f64::ln(watts_per_kelvin / 5.0)), "{:?}", (low.exp(), high.exp()));
+        assert_eq!(found.verdict, Verdict::Explained);
+        assert!(found.gain.unwrap().after < 0.1);
+    }
 }
 
 /// A motor that stands still throughout gives no law: nothing is in proportion to a speed over a largest speed of nothing.

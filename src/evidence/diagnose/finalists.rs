@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use rayon::prelude::*;
 
+use super::choice::{LEAST, LEFT, RARE_FINALISTS, doubted, has_rare, leading};
 use super::effects::{Hypothesis, hypotheses};
 use super::predictor::{Extended, Predictor};
 use super::probability::{self, Candidate, Ground, Posterior};
@@ -18,15 +19,6 @@ use crate::foundation::progress::Progress;
 
 /// Causes and pairs of a screen that are fitted.
 const FINALISTS: usize = 6;
-/// Least probability of a finalist, once there is one.
-const LEAST: f64 = 3e-3;
-/// The same beside them of causes by laws that are looked for only where something is wrong.
-const RARE_FINALISTS: usize = 2;
-/// A cause that takes away more than this share of the misfit that the best one takes looks like it, and how many such are fitted.
-const ALIKE: f64 = 0.97;
-const MOST_ALIKE: usize = 3;
-/// A misfit left that is less probable than this is looked into for a second cause.
-const LEFT: f64 = 0.05;
 /// A misfit left that is more probable than this is too small.
 const TOO_GOOD: f64 = 1.0 - 1e-6;
 /// Causes beside which a second one is looked for, and how many of each are fitted.
@@ -144,6 +136,7 @@ impl Finalists<'_> {
             Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), view: self.base.clone(), ground: self.ground };
         let mut about: Vec<usize> = Vec::new();
         let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
+        let doubted = doubted(&now.posterior, &now.screened, &chosen, &|j| self.of(j));
         if self.unexplained != self.base.level {
             // What stands out where the machine may be off by as much as it is.
             let open = self.screened_by(&self.base.at(self.unexplained));
@@ -154,6 +147,8 @@ impl Finalists<'_> {
         }
         let base = now.view.clone();
         now.fitted = self.solve(&chosen, &now.fitted, &base);
+        // What bends has the benefit of the doubt once: it must explain what slopes do not, but for a usual discrepancy.
+        now.fitted.extend(self.solve(&doubted, &[], &base).into_iter().filter(|(_, fitted)| fitted.level.is_usual()));
         self.keep(&mut now);
         self.weigh(&mut now);
         for round in 0..ROUNDS {
@@ -437,46 +432,4 @@ impl Finalists<'_> {
 /// An amplitude of the screen, no larger than a fit could make it.
 fn bounded(hypothesis: &Hypothesis, amplitude: f64) -> f64 {
     amplitude.clamp(-hypothesis.largest(), hypothesis.largest())
-}
-
-/// Whether a cause by a rarer law is part of it.
-fn has_rare(screened: &Screened, candidate: &Candidate) -> bool {
-    candidate.members.iter().any(|j| screened.is_rare[*j])
-}
-
-/// Candidates worth a fit, at most `most` and some by rarer laws, which take nothing from the others.
-pub fn leading(posterior: &Posterior, screened: &Screened, most: usize) -> Vec<Candidate> {
-    let (rare, usual): (Vec<Candidate>, Vec<Candidate>) = posterior.candidates.iter().cloned().partition(|c| has_rare(screened, c));
-    let mut chosen = leading_of(&usual, screened, most);
-    chosen.extend(leading_of(&rare, screened, most.min(RARE_FINALISTS)));
-    chosen
-}
-
-/// Candidates worth a fit of some, at most `most`. Slopes serve only near the machine as it is: where even the best leaves more than
-/// noise, differences of evidence count for as much less.
-fn leading_of(candidates: &[Candidate], screened: &Screened, most: usize) -> Vec<Candidate> {
-    let Some(best) = candidates.first() else { return Vec::new() };
-    let left = (screened.misfit() - best.gain) / screened.residual.len() as f64;
-    let share = 1.0 / left.max(1.0);
-    let is_probable = |c: &&Candidate| (share * (c.weight - best.weight)).exp() > LEAST;
-    let mut chosen: Vec<Candidate> = candidates.iter().filter(is_probable).take(most).cloned().collect();
-    // A pair competes with its stronger cause alone, which slopes put far behind where its effect bends.
-    for pair in chosen.clone().iter().filter(|c| c.members.len() > 1) {
-        let alone = candidates.iter().filter(|c| c.members.len() == 1 && pair.members.contains(&c.members[0]));
-        if let Some(single) = alone.max_by(|a, b| a.gain.total_cmp(&b.gain))
-            && !chosen.iter().any(|c| c.members == single.members)
-        {
-            chosen.push(single.clone());
-        }
-    }
-    // What looks the same to slopes, but needs an amplitude that its prior makes improbable, may bend: a film at a third of its value is three
-    // standard deviations off and not the six that its slope needs.
-    let is_single = |c: &&Candidate| c.members.len() == 1;
-    let most_gain = chosen.iter().filter(is_single).map(|c| c.gain).fold(0.0, f64::max);
-    let looks_alike = |c: &&Candidate| c.gain > ALIKE * most_gain && !chosen.iter().any(|other| other.members == c.members);
-    let mut alike: Vec<Candidate> = candidates.iter().filter(is_single).filter(looks_alike).cloned().collect();
-    alike.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    alike.truncate(MOST_ALIKE);
-    chosen.extend(alike);
-    chosen
 }

@@ -2,8 +2,8 @@
 
 use rayon::prelude::*;
 
+use super::choice::leading;
 use super::effects::Hypothesis;
-use super::finalists::leading;
 use super::joint::Joint;
 use super::predictor::Predictor;
 use super::probability::{self, Candidate, Ground};

@@ -9,6 +9,7 @@
 //! condition, and the discrepancy of any such model ([`Discrepancy`]). Numbers of the machine that the user calls uncertain
 //! join it with their priors. So no cause is named for what calibration may still move.
 
+mod choice;
 mod decide;
 mod effects;
 mod finalists;

@@ -25,12 +25,23 @@ pub enum Settled {
     Named { members: Vec<usize> },
 }
 
-/// Fits the number of the law of the leading explanation beside its amplitudes; `None` where its laws have none, or it was not fitted.
+/// The explanation whose law's number is to be fitted next: the leading one, or the best of the others, which slopes may have given a
+/// number far from theirs where their effect bends. What is no lumped machine takes runs of seconds: there only the leading one.
+pub fn next(finals: &Finalists<'_>, outcome: &Outcome, done: &[Vec<usize>]) -> Option<Vec<usize>> {
+    let is_open =
+        |entry: &&Entry| entry.0.iter().any(|j| finals.of(*j).number.is_some()) && !done.contains(&entry.0) && entry.1.evidence.is_finite();
+    let leading = outcome.leading().filter(is_open);
+    let is_lumped = finals.problem.study.model.mesh.cells == 0;
+    let others = || outcome.fitted.iter().filter(|entry| is_lumped && is_open(entry)).min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
+    leading.or_else(others).map(|entry| entry.0.clone())
+}
+
+/// Fits the number of the law of an explanation beside its amplitudes; `None` where its laws have none, or it was not fitted.
 ///
 /// # Errors
 /// The machine cannot be solved with it.
-pub fn settle(finals: &Finalists<'_>, outcome: &Outcome) -> Result<Option<Settled>> {
-    let Some((members, before)) = outcome.leading() else { return Ok(None) };
+pub fn settle(finals: &Finalists<'_>, outcome: &Outcome, members: &[usize]) -> Result<Option<Settled>> {
+    let Some((members, before)) = outcome.fitted.iter().find(|entry| entry.0 == members) else { return Ok(None) };
     let numbered = members.iter().find(|j| finals.of(**j).number.is_some());
     let (Some(cause), false) = (numbered, members.iter().any(|j| finals.of(*j).is_fixed())) else { return Ok(None) };
     let all: Vec<usize> = (0..outcome.view.readings.len()).collect();

@@ -19,7 +19,7 @@ use crate::evidence::identify::chi_square_tail;
 use crate::evidence::measurement::whiten;
 use crate::foundation::progress::Progress;
 
-/// Laws with a number that a law with a name does as well as, one after another.
+/// Explanations whose law has a number that is fitted, one after another.
 const MOST_SETTLED: usize = 3;
 
 /// One step of the ladder.
@@ -109,19 +109,21 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), view: base.clone(), ground },
     };
     let (mut settled, mut prior_of_settled) = (catalogue.clone(), prior.clone());
+    let mut done: Vec<Vec<usize>> = Vec::new();
     for _ in 0..MOST_SETTLED {
-        let found = numbers::settle(&Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals.clone() }, &outcome);
-        match found.unwrap_or(None) {
+        let now = Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals.clone() };
+        let Some(members) = numbers::next(&now, &outcome, &done) else { break };
+        match numbers::settle(&now, &outcome, &members).unwrap_or(None) {
             Some(Settled::Named { members }) => outcome = outcome.without(&members),
             Some(Settled::At { cause, hypothesis, entry }) => {
                 settled[screened.visible[cause]] = *hypothesis;
                 prior_of_settled = probability::prior(&screened, &settled);
                 outcome = outcome.with(entry);
                 Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals.clone() }.weigh(&mut outcome);
-                break;
             }
-            None => break,
+            None => {}
         }
+        done.push(members);
     }
     let finals = Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals };
     let mut explanations = finals.explanations(&outcome, MOST_EXPLANATIONS);

@@ -17,8 +17,10 @@ use crate::solve::sensitivity::{Parameter, Study};
 
 /// Cells of the finer mesh that predictions are corrected with, over those of the model.
 const FINER: f64 = 3.0;
-/// Meshes between that one and the model's, likewise: how far all of them lie from the finest says how far that one may be off.
+/// Meshes between that one and the model's, likewise: how far they lie from a line through these says how far its continuation may be off.
 const BETWEEN: [f64; 2] = [1.5, 2.0];
+/// A finest mesh whose cells' squared length is more than this share of the model's is none.
+const LEAST_FINER: f64 = 0.9;
 
 /// Data and one machine.
 #[derive(Debug, Clone)]
@@ -162,30 +164,47 @@ fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -
     columns.par_iter().zip(catalogue).map(of).collect()
 }
 
-/// What a mesh of more cells changes in every prediction, K, and how far that may still be off; nothing where there are no
-/// cells, but lumped nodes alone.
+/// What an endlessly fine mesh changes in every prediction, K, and how far that may be off; nothing where there are no cells, but lumped
+/// nodes alone.
 ///
-/// Cells end at the faces of parts, so that a sensor's temperature does not approach its limit evenly: it scatters from mesh to
-/// mesh by its own few parts in a hundred of its rise, at every condition alike. The deviations of three coarser meshes from the
-/// finest measure that scatter, sensor by sensor. Their sum of squares, not their mean, is its variance: a normal number whose
-/// scale is known from three samples has Student's variance, three times the square of that scale.
+/// Finite volumes are of second order: errors fall as the square of the cells' length, by which the model's own mesh and the finest one are
+/// continued to their limit (Richardson). Cells end at the faces of parts, so that a sensor's temperature scatters about that line from mesh
+/// to mesh, by its own few parts in a hundred of its rise, at every condition alike. What the continuation adds to the finest mesh, and how
+/// far the meshes between lie from the line, is what may be off, sensor by sensor: the sum of their squares, not the mean, as a scale known
+/// from so few samples asks for.
 fn mesh_correction(problem: &Problem, study: &Study, own: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-    if study.model.mesh.cells == 0 {
+    let cells = study.model.mesh.cells as f64;
+    if cells == 0.0 {
         return Ok((vec![0.0; own.len()], Vec::new()));
     }
-    let of = |factor: f64| -> Result<Vec<f64>> {
-        let meshed = Study::new(study.document().clone(), Some((factor * study.model.mesh.cells as f64) as usize))?;
-        identify::values_within(&meshed, &problem.data, problem.start, TIME_TOLERANCE)
+    let of = |factor: f64| -> Result<Meshed> {
+        let meshed = Study::new(study.document().clone(), Some((factor * cells) as usize))?;
+        let values = identify::values_within(&meshed, &problem.data, problem.start, TIME_TOLERANCE)?;
+        Ok(Meshed { values, square: (meshed.model.mesh.cells as f64 / cells).powf(-2.0 / 3.0) })
     };
-    let mut meshes: Vec<Vec<f64>> = [FINER].par_iter().chain(&BETWEEN).map(|factor| of(*factor)).collect::<Result<_>>()?;
-    let finest = std::mem::replace(&mut meshes[0], own.to_vec());
+    let mut meshes: Vec<Meshed> = [FINER].par_iter().chain(&BETWEEN).map(|factor| of(*factor)).collect::<Result<_>>()?;
+    let finest = meshes.remove(0);
+    // What an imported mesh, which stays as it is, says of its limit is nothing.
+    let slope = |i: usize| if finest.square < LEAST_FINER { (own[i] - finest.values[i]) / (1.0 - finest.square) } else { 0.0 };
+    let beyond: Vec<f64> = (0..own.len()).map(|i| -slope(i) * finest.square).collect();
     let places = whiten::places(&problem.data);
-    let apart = |values: &Vec<f64>, sensor: usize| -> Vec<f64> {
-        let of = |(i, (_, k)): (usize, &(usize, usize))| if *k == sensor { values[i] - finest[i] } else { 0.0 };
-        places.iter().enumerate().map(of).collect()
+    let of_sensor = |apart: &[f64], sensor: usize| -> Vec<f64> {
+        places.iter().zip(apart).map(|((_, k), a)| if *k == sensor { *a } else { 0.0 }).collect()
     };
-    let scatter = meshes.iter().flat_map(|values| (0..problem.data.names.len()).map(|k| apart(values, k))).collect();
-    Ok((finest.iter().zip(own).map(|(f, c)| f - c).collect(), scatter))
+    let from_line = |mesh: &Meshed| -> Vec<f64> {
+        (0..own.len()).map(|i| mesh.values[i] - finest.values[i] - slope(i) * (mesh.square - finest.square)).collect()
+    };
+    let open: Vec<Vec<f64>> = std::iter::once(beyond.clone()).chain(meshes.iter().map(from_line)).collect();
+    let scatter = open.iter().flat_map(|apart| (0..problem.data.names.len()).map(|k| of_sensor(apart, k))).collect();
+    Ok((finest.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect(), scatter))
+}
+
+/// Predictions on a mesh.
+struct Meshed {
+    /// K
+    values: Vec<f64>,
+    /// Square of its cells' length over that of the model's.
+    square: f64,
 }
 
 /// What the common factors of films, heats and emissivities change beside their slopes: far from the water a bearing that only radiates

@@ -23,6 +23,8 @@ const RUN_STEP_FROM_ZERO: f64 = 100.0;
 const RUN_KELVIN: f64 = 0.2;
 /// Rows of a test above which the log of a lumped machine counts as long.
 const LONG: usize = 2000;
+/// Rows of a test of a lumped machine that are so many after thinning only where its conditions never rest: effects turn in every one.
+const MANY_TURNS: usize = 1000;
 
 /// Predictions of all readings of a data set (rows, then sensors, missing ones left out).
 #[derive(Debug, Clone, PartialEq)]
@@ -255,7 +257,7 @@ pub(super) fn joined(data: &Data, tests: &[String], found: &[Prediction]) -> Pre
 pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<(Vec<f64>, Vec<Vec<Moment>>)> {
     let tests = data.tests();
     let run = |test: &String| -> Result<(Vec<Vec<f64>>, Vec<Moment>)> {
-        let mut moments = if is_long(study, data, test) { Moments::of_long() } else { Moments::default() };
+        let mut moments = if is_longer(study, data, test, MANY_TURNS) { Moments::of_few() } else { Moments::default() };
         let mut look = |seen: &Seen<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
         let temperatures = run_log(study, data, test, start, None, tolerance, Some(&mut look))?;
         Ok((temperatures, moments.into_kept()))
@@ -270,9 +272,13 @@ pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Re
     Ok((values, moments))
 }
 
-/// Whether a test is a long log of lumped nodes: it is solved exactly where that can be, and followed through many moments.
+/// Whether a test is a long log of lumped nodes: it is solved exactly where that can be.
 fn is_long(study: &Study, data: &Data, test: &str) -> bool {
-    study.model.mesh.cells == 0 && data.rows.iter().filter(|row| row.test == test).count() > LONG
+    is_longer(study, data, test, LONG)
+}
+
+fn is_longer(study: &Study, data: &Data, test: &str, rows: usize) -> bool {
+    study.model.mesh.cells == 0 && data.rows.iter().filter(|row| row.test == test).count() > rows
 }
 
 /// The state a test begins with, and what begins otherwise in it.

@@ -17,7 +17,7 @@ use crate::error::{Error, Result};
 
 /// Most instants of a history that are kept.
 const MOST_MOMENTS: usize = 64;
-/// Most of a long log of a machine of few nodes, which cost little.
+/// Most of a log of a machine of few nodes, which cost little.
 const MOST_MOMENTS_OF_FEW: usize = 8192;
 /// Least change between two that are kept: in kelvin at any node.
 const LEAST_APART: f64 = 0.25;
@@ -63,13 +63,13 @@ pub struct Moments {
     apart: f64,
     /// Most heat of all sources, W, and largest flow, m³/s, so far.
     most: (f64, f64),
-    is_long: bool,
+    is_of_few: bool,
 }
 
 impl Moments {
-    /// Of a long log of a machine of few nodes: up to 8192.
-    pub fn of_long() -> Self {
-        Self { is_long: true, ..Self::default() }
+    /// Of a log of a machine of few nodes: up to 8192.
+    pub fn of_few() -> Self {
+        Self { is_of_few: true, ..Self::default() }
     }
 
     /// Looks at the next instant: its time (s), condition, what that comes to, and the temperature of every node, K.
@@ -77,9 +77,9 @@ impl Moments {
         let heat = load.powers.iter().map(|p| p.abs()).sum();
         self.most = (self.most.0.max(heat), load.flows.iter().fold(self.most.1, |m, f| m.max(f.abs())));
         self.add(Moment { time, condition: condition.clone(), load: load.clone(), temperatures: temperatures.to_vec() });
-        if self.kept.len() > if self.is_long { MOST_MOMENTS_OF_FEW } else { MOST_MOMENTS } {
+        if self.kept.len() > if self.is_of_few { MOST_MOMENTS_OF_FEW } else { MOST_MOMENTS } {
             let apart = 2.0 * self.apart.max(LEAST_APART);
-            let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most, is_long: self.is_long };
+            let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most, is_of_few: self.is_of_few };
             std::mem::take(&mut self.kept).into_iter().for_each(|m| fewer.add(m));
             fewer.extend();
             *self = Self { last: self.last.take(), ..fewer };

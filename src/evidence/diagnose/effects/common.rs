@@ -80,7 +80,7 @@ impl Family for Common {
         Ok(Some(all))
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let mut sum = Disturbance::default();
         for member in self.members(at.at.study) {
             let Disturbance { rows, inlets } = member.family().disturbance(at)?;

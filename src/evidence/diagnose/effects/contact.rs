@@ -80,7 +80,7 @@ impl Family for Contact {
         Ok(Some(vec![(table, format!("{{ {} }}", all.join(", ")))]))
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let name = &at.machine().contacts[self.0].name;
         Some(at.screen.contact_by(name, |mean| if at.is_drift { (mean - REFERENCE) / DRIFT } else { 1.0 }))
     }

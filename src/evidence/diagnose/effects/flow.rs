@@ -112,7 +112,7 @@ impl Family for Flow {
         along(study, &format!("channel.{}.minor_loss", quoted(&study.model.machine.channels[c].name)))
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         match *self {
             Self::Film(c) | Self::Scale(c) => {
                 let name = &at.machine().channels[c].name;

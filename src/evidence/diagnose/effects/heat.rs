@@ -88,7 +88,7 @@ impl Family for Heat {
         }
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         Some(match *self {
             Self::Into(g) => at.screen.source(at.ground.heated(g)),
             Self::Source(s) if at.is_drift => at.screen.temperature_coefficient(s)?.times(1.0 / DRIFT),

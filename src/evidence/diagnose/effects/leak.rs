@@ -113,7 +113,7 @@ impl Family for Leak {
         Some(Prepared::Surfaces(open.map(|s| Surface { laws: FREE, ..*s }).collect()))
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let surroundings = at.load().chamber;
         Some(match *self {
             Self::Surroundings(g) => {

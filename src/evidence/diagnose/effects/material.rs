@@ -89,7 +89,7 @@ impl Family for Material {
         Some(Prepared::Networks { less: Box::new(built(-STEP)?), more: Box::new(built(STEP)?), apart: 2.0 * STEP })
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let Some(Prepared::Networks { less, more, apart }) = at.prepared else { return None };
         let residual = |network: &Network| at.at.tangent.residual(network, at.load(), at.temperatures()).ok();
         let (less, more) = (residual(less)?, residual(more)?);

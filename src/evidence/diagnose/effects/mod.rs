@@ -109,7 +109,7 @@ trait Family {
 
     /// What it does to the residual of the network at a state, per unit of its amplitude; `None` for what acts on readings, or
     /// where the machine file has no words for it.
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance>;
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance>;
 
     /// What its amplitude is to a reader.
     fn quantity(&self, law: Law) -> Quantity;
@@ -333,6 +333,19 @@ impl Hypothesis {
         self.effect.family().is_bent()
     }
 
+    /// How far its effect at an amplitude may be from what its slope promises, as a share of that. Heats, offsets and gains are straight.
+    /// What is by a factor lies between the slope in the factor and that in one over it. A path that is added takes away the difference
+    /// that drives it: as large as what was there, which its prior's scale stands for, it does half of what its slope says.
+    pub fn bend(&self, amplitude: f64) -> f64 {
+        let size = amplitude.abs();
+        match self.unit {
+            _ if self.is_sensor() || matches!(self.effect, Effect::Heat(_) | Effect::User(_)) => 0.0,
+            "K" => 0.0,
+            unit if unit.starts_with("ln") => (size.exp_m1() / size.max(f64::MIN_POSITIVE) - 1.0).clamp(0.0, 1.0),
+            _ => size / (size + self.scale),
+        }
+    }
+
     /// Largest amplitude that is fitted.
     pub fn largest(&self) -> f64 {
         if self.unit.starts_with("ln") { 4.0 } else { 50.0 * self.scale }
@@ -398,8 +411,8 @@ enum Prepared {
 }
 
 /// A state of the machine, and what is known of an effect there.
-struct Linearised<'a> {
-    at: &'a Derivatives<'a>,
+struct Linearised<'a, 'd> {
+    at: &'a Derivatives<'d>,
     screen: &'a Screen<'a>,
     ground: &'a Ground<'a>,
     prepared: Option<&'a Prepared>,
@@ -407,7 +420,7 @@ struct Linearised<'a> {
     is_drift: bool,
 }
 
-impl<'a> Linearised<'a> {
+impl<'a> Linearised<'a, '_> {
     fn machine(&self) -> &'a Machine {
         &self.at.study.model.machine
     }

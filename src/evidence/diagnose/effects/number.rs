@@ -34,7 +34,7 @@ impl Family for Number {
         edit.shifted(key, (now + edit.amplitude).max(least) - now)
     }
 
-    fn disturbance(&self, _at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, _at: &Linearised<'_, '_>) -> Option<Disturbance> {
         None
     }
 

@@ -118,7 +118,7 @@ impl Family for Radiation {
         }
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let chamber = &at.machine().chamber;
         match *self {
             Self::Chamber => at.along(),

@@ -66,7 +66,7 @@ impl Family for Sensor {
         Ok(Some(Vec::new()))
     }
 
-    fn disturbance(&self, _at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, _at: &Linearised<'_, '_>) -> Option<Disturbance> {
         None
     }
 

@@ -95,7 +95,7 @@ impl Family for Storage {
     }
 
     /// A part that stores more takes heat up as it warms; what stores nothing has no rate of its own.
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let (network, temperatures) = (at.network(), at.temperatures());
         let residual = at.at.tangent.residual(network, at.load(), temperatures).ok()?;
         let whole = self.own(network);
@@ -103,7 +103,9 @@ impl Family for Storage {
             let own = network.capacity_at(n, temperatures[n]);
             (own > 0.0).then(|| (n as u32, -network.capacity[n] / whole * residual[n] / own))
         };
-        Some(at.screen.disturbance(self.nodes(network).map(row).collect::<Option<Vec<_>>>()?))
+        // Faces within a part store nothing, and no share of what is added.
+        let storing = self.nodes(network).filter(|n| whole <= 0.0 || network.capacity[*n] > 0.0);
+        Some(at.screen.disturbance(storing.map(row).collect::<Option<Vec<_>>>()?))
     }
 
     fn quantity(&self, _law: Law) -> Quantity {

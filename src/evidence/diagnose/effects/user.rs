@@ -42,7 +42,7 @@ impl Family for User {
         Some(Prepared::Heat { shares, machine: Box::new(edited.model.machine), source })
     }
 
-    fn disturbance(&self, at: &Linearised<'_>) -> Option<Disturbance> {
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let Some(Prepared::Heat { shares, machine, source }) = at.prepared else { return None };
         let watts = Load::at(machine, &at.at.condition).ok()?.powers[*source];
         Some(at.screen.source(shares).times(watts))
