@@ -12,7 +12,7 @@ use crate::foundation::input;
 use crate::surrogate::fit::file;
 
 /// Targets that are named in the documents and not built yet.
-const NOT_BUILT: &[&str] = &["calculix", "fmu2", "fmu3", "html", "modelica", "onnx", "st"];
+const NOT_BUILT: &[&str] = &["calculix", "fmu2", "fmu3", "modelica", "onnx", "st"];
 
 /// A surrogate as source text in another language, which answers as this program does
 #[derive(Debug, clap::Args)]
@@ -20,7 +20,8 @@ pub struct Args {
     /// Surrogate file
     #[arg(value_name = "SURROGATE")]
     surrogate: PathBuf,
-    /// What to write: c99 (a source file and a header), json (everything in the file), octave (a function)
+    /// What to write: c99 (a source file and a header), html (a page with sliders), json (everything in the file), octave (a
+    /// function)
     #[arg(long, value_name = "TARGET")]
     to: String,
     /// Folder to write into (default: beside the surrogate)

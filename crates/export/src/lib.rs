@@ -14,6 +14,7 @@
 
 mod c99;
 mod content;
+mod html;
 mod json;
 mod name;
 mod octave;
@@ -32,11 +33,13 @@ pub enum Target {
     C99,
     /// A function file for Octave and MATLAB.
     Octave,
+    /// A page with sliders, in one file.
+    Html,
 }
 
 impl Target {
     /// Every target, in the order in which they are listed for users.
-    pub const ALL: [Self; 3] = [Self::C99, Self::Json, Self::Octave];
+    pub const ALL: [Self; 4] = [Self::C99, Self::Html, Self::Json, Self::Octave];
 
     /// The name a user asks for it by.
     #[must_use]
@@ -45,6 +48,7 @@ impl Target {
             Self::Json => "json",
             Self::C99 => "c99",
             Self::Octave => "octave",
+            Self::Html => "html",
         }
     }
 }
@@ -88,5 +92,6 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
         Target::Json => vec![File { name: format!("{identifier}.json"), text: json::write(surrogate, &content) }],
         Target::C99 => c99::write(&content, &identifier),
         Target::Octave => octave::write(&content, &identifier),
+        Target::Html => html::write(surrogate, &content, &identifier),
     })
 }

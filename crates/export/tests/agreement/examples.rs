@@ -51,6 +51,7 @@ fn the_examples_of_the_page_print_what_it_says() {
         }
         let (program, first) = match example.target {
             Target::C99 => ("main.c", "cc"),
+            Target::Html => ("main.js", "node"),
             Target::Json => ("main.py", "python3"),
             Target::Octave => ("main.m", "octave-cli"),
         };
@@ -69,6 +70,11 @@ fn the_examples_of_the_page_print_what_it_says() {
                 let made = made.expect("the compiler starts");
                 assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
                 Command::new(folder.join("main"))
+            }
+            Target::Html => {
+                let mut command = Command::new("node");
+                command.arg("main.js");
+                command
             }
             Target::Json => {
                 let mut command = Command::new("python3");
