@@ -107,6 +107,7 @@ fn each_row_of_a_trade_off_is_the_inverse_question() {
             _ => assert!(acceptable.is_none()),
         }
     }
+    assert!(trade_off(&file, &[f64::NAN, 20.0, 21.0], FLOW, FLOW, 0.9).unwrap_err().to_string().contains("against itself"));
     // Warmer water needs more of it, until none is enough.
     assert!(rows.iter().any(|row| row.acceptable.is_none()) && rows[0].acceptable.is_some());
 }

@@ -146,7 +146,9 @@ pub(super) fn of_indices(surrogate: &Surrogate<'_>, given: &[(String, String)], 
         vec![own.name.clone(), significant(own.deviation, 3), shares.collect::<Vec<_>>().join(", ")]
     };
     let (limits, points): (Vec<&Quantity>, Vec<&Quantity>) = found.quantities.iter().partition(|own| own.is_limit);
-    let mut text = format!("Over {}, and the machine's uncertain numbers\n\n", ranges.join(", "));
+    let numbers = surrogate.uncertainty().map(|_| "the machine's uncertain numbers".to_owned());
+    let varied: Vec<String> = ranges.into_iter().chain(numbers).collect();
+    let mut text = format!("Over {}\n\n", varied.join(", "));
     for (head, list) in [("point", points), ("limit", limits)] {
         if !list.is_empty() {
             let rows: Vec<Vec<String>> = list.into_iter().map(row).collect();

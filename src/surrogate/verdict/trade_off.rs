@@ -4,7 +4,7 @@ use coldplate_runtime::Surrogate;
 
 use super::optimum::{Free, check};
 use super::{Inverse, Outside, condition, free_within, query_at};
-use crate::error::Result;
+use crate::error::{Error, Result};
 
 /// Values of the second variable that are looked at, from end to end.
 const STEPS: usize = 11;
@@ -40,11 +40,14 @@ pub enum TradeOff {
 /// `x` holds all variables, those two being chosen.
 ///
 /// # Errors
-/// As [`free_within`], for either variable.
+/// As [`free_within`], for either variable; twice the same one.
 pub fn trade_off(surrogate: &Surrogate<'_>, x: &[f64], first: Free, second: Free, confidence: f64) -> Result<TradeOff> {
     let variables = condition::variables(surrogate);
     check(&first, surrogate, &variables)?;
     check(&second, surrogate, &variables)?;
+    if first.index == second.index {
+        return Err(Error::input("a variable cannot be traded off against itself").at_key(variables[first.index].name));
+    }
     let mut x = x.to_vec();
     (x[first.index], x[second.index]) = (first.low, second.low);
     let missing = query_at(surrogate, &x, confidence)?.outside;
