@@ -99,7 +99,7 @@ pub fn fixed(machine: &Machine, values: &[(usize, f64)]) -> Fixed {
 }
 
 /// How many readings lie inside the band, in words.
-pub fn inside(rows: &[CheckedReading]) -> String {
+fn inside(rows: &[CheckedReading]) -> String {
     let inside = rows.iter().filter(|row| row.is_inside()).count();
     format!("{inside} of {} readings lie inside the band of what the machine file leaves open, with their own uncertainty.", rows.len())
 }

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use super::figures as figures_of;
 use super::gallery::Gallery;
-use super::measured::inside;
 use super::{Material, SURROGATE, TARGET};
 use crate::error::Result;
 use crate::figures::chart::page::fixed_conditions;
@@ -207,7 +206,6 @@ fn measured(section: &mut Section, material: &Material<'_>) {
             ];
             table.row(cells);
         }
-        section.paragraph(inside(&check.rows));
         let rows = check.rows.len();
         if rows > 6 {
             table.folded(format!("{rows} sensors, number by number"));

@@ -245,19 +245,11 @@ impl AcceptabilityMap {
         let deviations = |p: f64| Normal::standard().inverse_cdf(p.clamp(1e-9, 1.0 - 1e-9));
         let z = self.probability.iter().map(|p| if p.is_finite() { deviations(*p) } else { f64::NAN }).collect();
         let grid = Grid { z, ..margins.clone() };
-        let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
         let mut labels: Vec<(Place, String)> = Vec::new();
         for level in PROBABILITIES {
             let text = format!("{} %", fixed(100.0 * level, 0));
-            let size = (fonts::width(&text, look.label, Weight::Regular) + 6.0, look.label * 1.15);
-            for line in grid.contour(deviations(level)) {
-                let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
-                canvas.line(&places, Stroke::solid(INK, if level == 0.5 { 2.6 } else { 1.1 }))?;
-                if let Some(at) = label_place(&places, size, bounds, taken) {
-                    taken.push(around(at, size));
-                    labels.push((at, text.clone()));
-                }
-            }
+            let lines = Lines { grid: &grid, level: deviations(level), label: Some(&text), width: if level == 0.5 { 2.6 } else { 1.1 } };
+            lines.paint(canvas, frame, look.label, taken, &mut labels)?;
         }
         labels.iter().try_for_each(|(at, text)| canvas.plate(*at, &Text::new(text).size(look.label)))
     }
@@ -283,7 +275,6 @@ impl AcceptabilityMap {
         look: Look,
         taken: &mut Vec<Taken>,
     ) -> Result<()> {
-        let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
         let levels = self.levels(margins);
         let step = levels.windows(2).map(|p| (p[1] - p[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
         let decimals = if step.is_finite() { (-(step.log10() + 1e-9).floor()).clamp(0.0, 6.0) as usize } else { 1 };
@@ -295,23 +286,11 @@ impl AcceptabilityMap {
             }
             let sign = if level > 0.0 && !zero { "+" } else { "" };
             let text = format!("{sign}{} {}", fixed(if zero { 0.0 } else { level }, decimals), unit_symbol(&self.margin_unit));
-            let width = fonts::width(&text, look.label, Weight::Regular);
-            for line in margins.contour(level) {
-                let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
-                canvas.line(&places, Stroke::solid(INK, if zero { 2.6 } else { 1.1 }))?;
-                if !look.contours {
-                    continue;
-                }
-                if let Some(at) = label_place(&places, (width + 6.0, look.label * 1.15), bounds, taken) {
-                    taken.push(around(at, (width + 6.0, look.label * 1.15)));
-                    labels.push((at, text.trim().to_string()));
-                }
-            }
+            let label = look.contours.then_some(text.as_str());
+            let lines = Lines { grid: margins, level, label, width: if zero { 2.6 } else { 1.1 } };
+            lines.paint(canvas, frame, look.label, taken, &mut labels)?;
         }
-        for (at, text) in &labels {
-            canvas.plate(*at, &Text::new(text).size(look.label))?;
-        }
-        Ok(())
+        labels.iter().try_for_each(|(at, text)| canvas.plate(*at, &Text::new(text).size(look.label)))
     }
 
     /// The binding limit per node where there is one and the margin is known.
@@ -423,6 +402,41 @@ impl AcceptabilityMap {
 
     fn legend_width(&self) -> f64 {
         WIDTH - 2.0 * MARGIN - PLOT_WIDTH - 14.0
+    }
+}
+
+/// The contour lines of one level.
+struct Lines<'a> {
+    grid: &'a Grid,
+    level: f64,
+    /// What they carry, where there is room.
+    label: Option<&'a str>,
+    /// Width, CSS pixels.
+    width: f64,
+}
+
+impl Lines<'_> {
+    /// Draws the lines; their labels are collected, because they stand over all lines.
+    fn paint<S: Surface>(
+        &self,
+        canvas: &mut Canvas<S>,
+        frame: &Frame,
+        font: f64,
+        taken: &mut Vec<Taken>,
+        labels: &mut Vec<(Place, String)>,
+    ) -> Result<()> {
+        let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
+        for line in self.grid.contour(self.level) {
+            let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
+            canvas.line(&places, Stroke::solid(INK, self.width))?;
+            let Some(label) = self.label else { continue };
+            let size = (fonts::width(label, font, Weight::Regular) + 6.0, font * 1.15);
+            if let Some(at) = label_place(&places, size, bounds, taken) {
+                taken.push(around(at, size));
+                labels.push((at, label.trim().to_owned()));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -12,8 +12,20 @@ const CORE: &str = include_str!("surrogate.js");
 
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Vec<File> {
     let mut filling = Filling::default();
-    // Names stay text, whatever they hold: no tag begins in the page's data.
-    filling.block("surrogate", json::write(surrogate, content).replace('<', "\\u003c"));
+    filling.block("surrogate", without_tags(&json::write(surrogate, content)));
     filling.block("core", CORE.to_owned());
     vec![File { name: format!("{name}.html"), text: filling.fill(PAGE, name) }]
+}
+
+/// JSON in which no tag begins: names stay text, whatever they hold.
+fn without_tags(json: &str) -> String {
+    json.replace('<', "\\u003c")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn a_name_ends_no_script() {
+        assert_eq!(super::without_tags("{\"name\": \"</script><b>\"}"), "{\"name\": \"\\u003c/script>\\u003cb>\"}");
+    }
 }

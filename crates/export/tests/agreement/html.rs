@@ -3,13 +3,13 @@
 use std::process::Command;
 
 use coldplate_export::{Target, export};
-use coldplate_runtime::{Band, Surrogate};
+use coldplate_runtime::Surrogate;
 
-use crate::{conditions, fixtures, folder, is_there, skipped, worst};
+use crate::{assessment, compare, conditions, fixtures, folder, is_there, skipped};
 
 const CONDITIONS: usize = 1000;
 
-/// For every page: takes its own data and its own arithmetic, reads conditions, writes what `answers` below lists.
+/// For every page: takes its own data and its own arithmetic, reads conditions, writes what `assessment` lists.
 const DRIVER: &str = r#"
 const fs = require("fs");
 const states = ["acceptable", "uncertain", "not_acceptable"];
@@ -36,21 +36,6 @@ for (const name of fs.readFileSync("names", "utf8").trim().split("\n")) {
 }
 "#;
 
-fn answers(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
-    let points = surrogate.point_count();
-    let (mut values, mut bands) = (vec![0.0; points], vec![Band::default(); points]);
-    let chance = surrogate.assess(x, None, 0.95, &mut values, &mut bands).expect("the shapes fit");
-    let mut all = values.clone();
-    all.extend(bands.iter().flat_map(|band| [band.fit, band.parameters, band.misses, band.total]));
-    for limit in 0..surrogate.limit_count() {
-        let own = surrogate.limit_chance(limit, x, None, &values).expect("the limit exists");
-        all.extend([own.value, own.maximum, own.maximum - own.value, own.probability]);
-    }
-    let binding = chance.binding.map_or(0.0, |index| index as f64 + 1.0);
-    all.extend([f64::from(chance.state as u8), f64::from(u8::from(chance.in_domain)), binding, chance.probability]);
-    all
-}
-
 #[test]
 fn pages_answer_as_the_runtime_does() {
     if !is_there("node") {
@@ -73,18 +58,7 @@ fn pages_answer_as_the_runtime_does() {
     write("driver.js", DRIVER.as_bytes());
     let output = Command::new("node").current_dir(&folder).arg("driver.js").output().expect("node starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    for ((_, bytes), name) in fixtures().iter().zip(&names) {
-        let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
-        let written = std::fs::read(folder.join(format!("{name}.out"))).expect("node wrote it");
-        let found: Vec<f64> = written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let conditions = conditions(&surrogate, CONDITIONS);
-        let expected: Vec<f64> = conditions.iter().flat_map(|x| answers(&surrogate, x)).collect();
-        let (apart, place) = worst(&found, &expected);
-        println!("{name}: {apart:.1e} at answer {}", place % (expected.len() / conditions.len()));
-        // The 200 weights of that basis are large and cancel: another logarithm leaves a little more there.
-        let allowed = if name == "bare" { 4e-12 } else { 1e-12 };
-        assert!(apart < allowed, "{name}: {apart:e}");
-    }
+    compare(&folder, &names, |_| CONDITIONS);
     let _ = std::fs::remove_dir_all(&folder);
 }
 
@@ -127,7 +101,7 @@ fn a_browser_shows_what_the_runtime_answers() {
     let wrong = String::from_utf8_lossy(&output.stderr);
     assert!(!wrong.lines().any(|line| line.contains("CONSOLE")), "{wrong}");
     let middle: Vec<f64> = surrogate.variables().map(|v| 0.5 * (v.low + v.high)).collect();
-    let found = answers(&surrogate, &middle);
+    let found = assessment(&surrogate, &middle);
     assert!(shown.contains("<strong>Acceptable</strong>"), "{shown}");
     let points = surrogate.point_count();
     for point in 0..points {

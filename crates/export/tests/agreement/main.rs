@@ -136,3 +136,36 @@ pub fn skipped(what: &str) {
 pub fn is_there(program: &str) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
+
+/// What the functions of languages without pointers return at a condition: values, four bands per point, four numbers per limit, and the verdict as its
+/// number, whether the condition is inside, the binding limit counted from one, and the probability.
+pub fn assessment(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
+    let points = surrogate.point_count();
+    let (mut values, mut bands) = (vec![0.0; points], vec![Band::default(); points]);
+    let chance = surrogate.assess(x, None, 0.95, &mut values, &mut bands).expect("the shapes fit");
+    let mut all = values.clone();
+    all.extend(bands.iter().flat_map(|band| [band.fit, band.parameters, band.misses, band.total]));
+    for limit in 0..surrogate.limit_count() {
+        let own = surrogate.limit_chance(limit, x, None, &values).expect("the limit exists");
+        all.extend([own.value, own.maximum, own.maximum - own.value, own.probability]);
+    }
+    let binding = chance.binding.map_or(0.0, |index| index as f64 + 1.0);
+    all.extend([f64::from(chance.state as u8), f64::from(u8::from(chance.in_domain)), binding, chance.probability]);
+    all
+}
+
+/// What a program wrote to NAME.out beside the runtime, for the surrogates of these names at `count` conditions each.
+pub fn compare(folder: &Path, names: &[String], count: impl Fn(&str) -> usize) {
+    for ((_, bytes), name) in fixtures().iter().zip(names) {
+        let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
+        let written = std::fs::read(folder.join(format!("{name}.out"))).expect("the program wrote it");
+        let found: Vec<f64> = written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        let conditions = conditions(&surrogate, count(name));
+        let expected: Vec<f64> = conditions.iter().flat_map(|x| assessment(&surrogate, x)).collect();
+        let (apart, place) = worst(&found, &expected);
+        println!("{name}: {apart:.1e} at answer {}", place % (expected.len() / conditions.len()));
+        // The 200 weights of that basis are large and cancel: another logarithm or order of additions leaves a little more there.
+        let allowed = if name == "bare" { 4e-12 } else { 1e-12 };
+        assert!(apart < allowed, "{name}: {apart:e}");
+    }
+}
