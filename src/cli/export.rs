@@ -12,16 +12,16 @@ use crate::foundation::input;
 use crate::surrogate::fit::file;
 
 /// Targets that are named in the documents and not built yet.
-const NOT_BUILT: &[&str] = &["calculix", "fmu2", "fmu3", "modelica", "onnx", "st"];
+const NOT_BUILT: &[&str] = &["calculix", "fmu2", "fmu3", "modelica", "st"];
 
-/// A surrogate as source text in another language, which answers as this program does
+/// A surrogate for other languages and programs, which answers there as it does here
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Surrogate file
     #[arg(value_name = "SURROGATE")]
     surrogate: PathBuf,
     /// What to write: c99 (a source file and a header), html (a page with sliders), json (everything in the file), octave (a
-    /// function)
+    /// function), onnx (a model)
     #[arg(long, value_name = "TARGET")]
     to: String,
     /// Folder to write into (default: beside the surrogate)
@@ -66,8 +66,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let mut record = Record { target: target.key(), written: Vec::new() };
     for file in files {
         let path = folder.join(&file.name);
-        atomic_file::write(&path, file.text.as_bytes())?;
-        record.written.push(WrittenFile { path, bytes: file.text.len() });
+        atomic_file::write(&path, &file.content)?;
+        record.written.push(WrittenFile { path, bytes: file.content.len() });
     }
     let text: String = record.written.iter().map(|file| format!("wrote {} ({} bytes)\n", file.path.display(), file.bytes)).collect();
     out.report(&text, &record);

@@ -98,6 +98,16 @@ pub(crate) struct Known {
     pub(crate) covariance: Vec<f64>,
 }
 
+/// See [`Uncertainty::spread`].
+pub(crate) struct Spread {
+    /// Of the parameters, row by row; `None` for the identity.
+    pub(crate) covariance: Option<Vec<f64>>,
+    /// Point by point, one per parameter.
+    pub(crate) cross: Vec<f64>,
+    /// Per point.
+    pub(crate) missed: Vec<f64>,
+}
+
 pub(crate) struct SelfTest {
     pub(crate) condition: Vec<f64>,
     pub(crate) values: Vec<f64>,
@@ -212,5 +222,39 @@ impl Uncertainty {
             return vec![0.0; self.own.len() * self.terms];
         }
         self.slopes.chunks_exact(self.parameters).map(|row| row.iter().zip(&known.mean).map(|(slope, mean)| slope * mean).sum()).collect()
+    }
+
+    /// What the mean of the states that belong to points adds to each point's value.
+    pub(crate) fn missed_means(&self, known: &Known) -> Vec<f64> {
+        let of = |state: usize| known.mean.get(state).copied().unwrap_or(0.0);
+        let last = self.parameters + self.own.len();
+        let each = self.own.iter().zip(&self.common).enumerate();
+        each.map(|(point, (own, common))| own * of(self.parameters + point) + common * of(last)).collect()
+    }
+
+    /// The variance of a point's value by the states, taken apart: with the slopes J of the point along the parameters it is
+    /// J' covariance J + 2 J' cross + missed.
+    pub(crate) fn spread(&self) -> Spread {
+        let (parameters, points) = (self.parameters, self.own.len());
+        let last = parameters + points;
+        let missed = |both: &dyn Fn(usize, usize) -> f64, point: usize| {
+            let (own, common, state) = (self.own[point], self.common[point], parameters + point);
+            own * own * both(state, state) + 2.0 * own * common * both(state, last) + common * common * both(last, last)
+        };
+        let Some(known) = &self.known else {
+            let both = |i: usize, j: usize| f64::from(u8::from(i == j));
+            return Spread {
+                covariance: None,
+                cross: vec![0.0; points * parameters],
+                missed: (0..points).map(|point| missed(&both, point)).collect(),
+            };
+        };
+        let both = |i: usize, j: usize| known.covariance.get(i.max(j) * (i.max(j) + 1) / 2 + i.min(j)).copied().unwrap_or(0.0);
+        let cross = |point: usize, k: usize| self.own[point] * both(k, parameters + point) + self.common[point] * both(k, last);
+        Spread {
+            covariance: Some((0..parameters).flat_map(|i| (0..parameters).map(move |j| both(i, j))).collect()),
+            cross: (0..points).flat_map(|point| (0..parameters).map(move |k| cross(point, k))).collect(),
+            missed: (0..points).map(|point| missed(&both, point)).collect(),
+        }
     }
 }

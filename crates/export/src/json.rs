@@ -5,51 +5,9 @@ use coldplate_runtime::{Kernel, LimitKind, Origin, Scale, Surrogate, Transform};
 use crate::content::Content;
 
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
-    let mut members = vec![
-        member("format", text("coldplate surrogate")),
-        member(
-            "variables",
-            list(surrogate.variables().map(|v| {
-                object([
-                    member("name", text(v.name)),
-                    member("unit", text(v.unit)),
-                    member("low", number(v.low)),
-                    member("high", number(v.high)),
-                ])
-            })),
-        ),
-        member(
-            "held",
-            list(
-                surrogate
-                    .held()
-                    .map(|h| object([member("name", text(h.name)), member("unit", text(h.unit)), member("value", number(h.value))])),
-            ),
-        ),
-        member(
-            "points",
-            list(
-                surrogate.points().map(|p| {
-                    object([member("name", text(p.name)), member("unit", text(p.unit)), member("half_width", number(p.half_width))])
-                }),
-            ),
-        ),
-        member(
-            "limits",
-            list(surrogate.limits().map(|limit| {
-                let (kind, points) = match limit.kind {
-                    LimitKind::Maximum { .. } => ("maximum", None),
-                    LimitKind::Rise { .. } => ("rise", None),
-                    LimitKind::Difference { .. } => ("difference", None),
-                    LimitKind::Spread(points) => ("spread", Some(points)),
-                };
-                let looked_at = points.map_or_else(|| limit.kind.points().collect::<Vec<_>>(), |points| points.iter().collect());
-                let mut members = vec![member("name", text(limit.name)), member("kind", text(kind)), member("points", indices(&looked_at))];
-                members.extend(limit.kind.variable().map(|v| member("variable", v.to_string())));
-                members.push(member("maximum", number(limit.maximum)));
-                object(members)
-            })),
-        ),
+    let mut members = vec![member("format", text("coldplate surrogate"))];
+    members.extend(facts(surrogate).into_iter().map(|(key, value)| member(key, value)));
+    members.extend([
         member(
             "scalings",
             list(content.scalings.iter().map(|s| {
@@ -86,7 +44,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
                 ])
             })),
         ),
-    ];
+    ]);
     members.extend(uncertainty(surrogate, content).map(|own| member("uncertainty", own)));
     members.push(member(
         "self_tests",
@@ -105,6 +63,55 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
     let mut written = object(members);
     written.push('\n');
     written
+}
+
+/// What a reader has to know of variables, points and limits, by the keys of the object.
+pub(crate) fn facts(surrogate: &Surrogate<'_>) -> Vec<(&'static str, String)> {
+    vec![
+        (
+            "variables",
+            list(surrogate.variables().map(|v| {
+                object([
+                    member("name", text(v.name)),
+                    member("unit", text(v.unit)),
+                    member("low", number(v.low)),
+                    member("high", number(v.high)),
+                ])
+            })),
+        ),
+        (
+            "held",
+            list(
+                surrogate
+                    .held()
+                    .map(|h| object([member("name", text(h.name)), member("unit", text(h.unit)), member("value", number(h.value))])),
+            ),
+        ),
+        (
+            "points",
+            list(
+                surrogate.points().map(|p| {
+                    object([member("name", text(p.name)), member("unit", text(p.unit)), member("half_width", number(p.half_width))])
+                }),
+            ),
+        ),
+        (
+            "limits",
+            list(surrogate.limits().map(|limit| {
+                let (kind, points) = match limit.kind {
+                    LimitKind::Maximum { .. } => ("maximum", None),
+                    LimitKind::Rise { .. } => ("rise", None),
+                    LimitKind::Difference { .. } => ("difference", None),
+                    LimitKind::Spread(points) => ("spread", Some(points)),
+                };
+                let looked_at = points.map_or_else(|| limit.kind.points().collect::<Vec<_>>(), |points| points.iter().collect());
+                let mut members = vec![member("name", text(limit.name)), member("kind", text(kind)), member("points", indices(&looked_at))];
+                members.extend(limit.kind.variable().map(|v| member("variable", v.to_string())));
+                members.push(member("maximum", number(limit.maximum)));
+                object(members)
+            })),
+        ),
+    ]
 }
 
 fn uncertainty(surrogate: &Surrogate<'_>, content: &Content) -> Option<String> {

@@ -1,4 +1,4 @@
-//! Writes an opened surrogate as text for other languages. Whatever is written answers as the runtime does.
+//! Writes an opened surrogate for other languages and programs. Whatever is written answers as the runtime does.
 //!
 //! ```
 //! use coldplate_export::{Target, export};
@@ -18,6 +18,7 @@ mod html;
 mod json;
 mod name;
 mod octave;
+mod onnx;
 mod template;
 
 use coldplate_runtime::Surrogate;
@@ -35,11 +36,13 @@ pub enum Target {
     Octave,
     /// A page with sliders, in one file.
     Html,
+    /// An ONNX model in double precision.
+    Onnx,
 }
 
 impl Target {
     /// Every target, in the order in which they are listed for users.
-    pub const ALL: [Self; 4] = [Self::C99, Self::Html, Self::Json, Self::Octave];
+    pub const ALL: [Self; 5] = [Self::C99, Self::Html, Self::Json, Self::Octave, Self::Onnx];
 
     /// The name a user asks for it by.
     #[must_use]
@@ -49,6 +52,7 @@ impl Target {
             Self::C99 => "c99",
             Self::Octave => "octave",
             Self::Html => "html",
+            Self::Onnx => "onnx",
         }
     }
 }
@@ -59,7 +63,7 @@ pub struct File {
     /// Its name, without a folder.
     pub name: String,
     /// Its content.
-    pub text: String,
+    pub content: Vec<u8>,
 }
 
 /// Why nothing was written.
@@ -89,9 +93,10 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
     let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
     let content = Content::of(surrogate);
     Ok(match target {
-        Target::Json => vec![File { name: format!("{identifier}.json"), text: json::write(surrogate, &content) }],
+        Target::Json => vec![File { name: format!("{identifier}.json"), content: json::write(surrogate, &content).into_bytes() }],
         Target::C99 => c99::write(&content, &identifier),
         Target::Octave => octave::write(&content, &identifier),
         Target::Html => html::write(surrogate, &content, &identifier),
+        Target::Onnx => onnx::write(surrogate, &content, &identifier),
     })
 }

@@ -42,8 +42,8 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     filling.block("include", format!("#include \"{name}.h\"\n"));
     filling.block("tables", Tables { name, text: String::new() }.of(content));
     vec![
-        File { name: format!("{name}.h"), text: filling.fill(HEADER, name) },
-        File { name: format!("{name}.c"), text: filling.fill(SOURCE, name) },
+        File { name: format!("{name}.h"), content: filling.fill(HEADER, name).into_bytes() },
+        File { name: format!("{name}.c"), content: filling.fill(SOURCE, name).into_bytes() },
     ]
 }
 

@@ -113,7 +113,7 @@ fn compile(folder: &Path, build: &Build, sources: &[&str], out: &str) -> Result<
 /// Compiles the surrogate with the driver, runs it, and compares every answer.
 fn agreement(surrogate: &Surrogate<'_>, folder: &Path, build: &Build, count: usize) -> (f64, usize) {
     for file in export(surrogate, Target::C99, "surrogate").expect("the name is one") {
-        std::fs::write(folder.join(&file.name), &file.text).expect("the folder can be written to");
+        std::fs::write(folder.join(&file.name), &file.content).expect("the folder can be written to");
     }
     std::fs::write(folder.join("driver.c"), DRIVER).expect("the folder can be written to");
     compile(folder, build, &["surrogate.c", "driver.c"], "driver")

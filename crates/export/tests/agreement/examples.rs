@@ -1,12 +1,12 @@
 //! The examples of docs/embed.md, run as they stand there.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use coldplate_export::{Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{folder, is_there, skipped};
+use crate::{folder, is_there, python_with, skipped};
 
 /// An example: what is exported, the text of the program, and what the page says it prints.
 struct Example {
@@ -47,43 +47,39 @@ fn the_examples_of_the_page_print_what_it_says() {
         let bytes = std::fs::read(own.join("../runtime/fixtures").join(&example.fixture)).expect("the fixture is there");
         let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
         for file in export(&surrogate, example.target, &example.name).expect("the name is one") {
-            std::fs::write(folder.join(file.name), file.text).expect("the folder can be written to");
+            std::fs::write(folder.join(file.name), file.content).expect("the folder can be written to");
         }
         let (program, first) = match example.target {
-            Target::C99 => ("main.c", "cc"),
-            Target::Html => ("main.js", "node"),
-            Target::Json => ("main.py", "python3"),
-            Target::Octave => ("main.m", "octave-cli"),
+            Target::C99 => ("main.c", Some("cc".into())),
+            Target::Html => ("main.js", Some("node".into())),
+            Target::Json => ("main.py", Some("python3".into())),
+            Target::Octave => ("main.m", Some("octave-cli".into())),
+            Target::Onnx => ("main.py", python_with("onnxruntime")),
         };
         std::fs::write(folder.join(program), &example.program).expect("the folder can be written to");
-        if !is_there(first) {
-            skipped(&format!("{first} is not on this machine"));
+        let Some(first) = first.filter(|first: &PathBuf| is_there(first)) else {
+            skipped(&format!("the example of {}: what runs it is not on this machine", example.target.key()));
             continue;
-        }
+        };
         let mut command = match example.target {
             Target::C99 => {
                 let source = format!("{}.c", example.name);
-                let made = Command::new("cc")
+                let made = Command::new(first)
                     .current_dir(&folder)
-                    .args(["-std=c99", "-O2", "-Wall", "-Werror", "main.c", &source, "-lm", "-o", "main"])
+                    .args(["-std=c99", "-O2", "-Wall", "-Werror", program, &source, "-lm", "-o", "main"])
                     .output();
                 let made = made.expect("the compiler starts");
                 assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
                 Command::new(folder.join("main"))
             }
-            Target::Html => {
-                let mut command = Command::new("node");
-                command.arg("main.js");
-                command
-            }
-            Target::Json => {
-                let mut command = Command::new("python3");
-                command.arg("main.py");
-                command
-            }
             Target::Octave => {
-                let mut command = Command::new("octave-cli");
-                command.args(["--norc", "main.m"]);
+                let mut command = Command::new(first);
+                command.args(["--norc", program]);
+                command
+            }
+            Target::Html | Target::Json | Target::Onnx => {
+                let mut command = Command::new(first);
+                command.arg(program);
                 command
             }
         };

@@ -5,7 +5,7 @@ use std::process::Command;
 use coldplate_export::{Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{assessment, compare, conditions, fixtures, folder, is_there, skipped};
+use crate::{Terms, assessment, compare, fixtures, folder, is_there, lay_out, skipped};
 
 const CONDITIONS: usize = 1000;
 
@@ -43,30 +43,24 @@ fn pages_answer_as_the_runtime_does() {
         return;
     }
     let folder = folder("html");
-    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).expect("the folder can be written to");
-    let mut names = Vec::new();
-    for (name, bytes) in fixtures() {
-        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
-        let file = export(&surrogate, Target::Html, &name).expect("the name is one").swap_remove(0);
-        let name = file.name.trim_end_matches(".html").to_owned();
-        write(&file.name, file.text.as_bytes());
-        let conditions = conditions(&surrogate, CONDITIONS);
-        write(&format!("{name}.in"), &conditions.iter().flatten().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>());
-        names.push(name);
-    }
-    write("names", names.join("\n").as_bytes());
-    write("driver.js", DRIVER.as_bytes());
+    let names = lay_out(&folder, Target::Html, |_| CONDITIONS);
+    std::fs::write(folder.join("driver.js"), DRIVER).expect("the folder can be written to");
     let output = Command::new("node").current_dir(&folder).arg("driver.js").output().expect("node starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    compare(&folder, &names, |_| CONDITIONS);
+    compare(&folder, &names, &Terms { count: |_| CONDITIONS, answers: assessment, cancelling: 4e-12 });
     let _ = std::fs::remove_dir_all(&folder);
+}
+
+fn page(surrogate: &Surrogate<'_>, name: &str) -> String {
+    let file = export(surrogate, Target::Html, name).expect("the name is one").swap_remove(0);
+    String::from_utf8(file.content).expect("a page is text")
 }
 
 #[test]
 fn pages_ask_for_nothing_and_their_data_begin_no_tag() {
     for (name, bytes) in fixtures() {
         let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
-        let text = export(&surrogate, Target::Html, &name).expect("the name is one").swap_remove(0).text;
+        let text = page(&surrogate, &name);
         for asks in ["http:", "https:", "src=", "@import", "url(", "fetch(", "XMLHttpRequest", "innerHTML"] {
             assert!(!text.contains(asks), "{name}: {asks}");
         }
@@ -87,7 +81,7 @@ fn a_browser_shows_what_the_runtime_answers() {
     let bytes =
         std::fs::read(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../runtime/fixtures/uncertain.cps")).expect("it is there");
     let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
-    let text = export(&surrogate, Target::Html, "cooling").expect("the name is one").swap_remove(0).text;
+    let text = page(&surrogate, "cooling");
     let text = text.replace("\"screw nut\"", "\"\\u003cscript>alert(1)\\u003c/script>\"");
     std::fs::write(folder.join("cooling.html"), text).expect("the folder can be written to");
     let output = Command::new("chromium")

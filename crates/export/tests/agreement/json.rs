@@ -54,7 +54,7 @@ fn another_reader_evaluates_the_object() {
         let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
         let files = export(&surrogate, Target::Json, &name).expect("the name is one");
         let path = folder.join(&files[0].name);
-        std::fs::write(&path, &files[0].text).expect("the folder can be written to");
+        std::fs::write(&path, &files[0].content).expect("the folder can be written to");
         paths.push(path);
     }
     let output = std::process::Command::new("python3").args(["-c", READER]).args(&paths).output().expect("python3 starts");

@@ -5,11 +5,13 @@ mod examples;
 mod html;
 mod json;
 mod octave;
+mod onnx;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use coldplate_export::{Target, export};
 use coldplate_runtime::{Band, Surrogate};
 
 /// The surrogates that are exported: those of the runtime, and two that it has no example of: with knowledge from readings, and
@@ -133,7 +135,7 @@ pub fn skipped(what: &str) {
 }
 
 /// Whether a program can be started.
-pub fn is_there(program: &str) -> bool {
+pub fn is_there(program: impl AsRef<std::ffi::OsStr>) -> bool {
     Command::new(program).arg("--version").output().is_ok_and(|output| output.status.success())
 }
 
@@ -154,18 +156,80 @@ pub fn assessment(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
     all
 }
 
-/// What a program wrote to NAME.out beside the runtime, for the surrogates of these names at `count` conditions each.
-pub fn compare(folder: &Path, names: &[String], count: impl Fn(&str) -> usize) {
+/// Writes, for every surrogate, the files of a target, NAME.in with conditions and NAME.shape with the number of variables, and
+/// `names` with the names; returns these.
+pub fn lay_out(folder: &Path, target: Target, count: impl Fn(&str) -> usize) -> Vec<String> {
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).expect("the folder can be written to");
+    let mut names = Vec::new();
+    for (name, bytes) in fixtures() {
+        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
+        let files = export(&surrogate, target, &name).expect("the name is one");
+        let name = files[0].name.split('.').next().unwrap_or_default().to_owned();
+        for file in files {
+            write(&file.name, &file.content);
+        }
+        let conditions = conditions(&surrogate, count(&name));
+        write(&format!("{name}.shape"), surrogate.variable_count().to_string().as_bytes());
+        write(&format!("{name}.in"), &conditions.iter().flatten().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>());
+        names.push(name);
+    }
+    write("names", names.join("\n").as_bytes());
+    names
+}
+
+/// How answers are compared.
+pub struct Terms {
+    /// How many conditions, by the name of the surrogate.
+    pub count: fn(&str) -> usize,
+    /// What the runtime says at a condition, in the order of what the program wrote.
+    pub answers: fn(&Surrogate<'_>, &[f64]) -> Vec<f64>,
+    /// What may be left of the basis with 200 weights that cancel: outside the range the parts of a value add up to 20 000 in size,
+    /// whose last place is 4e-12, and another logarithm or order of additions leaves about that.
+    pub cancelling: f64,
+}
+
+/// What a program wrote to NAME.out beside the runtime, for the surrogates of these names.
+pub fn compare(folder: &Path, names: &[String], terms: &Terms) {
     for ((_, bytes), name) in fixtures().iter().zip(names) {
         let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
         let written = std::fs::read(folder.join(format!("{name}.out"))).expect("the program wrote it");
         let found: Vec<f64> = written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let conditions = conditions(&surrogate, count(name));
-        let expected: Vec<f64> = conditions.iter().flat_map(|x| assessment(&surrogate, x)).collect();
+        let conditions = conditions(&surrogate, (terms.count)(name));
+        let expected: Vec<f64> = conditions.iter().flat_map(|x| (terms.answers)(&surrogate, x)).collect();
         let (apart, place) = worst(&found, &expected);
         println!("{name}: {apart:.1e} at answer {}", place % (expected.len() / conditions.len()));
-        // The 200 weights of that basis are large and cancel: another logarithm or order of additions leaves a little more there.
-        let allowed = if name == "bare" { 4e-12 } else { 1e-12 };
+        let allowed = if name == "bare" { terms.cancelling } else { 1e-12 };
         assert!(apart < allowed, "{name}: {apart:e}");
     }
+}
+
+/// What targets without probabilities give at a condition: values, half widths of the bands, whether it is inside, and the margin of
+/// every limit.
+pub fn margins(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
+    let points = surrogate.point_count();
+    let (mut values, mut bands) = (vec![0.0; points], vec![Band::default(); points]);
+    surrogate.assess(x, None, 0.95, &mut values, &mut bands).expect("the shapes fit");
+    let mut all = values.clone();
+    all.extend(bands.iter().map(|band| band.half_width()));
+    all.push(f64::from(u8::from(surrogate.in_domain(x))));
+    all.extend((0..surrogate.limit_count()).map(|limit| surrogate.limit_value(limit, x, &values).expect("the limit exists").margin));
+    all
+}
+
+/// A program that `scripts/clients` installs in a folder of its own.
+pub fn client(program: &str) -> Option<PathBuf> {
+    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+    let cache = cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
+    Some(cache.join("coldplate/clients/bin").join(program)).filter(|path| path.exists())
+}
+
+/// Whether the Python of `scripts/clients` is there and has this package; says so where it has not.
+pub fn python_with(package: &str) -> Option<PathBuf> {
+    let python = client("python3").filter(|python| {
+        Command::new(python).args(["-c", &format!("import {package}")]).output().is_ok_and(|output| output.status.success())
+    });
+    if python.is_none() {
+        skipped(&format!("{package} is not there: scripts/clients installs it"));
+    }
+    python
 }

@@ -1,9 +1,8 @@
 use std::process::Command;
 
-use coldplate_export::{Target, export};
-use coldplate_runtime::Surrogate;
+use coldplate_export::Target;
 
-use crate::{compare, conditions, fixtures, folder, is_there, skipped};
+use crate::{Terms, assessment, compare, folder, is_there, lay_out, skipped};
 
 /// Octave takes a millisecond and more for each.
 const CONDITIONS: usize = 1000;
@@ -40,22 +39,10 @@ fn octave_answers_as_the_runtime_does() {
         return;
     }
     let folder = folder("octave");
-    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.join(name), bytes).expect("the folder can be written to");
-    let mut names = Vec::new();
-    for (name, bytes) in fixtures() {
-        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
-        let file = export(&surrogate, Target::Octave, &name).expect("the name is one").swap_remove(0);
-        let name = file.name.trim_end_matches(".m").to_owned();
-        write(&file.name, file.text.as_bytes());
-        let conditions = conditions(&surrogate, count(&name));
-        write(&format!("{name}.shape"), surrogate.variable_count().to_string().as_bytes());
-        write(&format!("{name}.in"), &conditions.iter().flatten().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>());
-        names.push(name);
-    }
-    write("names", names.join("\n").as_bytes());
-    write("driver.m", DRIVER.as_bytes());
+    let names = lay_out(&folder, Target::Octave, count);
+    std::fs::write(folder.join("driver.m"), DRIVER).expect("the folder can be written to");
     let output = Command::new("octave-cli").current_dir(&folder).args(["--norc", "driver.m"]).output().expect("octave-cli starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    compare(&folder, &names, count);
+    compare(&folder, &names, &Terms { count, answers: assessment, cancelling: 4e-12 });
     let _ = std::fs::remove_dir_all(&folder);
 }
