@@ -215,6 +215,25 @@ impl Scalings<'_, '_> {
     }
 }
 
+impl Limit {
+    /// Its kind, as the file numbers it.
+    pub(crate) fn code(&self) -> usize {
+        match self.kind {
+            LimitKind::Maximum { .. } => 0,
+            LimitKind::Rise { .. } => 1,
+            LimitKind::Difference { .. } => 2,
+            LimitKind::Spread(_) => 3,
+        }
+    }
+}
+
+impl Known {
+    /// Covariance of two states.
+    pub(crate) fn covariance(&self, i: usize, j: usize) -> f64 {
+        self.covariance.get(i.max(j) * (i.max(j) + 1) / 2 + i.min(j)).copied().unwrap_or(0.0)
+    }
+}
+
 impl Uncertainty {
     /// Point by point, term by term, what the mean of the parameters adds to the coefficient of the term.
     pub(crate) fn shifts(&self, known: &Known) -> Vec<f64> {
@@ -249,7 +268,7 @@ impl Uncertainty {
                 missed: (0..points).map(|point| missed(&both, point)).collect(),
             };
         };
-        let both = |i: usize, j: usize| known.covariance.get(i.max(j) * (i.max(j) + 1) / 2 + i.min(j)).copied().unwrap_or(0.0);
+        let both = |i: usize, j: usize| known.covariance(i, j);
         let cross = |point: usize, k: usize| self.own[point] * both(k, parameters + point) + self.common[point] * both(k, last);
         Spread {
             covariance: Some((0..parameters).flat_map(|i| (0..parameters).map(move |j| both(i, j))).collect()),

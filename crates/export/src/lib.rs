@@ -19,6 +19,7 @@ mod json;
 mod name;
 mod octave;
 mod onnx;
+mod st;
 mod template;
 
 use coldplate_runtime::Surrogate;
@@ -38,11 +39,13 @@ pub enum Target {
     Html,
     /// An ONNX model in double precision.
     Onnx,
+    /// A function block in structured text, for controllers.
+    St,
 }
 
 impl Target {
     /// Every target, in the order in which they are listed for users.
-    pub const ALL: [Self; 5] = [Self::C99, Self::Html, Self::Json, Self::Octave, Self::Onnx];
+    pub const ALL: [Self; 6] = [Self::C99, Self::Html, Self::Json, Self::Octave, Self::Onnx, Self::St];
 
     /// The name a user asks for it by.
     #[must_use]
@@ -53,6 +56,7 @@ impl Target {
             Self::Octave => "octave",
             Self::Html => "html",
             Self::Onnx => "onnx",
+            Self::St => "st",
         }
     }
 }
@@ -98,5 +102,6 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
         Target::Octave => octave::write(&content, &identifier),
         Target::Html => html::write(surrogate, &content, &identifier),
         Target::Onnx => onnx::write(surrogate, &content, &identifier),
+        Target::St => st::write(&content, &identifier),
     })
 }

@@ -38,6 +38,11 @@ pub(crate) fn distinct<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> 
     made
 }
 
+/// Text that may stand in a comment: nothing that begins or ends one, and ASCII alone.
+pub(crate) fn comment(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii_graphic() && !"*?\\".contains(c) || c == ' ' { c } else { '_' }).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

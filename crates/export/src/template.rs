@@ -5,6 +5,11 @@
 //! `surrogate_` and `SURROGATE_` stand for the name.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use coldplate_runtime::{Kernel, Transform};
+
+use crate::content::Content;
 
 /// What a template depends on.
 #[derive(Debug, Default)]
@@ -14,6 +19,34 @@ pub(crate) struct Filling {
 }
 
 impl Filling {
+    /// The flags of a surrogate.
+    pub(crate) fn of(content: &Content) -> Self {
+        let has_transform = |own: Transform| content.scalings.iter().any(|s| s.transform == own);
+        let has_kernel = |own: Kernel| content.bases.iter().any(|b| b.kernel == own);
+        let has_limits = !content.limits.is_empty();
+        let is_uncertain = content.uncertainty.is_some();
+        let mut filling = Self::default();
+        for (flag, holds) in [
+            ("bases", !content.bases.is_empty()),
+            ("limits", has_limits),
+            ("uncertain", is_uncertain),
+            ("known", content.uncertainty.as_ref().is_some_and(|own| own.known.is_some())),
+            ("reciprocal", has_transform(Transform::Reciprocal)),
+            ("log", has_transform(Transform::Log)),
+            ("thin_plate", has_kernel(Kernel::ThinPlate)),
+            ("cubic", has_kernel(Kernel::Cubic)),
+            ("multiquadric", has_kernel(Kernel::Multiquadric)),
+            ("gaussian", has_kernel(Kernel::Gaussian)),
+            ("ln", has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
+            ("finite", has_limits || has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
+            ("exp", has_limits || has_kernel(Kernel::Gaussian)),
+            ("widths", has_limits || is_uncertain),
+        ] {
+            filling.flag(flag, holds);
+        }
+        filling
+    }
+
     pub(crate) fn flag(&mut self, name: &'static str, value: bool) {
         self.flags.insert(name, value);
     }
@@ -62,6 +95,22 @@ impl Filling {
             None => self.flags.get(flag).copied().unwrap_or(false),
         }
     }
+}
+
+/// Entries with commas between them, as many to a line as fit.
+pub(crate) fn wrapped(entries: &[String], indent: &str) -> String {
+    let mut text = String::new();
+    let mut line = String::from(indent);
+    for (index, entry) in entries.iter().enumerate() {
+        let separator = if index + 1 == entries.len() { "" } else { "," };
+        if line.len() > indent.len() + 1 && line.len() + entry.len() > 118 {
+            let _ = writeln!(text, "{line}");
+            line = String::from(indent);
+        }
+        let _ = write!(line, " {entry}{separator}");
+    }
+    let _ = writeln!(text, "{line}");
+    text
 }
 
 #[cfg(test)]

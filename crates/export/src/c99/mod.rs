@@ -2,40 +2,16 @@
 
 use std::fmt::Write as _;
 
-use coldplate_runtime::{Kernel, LimitKind, Transform};
-
 use crate::File;
 use crate::content::Content;
-use crate::name::distinct;
-use crate::template::Filling;
+use crate::name::{comment, distinct};
+use crate::template::{Filling, wrapped};
 
 const HEADER: &str = include_str!("surrogate.h");
 const SOURCE: &str = include_str!("surrogate.c");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
-    let mut filling = Filling::default();
-    let has_transform = |own: Transform| content.scalings.iter().any(|s| s.transform == own);
-    let has_kernel = |own: Kernel| content.bases.iter().any(|b| b.kernel == own);
-    let has_limits = !content.limits.is_empty();
-    let is_uncertain = content.uncertainty.is_some();
-    for (flag, holds) in [
-        ("bases", !content.bases.is_empty()),
-        ("limits", has_limits),
-        ("uncertain", is_uncertain),
-        ("known", content.uncertainty.as_ref().is_some_and(|own| own.known.is_some())),
-        ("reciprocal", has_transform(Transform::Reciprocal)),
-        ("log", has_transform(Transform::Log)),
-        ("thin_plate", has_kernel(Kernel::ThinPlate)),
-        ("cubic", has_kernel(Kernel::Cubic)),
-        ("multiquadric", has_kernel(Kernel::Multiquadric)),
-        ("gaussian", has_kernel(Kernel::Gaussian)),
-        ("ln", has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
-        ("finite", has_limits || has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
-        ("exp", has_limits || has_kernel(Kernel::Gaussian)),
-        ("widths", has_limits || is_uncertain),
-    ] {
-        filling.flag(flag, holds);
-    }
+    let mut filling = Filling::of(content);
     filling.block("head", head(content, name));
     filling.block("counts", counts(content, &name.to_uppercase()));
     filling.block("names", names(content, &name.to_uppercase()));
@@ -90,11 +66,6 @@ fn names(content: &Content, name: &str) -> String {
             writeln!(text, "#define {name}_LIMIT_{} {index} /* {}, at most {:?} */", place.to_uppercase(), comment(&own.name), own.maximum);
     }
     text
-}
-
-/// Text that may stand in a comment: nothing that begins or ends one, and ASCII alone.
-fn comment(text: &str) -> String {
-    text.chars().map(|c| if c.is_ascii_graphic() && !"*?\\".contains(c) || c == ' ' { c } else { '_' }).collect()
 }
 
 /// The constants of the source file.
@@ -194,12 +165,7 @@ impl Tables<'_> {
             "\n/* A point's value (0), its rise over a variable (1), the difference of two (2), the spread of several (3). */\ntypedef struct {{\n    double maximum;\n    const unsigned short *points;\n    int count;\n    int variable;\n    int kind;\n}} {name}_limit_entry;\n"
         );
         let entries = content.limits.iter().enumerate().map(|(i, own)| {
-            let kind = match &own.kind {
-                LimitKind::Maximum { .. } => 0,
-                LimitKind::Rise { .. } => 1,
-                LimitKind::Difference { .. } => 2,
-                LimitKind::Spread(_) => 3,
-            };
+            let kind = own.code();
             let (count, variable) = (own.kind.points().count(), own.kind.variable().unwrap_or(0));
             format!("{{{:?}, {name}_limit_{i}_points, {count}, {variable}, {kind}}}", own.maximum)
         });
@@ -262,16 +228,7 @@ impl Tables<'_> {
             entries.push("0".into());
         }
         let _ = writeln!(self.text, "static const {kind} {}_{what}[{}] = {{", self.name, entries.len());
-        let mut line = String::from("   ");
-        for (index, entry) in entries.iter().enumerate() {
-            let last = index + 1 == entries.len();
-            let separator = if last { "" } else { "," };
-            if line.len() > 4 && line.len() + entry.len() > 118 {
-                let _ = writeln!(self.text, "{line}");
-                line = String::from("   ");
-            }
-            let _ = write!(line, " {entry}{separator}");
-        }
-        let _ = writeln!(self.text, "{line}\n}};");
+        self.text.push_str(&wrapped(&entries, "   "));
+        self.text.push_str("};\n");
     }
 }

@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use coldplate_runtime::LimitKind;
-
 use crate::File;
 use crate::content::Content;
 use crate::template::Filling;
@@ -11,10 +9,7 @@ use crate::template::Filling;
 const SOURCE: &str = include_str!("surrogate.m");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
-    let mut filling = Filling::default();
-    filling.flag("bases", !content.bases.is_empty());
-    filling.flag("uncertain", content.uncertainty.is_some());
-    filling.flag("known", content.uncertainty.as_ref().is_some_and(|own| own.known.is_some()));
+    let mut filling = Filling::of(content);
     filling.block("signature", format!("function [values, bands, limits, verdict] = {name}(x, confidence)\n"));
     filling.block("help", help(content, name));
     filling.block("numbers", numbers(content).lines().map(|line| format!("        {line}\n")).collect());
@@ -73,13 +68,7 @@ fn numbers(content: &Content) -> String {
     set("limits", "{}".into());
     for (index, own) in content.limits.iter().enumerate() {
         let at = format!("limits{{{}}}", index + 1);
-        let kind = match own.kind {
-            LimitKind::Maximum { .. } => 0,
-            LimitKind::Rise { .. } => 1,
-            LimitKind::Difference { .. } => 2,
-            LimitKind::Spread(_) => 3,
-        };
-        set(&format!("{at}.kind"), kind.to_string());
+        set(&format!("{at}.kind"), own.code().to_string());
         set(&format!("{at}.points"), places(&own.kind.points().collect::<Vec<_>>()));
         set(&format!("{at}.variable"), own.kind.variable().map_or(0, |v| v + 1).to_string());
         set(&format!("{at}.maximum"), format!("{:?}", own.maximum));
@@ -101,8 +90,7 @@ fn numbers(content: &Content) -> String {
         if let Some(known) = &own.known {
             let states = known.mean.len();
             set("mean", matrix(known.mean.iter().copied(), 1));
-            let at = |i: usize, j: usize| known.covariance.get(i.max(j) * (i.max(j) + 1) / 2 + i.min(j)).copied().unwrap_or(0.0);
-            set("covariance", matrix((0..states).flat_map(|i| (0..states).map(move |j| at(i, j))), states));
+            set("covariance", matrix((0..states).flat_map(|i| (0..states).map(move |j| known.covariance(i, j))), states));
         }
     }
     set("test_conditions", matrix(content.self_tests.iter().flat_map(|t| t.condition.iter().copied()), count));

@@ -6,7 +6,7 @@ use std::process::Command;
 use coldplate_export::{Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{folder, is_there, python_with, skipped};
+use crate::{folder, is_there, python_with, skipped, st};
 
 /// An example: what is exported, the text of the program, and what the page says it prints.
 struct Example {
@@ -55,6 +55,7 @@ fn the_examples_of_the_page_print_what_it_says() {
             Target::Json => ("main.py", Some("python3".into())),
             Target::Octave => ("main.m", Some("octave-cli".into())),
             Target::Onnx => ("main.py", python_with("onnxruntime")),
+            Target::St => ("main.st", Some("node".into())),
         };
         std::fs::write(folder.join(program), &example.program).expect("the folder can be written to");
         let Some(first) = first.filter(|first: &PathBuf| is_there(first)) else {
@@ -75,6 +76,12 @@ fn the_examples_of_the_page_print_what_it_says() {
             Target::Octave => {
                 let mut command = Command::new(first);
                 command.args(["--norc", program]);
+                command
+            }
+            Target::St => {
+                std::fs::write(folder.join("structured_text.js"), st::INTERPRETER).expect("the folder can be written to");
+                let mut command = Command::new(first);
+                command.args(["-e", st::SHOW, &format!("{}.st", example.name), program]);
                 command
             }
             Target::Html | Target::Json | Target::Onnx => {

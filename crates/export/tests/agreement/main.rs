@@ -6,6 +6,7 @@ mod html;
 mod json;
 mod octave;
 mod onnx;
+mod st;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
