@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -298,6 +298,17 @@ def all_of(binary):
         "Dakota Gaussian process": dakota(""),
         "Dakota Gaussian process, constant trend": dakota("constant"),
     }
+
+
+def of_machine(binary):
+    """All, and one who is told what coldplate finds out: that temperatures go with the reciprocal of the first variable."""
+
+    def of_reciprocal(table, folder):
+        told = replace(table, x=table.x.copy(), asked=table.asked.copy())
+        told.x[:, 0], told.asked[:, 0] = 1 / told.x[:, 0], 1 / told.asked[:, 0]
+        yield from egobox("MATERN52")(told, folder)
+
+    return {**all_of(binary), "egobox kriging of 1/flow, Matérn 5/2": of_reciprocal}
 
 
 def emptied(folder):

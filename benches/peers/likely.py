@@ -6,7 +6,9 @@ in them.
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.stats import multivariate_normal
 
+import contenders
 from study import REFERENCE, counted, dakota, duration, levels, normals
 
 FLOW, COOLANT, CHAMBER = "9.42 L/min", "20 degC", "22 degC"
@@ -112,6 +114,13 @@ def condition(speed):
     return np.array([9.42, 20.0, float(speed), 22.0])
 
 
+def exactly_normal(response, x):
+    """What coldplate approximates: the probability that the margins, taken as jointly normal, are all positive."""
+    mean, covariance = response.normal_margins(x)
+    zero = np.zeros(len(mean))
+    return multivariate_normal(zero, covariance, allow_singular=True, abseps=1e-6, maxpts=1_000_000, seed=1).cdf(mean)
+
+
 def how_likely(study, hear):
     lines = [
         "| answer | " + " | ".join(f"{speed} rpm" for speed in SPEEDS) + " | response asked | time |",
@@ -129,6 +138,8 @@ def how_likely(study, hear):
     _, inside = study.seconds_in_a_program(condition(SPEEDS[1]))
     row("coldplate query, the whole program", found, "-", seconds)
     row("the same as exported C99", found, "-", inside)
+    exact = [contenders.timed(lambda: exactly_normal(study.response, condition(speed))) for speed in SPEEDS]
+    row("the same normal margins, integrated by scipy", [e[0] for e in exact], "-", np.mean([e[1] for e in exact]))
     for name, ask in WAYS.items():
         try:
             answers = [counted(study, lambda speed=speed: ask(study, condition(speed))) for speed in SPEEDS]

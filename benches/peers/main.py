@@ -46,15 +46,15 @@ def fits(arguments, out):
     binary = arguments.coldplate
     keyed = {**stated_versions(binary), "coldplate": hashlib.sha256(Path(binary).read_bytes()).hexdigest()}
     journal = judge.Journal(out / "fits.jsonl", keyed)
-    chosen = {n: c for n, c in contenders.all_of(binary).items() if arguments.only in n}
-    blocks = {"designs": f"Designs of every table: {arguments.designs}."}
+    chosen = lambda known: [(n, c) for n, c in known.items() if arguments.only in n]
+    blocks = {"designs": f"Designs of 200 rows for each function: {arguments.designs}; of each number of rows for the machine: {arguments.machine_designs}."}
     for name in tables.FUNCTIONS:
         made = [tables.of_function(name, 200, design) for design in range(1, arguments.designs + 1)]
-        entries = [judge.judged(t, n, c, journal, out / "work", hear) for t in made for n, c in chosen.items()]
+        entries = [judge.judged(t, n, c, journal, out / "work", hear) for t in made for n, c in chosen(contenders.all_of(binary))]
         blocks[name] = judge.table_of(entries, sum(t.y.shape[1] for t in made))
     runs = (24, 48, 96, 200)
-    made = [tables.of_machine(binary, PROJECT, out, r, design) for r in runs for design in range(1, arguments.designs + 1)]
-    entries = [judge.judged(t, n, c, journal, out / "work", hear) for t in made for n, c in chosen.items()]
+    made = [tables.of_machine(binary, PROJECT, out, r, design) for r in runs for design in range(1, arguments.machine_designs + 1)]
+    entries = [judge.judged(t, n, c, journal, out / "work", hear) for t in made for n, c in chosen(contenders.of_machine(binary))]
     blocks["machine error"] = judge.table_of_runs(entries, "error", judge.number)
     blocks["machine worst"] = judge.table_of_runs(entries, "error", judge.number, max)
     blocks["machine covered"] = judge.table_of_runs(entries, "covered", judge.percent, lambda v: sum(v) / len(v))
@@ -80,7 +80,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--coldplate", required=True)
     parser.add_argument("--out", type=Path, required=True, help="folder for tables, fits and the journal of what is judged")
-    parser.add_argument("--designs", type=int, default=3, help="designs of each table")
+    parser.add_argument("--designs", type=int, default=3, help="designs of each table of a function")
+    parser.add_argument("--machine-designs", type=int, default=3, help="designs of each table of the machine")
     parser.add_argument("--only", default="", help="contenders whose name has this")
     parser.add_argument("--page", action="store_true", help="rewrite the tables of docs/comparison.md")
     parser.add_argument("--part", choices=("fits", "questions"), help="one of the two parts (default: both)")

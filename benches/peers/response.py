@@ -82,5 +82,17 @@ class Response:
             margins.append(limit["maximum"] - quantity)
         return np.stack(margins, 1)
 
-    def smallest_margin(self, x, states):
-        return self.margins(x, self.drawn(x, states)).min(1)
+    def normal_margins(self, x):
+        """Means and covariance of all margins, a spread being that of its hottest and its coldest point at the condition."""
+        x = np.atleast_2d(x)
+        values, slopes = self.values(x)[0], self.slopes(x)[0]
+        weights = np.zeros((len(self.file["limits"]), len(values)))
+        for row, limit in zip(weights, self.file["limits"]):
+            at = limit["points"]
+            first, second = (at[values[at].argmax()], at[values[at].argmin()]) if limit["kind"] == "spread" else (at[0], at[-1])
+            row[first] += 1
+            if first != second:
+                row[second] -= 1
+        common = self.common
+        of_values = slopes @ slopes.T + np.outer(common, common) + np.diag(self.own**2 + self.fit**2)
+        return self.margins(x, values[None, :])[0], weights @ of_values @ weights.T
