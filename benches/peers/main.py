@@ -47,7 +47,8 @@ def fits(arguments, out):
     keyed = {**stated_versions(binary), "coldplate": hashlib.sha256(Path(binary).read_bytes()).hexdigest()}
     journal = judge.Journal(out / "fits.jsonl", keyed)
     chosen = lambda known: [(n, c) for n, c in known.items() if arguments.only in n]
-    blocks = {"designs": f"Designs of 200 rows for each function: {arguments.designs}; of each number of rows for the machine: {arguments.machine_designs}."}
+    said = f"Designs of 200 rows for each function: {arguments.designs}; of each number of rows for the machine"
+    blocks = {"designs": f"{said}: {arguments.machine_designs}."}
     for name in tables.FUNCTIONS:
         made = [tables.of_function(name, 200, design) for design in range(1, arguments.designs + 1)]
         entries = [judge.judged(t, n, c, journal, out / "work", hear) for t in made for n, c in chosen(contenders.all_of(binary))]
