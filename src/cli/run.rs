@@ -6,7 +6,7 @@ use serde_json::json;
 
 use super::condition::pair_of;
 use super::output::Output;
-use super::sweep::default_folder;
+use super::sweep::{default_folder, rounds, warn_of};
 use super::text::table;
 use crate::error::Result;
 use crate::explore::sweep::SweepOptions;
@@ -41,13 +41,16 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
-    out.note(&format!("{}: {} conditions on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.study.model.mesh.cells));
+    let more =
+        sweep.plan.growth.as_ref().map_or_else(String::new, |growth| format!(", then more until {} K are reached,", growth.accuracy));
+    out.note(&format!("{}: {} conditions{more} on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.study.model.mesh.cells));
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     let summary = pipeline::run(&sweep, &folder, options, &progress)?;
     for note in &summary.notes {
         out.note(note);
     }
+    summary.adaptation.iter().for_each(|found| warn_of(found, out));
     for failure in &summary.failures {
         out.note(&format!("condition {} ({}) failed: {}", failure.row + 1, failure.group, failure.reason));
     }
@@ -73,7 +76,7 @@ fn to_json(summary: &Summary) -> serde_json::Value {
     let formulas: Vec<_> = (summary.formulas.iter())
         .map(|f| json!({ "sweep": f.group, "variable": f.variable, "point": f.point, "formula": f.text, "r_squared": f.r_squared, "rms_K": f.rms }))
         .collect();
-    json!({
+    let mut all = json!({
         "folder": summary.folder.display().to_string(),
         "conditions": summary.conditions.0,
         "resumed": summary.conditions.1,
@@ -82,7 +85,11 @@ fn to_json(summary: &Summary) -> serde_json::Value {
         "formulas": formulas,
         "files": summary.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
         "seconds": { "sweep": summary.seconds[0], "fit": summary.seconds[1], "figures_and_report": summary.seconds[2] },
-    })
+    });
+    if let (Some(found), Some(all)) = (&summary.adaptation, all.as_object_mut()) {
+        all.insert("adaptive".into(), json!(found));
+    }
+    all
 }
 
 fn text(summary: &Summary) -> String {
@@ -92,6 +99,7 @@ fn text(summary: &Summary) -> String {
         summary.conditions.1,
         summary.failures.len()
     );
+    text += &summary.adaptation.as_ref().map_or_else(String::new, rounds);
     if !summary.points.is_empty() {
         let rows: Vec<Vec<String>> = summary
             .points

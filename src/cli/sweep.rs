@@ -7,10 +7,12 @@ use super::condition::pair_of;
 use super::output::Output;
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
+use crate::explore::sweep::record::SweepRecord;
 use crate::explore::sweep::{SweepOptions, Swept};
+use crate::pipeline::adaptive::{self, Adaptation, Ran};
 use crate::pipeline::designs;
 
-/// Design of experiments: run every condition of a sweep file, resuming what is there
+/// Design of experiments: run every condition of a sweep file, or as many as its accuracy needs, resuming what is there
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Sweep file
@@ -48,12 +50,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
-    let swept = sweep.run(&folder, options)?;
+    let Ran { swept, adaptation, .. } = adaptive::run(&sweep, &folder, options, &progress)?;
     notes(&swept, out);
-    let total = sweep.plan.conditions.len();
+    adaptation.iter().for_each(|found| warn_of(found, out));
+    let total = swept.plan.conditions.len();
     let record = swept.record(&sweep, start.elapsed().as_secs_f64());
     let mut text = format!("{}\n\n", sweep.plan.name);
-    for group in &sweep.plan.groups {
+    for group in &swept.plan.groups {
         text += &format!("{}: {}\n", group.name, group.description);
     }
     text += &format!(
@@ -64,11 +67,34 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         swept.failures.len(),
         record.seconds
     );
+    text += &adaptation.as_ref().map_or_else(String::new, |found| format!("\n{}", rounds(found)));
     for file in &record.files {
         text += &format!("wrote {file}\n");
     }
-    out.report(&text, &record);
+    out.report(&text, &WithRounds { record, adaptive: adaptation });
     Ok(0)
+}
+
+/// What was run, and how it came to its accuracy.
+#[derive(serde::Serialize)]
+struct WithRounds {
+    #[serde(flatten)]
+    record: SweepRecord,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    adaptive: Option<Adaptation>,
+}
+
+/// The rounds of a sweep that went on until it was accurate enough, a line each, and what came of it.
+pub fn rounds(found: &Adaptation) -> String {
+    let lines: String = found.rounds.iter().map(|round| format!("{}\n", round.line())).collect();
+    format!("{lines}{}\n\n", found.sentence())
+}
+
+/// Says where the accuracy was not reached.
+pub fn warn_of(found: &Adaptation, out: Output) {
+    if !found.reached {
+        out.note(&format!("warning: {}", found.sentence()));
+    }
 }
 
 /// What the user should know beside the result.

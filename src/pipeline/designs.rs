@@ -52,23 +52,20 @@ impl From<&Swept> for Tables {
     }
 }
 
-/// A surrogate of everything that varies more than one variable at a time, if the sweep has such a design.
+/// A surrogate of everything that varies more than one variable at a time, if the sweep has such a design: made from `fit` where the
+/// sweep was fitted already.
 ///
 /// # Errors
 /// As [`fitting::fit_table`].
-pub fn fit_designs(plan: &Plan, machine: &Machine, swept: &Tables, keys: FitKeys) -> Result<Option<Fitted>> {
+pub fn fit_designs(plan: &Plan, machine: &Machine, swept: &Tables, keys: FitKeys, fit: Option<Fit>) -> Result<Option<Fitted>> {
     if !plan.groups.iter().any(|g| g.purpose == Purpose::Fit && !is_one_factor(g)) {
         return Ok(None);
     }
     let table = rows_of(&swept.fitted, plan, |g| !is_one_factor(g));
-    let usual = FitOptions::default();
-    let options = FitOptions {
-        max_degree: keys.max_degree.unwrap_or(usual.max_degree),
-        folds: keys.folds.unwrap_or(usual.folds),
-        seed: keys.seed.unwrap_or(usual.seed),
-        ..usual
+    let mut fit = match fit {
+        Some(fit) => fit,
+        None => fitting::fit_table(&table, Some(machine), &fit_options(keys))?,
     };
-    let mut fit = fitting::fit_table(&table, Some(machine), &options)?;
     let slopes = swept.slopes.as_ref().map(|slopes| rows_of(slopes, plan, |g| !is_one_factor(g)));
     fitting::with_uncertainty(&mut fit, slopes.as_ref())?;
     let bytes = file::encode(&fit.surrogate)?;
@@ -81,6 +78,17 @@ pub fn fit_designs(plan: &Plan, machine: &Machine, swept: &Tables, keys: FitKeys
         }
     }
     Ok(Some(Fitted { fit, bytes, comparison }))
+}
+
+/// Settings of the fit, as a sweep file states them.
+pub fn fit_options(keys: FitKeys) -> FitOptions {
+    let usual = FitOptions::default();
+    FitOptions {
+        max_degree: keys.max_degree.unwrap_or(usual.max_degree),
+        folds: keys.folds.unwrap_or(usual.folds),
+        seed: keys.seed.unwrap_or(usual.seed),
+        ..usual
+    }
 }
 
 /// The one-factor sweeps of a plan, each with its rows.

@@ -289,7 +289,7 @@ fn limit_info(surrogate: &Surrogate<'_>, limit: &coldplate_runtime::Limit<'_>, a
 
 fn journal_info(seen: Seen) -> JournalInfo {
     JournalInfo {
-        conditions: seen.header.conditions,
+        conditions: seen.conditions,
         solved: seen.solved,
         failed: seen.failed,
         damaged_lines: seen.damaged,

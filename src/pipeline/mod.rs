@@ -1,5 +1,6 @@
 //! The main job: from a sweep file to one folder with tables, surrogate, figures and a report.
 
+pub mod adaptive;
 pub mod charts;
 pub mod designs;
 pub mod diagnosis;
@@ -26,6 +27,7 @@ use crate::solve::sensitivity::Study;
 use crate::surrogate::fit::model::{PointModel, Surrogate};
 use crate::surrogate::fit::one_factor::OneFactor;
 use crate::surrogate::fit::{Fit, PointReport, file};
+use adaptive::{Adaptation, Ran};
 use charts::Chart;
 use charts::results::{Results, SweepResult};
 use designs::{Fitted, Tables, fit_designs, one_factor_tables};
@@ -49,6 +51,8 @@ pub struct Summary {
     pub conditions: (usize, usize),
     /// Conditions that failed, with the reason.
     pub failures: Vec<sweep::Failure>,
+    /// How it came to the accuracy that the sweep file states, where it does.
+    pub adaptation: Option<Adaptation>,
     /// One per measurement point of the surrogate; empty for sweeps of one factor at a time.
     pub points: Vec<PointSummary>,
     /// Formulas of the one-factor sweeps.
@@ -104,7 +108,8 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     // Before the sweep, which takes its time: a mistake in a chart definition should show at once.
     let named = sweep.definition.charts.iter().map(Chart::read).collect::<Result<Vec<_>>>()?;
     designs::rehearse(sweep)?;
-    let swept = sweep.run(folder, options)?;
+    let Ran { swept, adaptation, fit } = adaptive::run(sweep, folder, options, progress)?;
+    let plan = &swept.plan;
     let mut checked = measured::check(&sweep.study)?;
     for path in &sweep.definition.compare {
         checked.extend(measured::check(&Study::read(path, &[], None)?)?);
@@ -115,13 +120,13 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     let clock = Instant::now();
     progress.say("fitting");
     let result = Rc::new(SweepResult {
-        plan: sweep.plan.clone(),
+        plan: plan.clone(),
         machine: sweep.study.model.machine.name.clone(),
         table: swept.table.clone(),
-        fitted: fit_designs(&sweep.plan, &sweep.study.model.machine, &Tables::from(&swept), sweep.definition.fit)?,
+        fitted: fit_designs(plan, &sweep.study.model.machine, &Tables::from(&swept), sweep.definition.fit, fit)?,
     });
     let fitted = result.fitted.as_ref();
-    let one_factor = one_factor_tables(&sweep.plan, &swept.table);
+    let one_factor = one_factor_tables(plan, &swept.table);
     let fit_seconds = clock.elapsed().as_secs_f64();
 
     let clock = Instant::now();
@@ -145,7 +150,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     if !gallery.has("one_factor") && !gallery.has("published") {
         for (group, table) in &one_factor {
             let degree = group.degree.unwrap_or(2);
-            let variable = &sweep.plan.variables[group.varied[0]].name;
+            let variable = &plan.variables[group.varied[0]].name;
             let title = format!("{}: temperatures over the {}", group.name, variable.replace('_', " "));
             for (i, figure) in figures::one_factor(table, variable, degree, &title)?.iter().enumerate() {
                 gallery.add(&format!("one_factor_{}_{}", file_name(&group.name), i + 1), "one_factor", figure)?;
@@ -160,7 +165,8 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     let points = fitted.map(|f| point_summaries(&f.fit, &f.comparison)).unwrap_or_default();
     let mut summary = Summary {
         folder: folder.to_path_buf(),
-        conditions: (sweep.plan.conditions.len(), swept.resumed),
+        conditions: (plan.conditions.len(), swept.resumed),
+        adaptation,
         failures: swept.failures.clone(),
         points,
         formulas,

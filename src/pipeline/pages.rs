@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::adaptive::Adaptation;
 use super::figures as figures_of;
 use super::gallery::Gallery;
 use super::{Material, SURROGATE, TARGET};
@@ -9,6 +10,7 @@ use crate::error::Result;
 use crate::figures::chart::page::fixed_conditions;
 use crate::figures::chart::style::Quantity;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
+use crate::foundation::numbers::significant;
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::{self, Acceptability, indices};
 
@@ -85,6 +87,9 @@ fn summary(section: &mut Section, material: &Material<'_>) {
     section.key_figures(keys);
     if failed > 0 {
         section.note(Tone::Bad, format!("{failed} conditions failed; failures.csv has the reasons. They are in no table and no fit."));
+    }
+    if let Some(found) = &material.summary.adaptation {
+        section.note(if found.reached { Tone::Good } else { Tone::Bad }, found.sentence());
     }
     for warning in &material.inventory.warnings {
         section.note(Tone::Uncertain, warning);
@@ -253,6 +258,38 @@ fn slices(section: &mut Section, gallery: &Gallery) {
     section.folded(format!("{count} figures, one variable after the other"), |inside| figures(inside, gallery, "slices"));
 }
 
+/// How the sweep came to its accuracy, round by round.
+fn rounds(section: &mut Section, found: &Adaptation) {
+    let mut table = Table::new([
+        ("runs", Align::Right),
+        ("band ± [K]", Align::Right),
+        ("of", Align::Left),
+        ("predicted before they were solved", Align::Right),
+        ("largest error [K]", Align::Right),
+        ("of", Align::Left),
+        ("in band", Align::Right),
+    ]);
+    let none = || text("–");
+    for round in &found.rounds {
+        let predicted = round.predicted.as_ref();
+        table.row([
+            text(round.runs.to_string()),
+            text(significant(round.band, 2)),
+            text(&round.point),
+            predicted.map_or_else(none, |p| text(p.conditions.to_string())),
+            predicted.map_or_else(none, |p| text(significant(p.error, 2))),
+            predicted.map_or_else(none, |p| text(&p.point)),
+            predicted.map_or_else(none, |p| text(format!("{:.1} %", 100.0 * p.share_in_band))),
+        ]);
+    }
+    table.caption(format!(
+        "Runs were added until bands and predictions were within {} K: each time where the fit was least sure, predicted by the fit \
+         before they were solved",
+        found.accuracy
+    ));
+    section.table(table);
+}
+
 fn accuracy(section: &mut Section, material: &Material<'_>) {
     let columns = [
         ("measurement point", Align::Left),
@@ -289,6 +326,9 @@ fn accuracy(section: &mut Section, material: &Material<'_>) {
         "Leave-one-out errors are optimistic, since settings were chosen by them; the k-fold errors repeat the whole choice in every \
          fold and make the band; held-out conditions were never seen by any fit.",
     );
+    if let Some(found) = &material.summary.adaptation {
+        rounds(section, found);
+    }
     figures(section, material.gallery, "errors");
     figures(section, material.gallery, "parity");
     figures(section, material.gallery, "residuals");
@@ -368,7 +408,7 @@ fn assumptions(section: &mut Section, material: &Material<'_>) {
 }
 
 fn provenance(section: &mut Section, material: &Material<'_>) {
-    let groups = material.sweep.plan.groups.iter().map(|g| (g.name.clone(), g.description.clone()));
+    let groups = material.swept.plan.groups.iter().map(|g| (g.name.clone(), g.description.clone()));
     section.facts(groups);
     section.facts(material.swept.table.provenance.iter().cloned());
     section.paragraph(format!("In this folder: sweep.csv and sweep.parquet with every condition, {SURROGATE} for queries and embedding, charts/ with every figure."));

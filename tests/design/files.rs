@@ -16,12 +16,12 @@ pub fn variables() -> Vec<Variable> {
     ]
 }
 
-fn plan_of(text: &str) -> coldplate::error::Result<Plan> {
+pub fn plan_of(text: &str) -> coldplate::error::Result<Plan> {
     let text = format!("name = 'test'\nmachine = '../machines/rig.toml'\n{text}");
     Definition::new(Document::parse(&text, "sweeps/test.toml")?)?.plan(&variables())
 }
 
-const HOLD: &str = "[hold]\ncoolant_temperature = '20 degC'\nmotor_speed = '2500 rpm'\n";
+pub const HOLD: &str = "[hold]\ncoolant_temperature = '20 degC'\nmotor_speed = '2500 rpm'\n";
 
 #[test]
 fn the_ranges_of_a_design_are_filled_and_the_rest_is_held() {

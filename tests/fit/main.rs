@@ -2,6 +2,7 @@
 
 mod corner;
 mod functions;
+mod growing;
 mod held_out;
 mod radial;
 mod small;

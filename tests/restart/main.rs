@@ -1,5 +1,7 @@
 //! A sweep that was stopped at any moment ends in the same files as one that never was.
 
+mod growing;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,16 +17,18 @@ use coldplate::units::Dimension;
 /// Names the folder a child process works in.
 const CHILD: &str = "COLDPLATE_RESTART_FOLDER";
 
-fn plan(runs: usize) -> Plan {
+fn variables() -> [Variable; 2] {
     let variable =
         |name: &str, unit: &str, dimension| Variable { name: name.into(), unit: unit.into(), dimension, default: None, range: None };
-    let variables =
-        [variable("coolant_flow", "L/min", Dimension::VOLUME_FLOW), variable("coolant_temperature", "degC", Dimension::TEMPERATURE)];
+    [variable("coolant_flow", "L/min", Dimension::VOLUME_FLOW), variable("coolant_temperature", "degC", Dimension::TEMPERATURE)]
+}
+
+fn plan(runs: usize) -> Plan {
     let text = format!(
         "name = 'restart'\nmachine = 'm.toml'\n[design]\nkind = 'latin_hypercube'\nruns = {runs}\n[range]\n\
          coolant_flow = ['2 L/min', '19 L/min']\ncoolant_temperature = ['18 degC', '24 degC']\n[validation]\nruns = 2\n"
     );
-    Definition::new(Document::parse(&text, "s.toml").unwrap()).unwrap().plan(&variables).unwrap()
+    Definition::new(Document::parse(&text, "s.toml").unwrap()).unwrap().plan(&variables()).unwrap()
 }
 
 fn subject() -> Subject {

@@ -1,11 +1,10 @@
 //! From a sweep file to the solver: machine, mesh, network and multigrid hierarchy are set up once, and every condition
 //! starts from the same reference state, so that a result does not depend on which conditions went before.
 
-use std::collections::HashSet;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use super::{Definition, Open, Plan, Subject, SweepOptions, Swept, execute};
+use super::{Definition, Grow, Open, Plan, Subject, SweepOptions, Swept, execute_growing};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
@@ -97,32 +96,40 @@ impl Sweep {
     /// Runs what the journal in `folder` does not hold yet and writes the tables.
     ///
     /// # Errors
-    /// As [`execute`], or the shared setup fails.
+    /// As [`super::execute`], or the shared setup fails.
     pub fn run(&self, folder: impl AsRef<Path>, options: SweepOptions<'_>) -> Result<Swept> {
+        self.run_growing(folder.as_ref(), options, &mut |_| Ok(None))
+    }
+
+    /// The same, with what `grow` adds to it round by round, where the design grows.
+    ///
+    /// # Errors
+    /// As [`Sweep::run`], and those of `grow`.
+    pub fn run_growing(&self, folder: &Path, options: SweepOptions<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
         let mut solver = self.solver()?;
-        // Every condition starts from the same few, spread evenly over the design, so that none depends on which others
-        // have been solved before it or in this run.
+        // Every condition starts from the same few, spread evenly over the design as the sweep file states it, so that none
+        // depends on which others have been solved before it or in this run.
         let rows = &self.plan.conditions;
         let known = (rows.len() / WORTH_ONE_START).min(MOST_STARTS);
         let start = |i: usize| Load::at(&self.study.model.machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
         solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
         // By stream: conditions solved now at which its wall boils, and the hottest wall, K.
         let boiling = Mutex::new(vec![(0, 0.0); self.study.model.network.streams.len()]);
-        let bits = |si: &[f64]| -> Vec<u64> { si.iter().map(|x| x.to_bits()).collect() };
-        let sloped: HashSet<Vec<u64>> = (0..rows.len()).filter(|row| self.plan.is_sloped(*row)).map(|row| bits(&rows[row])).collect();
-        let mut swept = execute(&self.plan, &self.subject(), folder.as_ref(), options, |si| {
-            let state = self.study.model.solve(&solver, &Condition::from_si(si.to_vec()))?;
+        let solve = |plan: &Plan, row: usize| {
+            let si = &plan.conditions[row];
+            let state = self.study.model.solve(&solver, &Condition::from_si(si.clone()))?;
             self.count_boiling(&state, &mut boiling.lock().unwrap_or_else(PoisonError::into_inner));
             let mut values: Vec<f64> = self.study.model.readings(&state).into_iter().map(|t| t.0).collect();
             let count = self.open.parameters.len() * values.len();
-            if count > 0 && sloped.contains(&bits(si)) {
-                let at = Derivatives::at(&self.study, &Condition::from_si(si.to_vec()), &state.solution.temperatures)?;
+            if count > 0 && plan.is_sloped(row) {
+                let at = Derivatives::at(&self.study, &Condition::from_si(si.clone()), &state.solution.temperatures)?;
                 values.extend(at.along_open(&self.open.parameters)?.into_iter().flatten());
             } else {
                 values.extend(std::iter::repeat_n(0.0, count));
             }
             Ok(values)
-        })?;
+        };
+        let mut swept = execute_growing(&self.plan, &self.subject(), folder, options, solve, grow)?;
         let boiling = boiling.into_inner().unwrap_or_else(PoisonError::into_inner);
         let note = |(s, (count, wall)): (usize, &(usize, f64))| {
             let network = &self.study.model.network;

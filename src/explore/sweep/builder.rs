@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use super::design::{self, Spacing};
+use super::growth::{ADDED, Axis, Growth, typed};
 use super::plan::{Group, Plan, Purpose};
 use crate::describe::machine::Variable;
 use crate::error::{Error, Result};
 use crate::foundation::table::Table;
-use crate::units;
 
 /// More conditions than anyone means to run.
 const MOST_CONDITIONS: usize = 1_000_000;
@@ -18,16 +18,6 @@ pub(super) struct Builder {
     plan: Plan,
 }
 
-/// A varied variable.
-#[derive(Debug)]
-struct Axis {
-    variable: usize,
-    low: f64,
-    high: f64,
-    spacing: Spacing,
-    levels: Option<Vec<f64>>,
-}
-
 /// The ranges of one design, and the groups of conditions made in them (SI).
 #[derive(Debug)]
 pub(super) struct Space {
@@ -35,11 +25,14 @@ pub(super) struct Space {
     held: Vec<(usize, f64)>,
     axes: Vec<Axis>,
     groups: Vec<(Group, Vec<Vec<f64>>)>,
+    growth: Option<Growth>,
 }
 
 impl Builder {
     pub(super) fn new(name: String, variables: &[Variable]) -> Self {
-        Self { plan: Plan { name, variables: variables.to_vec(), groups: Vec::new(), shown: Vec::new(), conditions: Vec::new() } }
+        Self {
+            plan: Plan { name, variables: variables.to_vec(), groups: Vec::new(), shown: Vec::new(), conditions: Vec::new(), growth: None },
+        }
     }
 
     pub(super) fn has_group(&self, name: &str) -> bool {
@@ -48,7 +41,7 @@ impl Builder {
 
     /// A design with these variables (index, SI) held.
     pub(super) fn space(&self, held: &[(usize, f64)]) -> Space {
-        Space { variables: self.plan.variables.clone(), held: held.to_vec(), axes: Vec::new(), groups: Vec::new() }
+        Space { variables: self.plan.variables.clone(), held: held.to_vec(), axes: Vec::new(), groups: Vec::new(), growth: None }
     }
 
     /// Adds the conditions of a CSV file; variables it has no column for are held or take their default.
@@ -98,6 +91,11 @@ impl Builder {
         let plan = self.plan;
         if plan.conditions.is_empty() {
             return Err(Error::input("the sweep has no conditions"));
+        }
+        if plan.growth.is_some() && plan.groups.iter().any(|g| g.name == ADDED) {
+            return Err(Error::input(format!("'{ADDED}' is the name of what an adaptive design adds"))
+                .at_key("one_factor.name")
+                .help("give this [[one_factor]] another name"));
         }
         for row in &plan.shown {
             let missing: Vec<&Variable> = row.iter().zip(&plan.variables).filter(|(value, _)| value.is_nan()).map(|(_, v)| v).collect();
@@ -177,6 +175,17 @@ impl Space {
         Ok(())
     }
 
+    /// A Latin hypercube that grows: to `accuracy` (K), or to `most` conditions.
+    pub(super) fn adaptive(&mut self, runs: usize, most: usize, seed: u64, accuracy: f64) -> Result<()> {
+        check_count(most)?;
+        let units = design::latin_hypercube(runs, self.axes.len(), seed);
+        let description =
+            format!("maximin Latin hypercube, {runs} runs, seed {seed}, to grow to an accuracy of {accuracy} K or to {most} runs");
+        self.add("design", Purpose::Fit, description, self.scale(units));
+        self.growth = Some(Growth { accuracy, most, seed, axes: self.axes.clone(), base: self.base() });
+        Ok(())
+    }
+
     pub(super) fn sobol(&mut self, runs: usize, seed: Option<u64>) -> Result<()> {
         check_count(runs)?;
         let units = design::sobol(runs, self.axes.len(), seed)?;
@@ -219,11 +228,24 @@ impl Space {
         self.add("validation", Purpose::Validation, format!("uniform, {runs} runs, seed {seed}"), points);
     }
 
-    /// Completes the points with held and default values and hands them over.
-    pub(super) fn into_groups(self, builder: &mut Builder) {
+    pub(super) fn varied(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// Held and default values, NaN where there are none.
+    fn base(&self) -> Vec<f64> {
         let mut base: Vec<f64> = self.variables.iter().map(|v| v.default.unwrap_or(f64::NAN)).collect();
         for (variable, value) in &self.held {
             base[*variable] = *value;
+        }
+        base
+    }
+
+    /// Completes the points with held and default values and hands them over.
+    pub(super) fn into_groups(self, builder: &mut Builder) {
+        let base = self.base();
+        if self.growth.is_some() {
+            builder.plan.growth = self.growth;
         }
         for (mut group, points) in self.groups {
             let start = builder.plan.shown.len();
@@ -232,9 +254,7 @@ impl Space {
                 for (axis, value) in self.axes.iter().zip(point) {
                     row[axis.variable] = value;
                 }
-                let (shown, si) = row.iter().zip(&self.variables).map(|(value, variable)| typeable(*value, variable)).unzip();
-                builder.plan.shown.push(shown);
-                builder.plan.conditions.push(si);
+                builder.plan.push(row.iter().zip(&self.variables).map(|(value, variable)| typed(*value, variable)).collect());
             }
             group.rows = start..builder.plan.shown.len();
             builder.plan.groups.push(group);
@@ -247,11 +267,4 @@ fn check_count(count: usize) -> Result<()> {
         return Ok(());
     }
     Err(Error::input(format!("the design has more than {MOST_CONDITIONS} conditions")).help("take fewer levels or runs"))
-}
-
-/// The value in the variable's unit, rounded to twelve digits, and that number back in SI.
-fn typeable(si: f64, variable: &Variable) -> (f64, f64) {
-    let shown = units::express(si, &variable.unit, variable.dimension).ok().and_then(|v| format!("{v:.11e}").parse().ok());
-    let shown: f64 = shown.unwrap_or(f64::NAN);
-    (shown, units::convert(shown, &variable.unit, variable.dimension).unwrap_or(f64::NAN))
 }

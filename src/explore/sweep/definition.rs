@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use super::builder::{Builder, Space};
+use super::design::Spacing;
 use super::plan::{Group, Plan, Purpose};
-use super::{builder::Builder, design::Spacing};
 use crate::describe::machine::Variable;
 use crate::error::{Error, Result};
 use crate::foundation::document::{Document, Section, Value};
+use crate::units::Dimension;
 
 /// A sweep file, read as far as it can be without its machine.
 #[derive(Debug, Clone)]
@@ -51,6 +53,11 @@ impl Openness {
 
 /// Largest degree of a polynomial that a surrogate file holds.
 const MOST_DEGREE: usize = coldplate_runtime::format::MAX_DEGREE;
+/// Runs of the first design of an adaptive one, per varied variable: usual, and least.
+const RUNS_PER_VARIABLE: usize = 6;
+const LEAST_PER_VARIABLE: usize = 3;
+/// Runs after which an adaptive design stops, per varied variable.
+const MOST_PER_VARIABLE: usize = 50;
 /// Tables that may stand in the file but have no keys, and where what is looked for there stands.
 const EMPTY: [(&str, &str); 3] = [
     ("chart", "name chart definitions at the head of the file: charts = [\"../charts/NAME.toml\"]"),
@@ -136,8 +143,13 @@ impl Definition {
 
     fn one_design(&self, root: &Section<'_>, variables: &[Variable], builder: &mut Builder) -> Result<()> {
         let design = root.section("design")?;
-        let kinds = ["latin_hypercube", "sobol", "factorial", "list"];
+        let kinds = ["latin_hypercube", "sobol", "factorial", "list", "adaptive"];
         let kind = kinds[design.choice("kind", &kinds)?];
+        if let Some(value) = design.opt("accuracy").filter(|_| kind != "adaptive") {
+            return Err(value
+                .error(format!("a design of kind '{kind}' has as many runs as are given, whatever the accuracy"))
+                .help("write kind = \"adaptive\" to add runs until the accuracy is reached, or remove the line"));
+        }
         let held = held(root, variables)?;
         if kind == "list" {
             let file = self.document.file().parent().unwrap_or(Path::new("")).join(design.text("file")?);
@@ -177,6 +189,7 @@ impl Definition {
                 let corners = design.opt_flag("corners")?.unwrap_or(false);
                 space.latin_hypercube(design.integer("runs", 2)?, seed(&design)?.unwrap_or(1), corners).map_err(place)?;
             }
+            "adaptive" => adaptive(&design, &mut space)?,
             "sobol" => space.sobol(design.integer("runs", 1)?, seed(&design)?).map_err(place)?,
             _ => space.factorial(design.opt_integer("points", 1)?).map_err(place)?,
         }
@@ -199,6 +212,31 @@ fn fit_keys(root: &Section<'_>) -> Result<FitKeys> {
     let keys = FitKeys { max_degree, folds: section.opt_integer("folds", 2)?, seed: seed(&section)? };
     section.finish()?;
     Ok(keys)
+}
+
+/// Reads the keys of a design that grows.
+fn adaptive(design: &Section<'_>, space: &mut Space) -> Result<()> {
+    let n = space.varied();
+    if n < 2 {
+        return Err(design
+            .error_at("kind", "an adaptive design varies at least two variables")
+            .help("give another variable a range under [range], or run [[one_factor]] over this one"));
+    }
+    let accuracy = design.positive("accuracy", Dimension::DIFFERENCE)?;
+    let runs = design.opt_integer("runs", 1)?.unwrap_or(RUNS_PER_VARIABLE * n);
+    if runs < LEAST_PER_VARIABLE * n {
+        return Err(design
+            .error_at("runs", format!("a first design of {n} variables has at least {} runs", LEAST_PER_VARIABLE * n))
+            .help(format!("{} are usual; leave the line out to have them", RUNS_PER_VARIABLE * n)));
+    }
+    let most = design.opt_integer("max_runs", 1)?.unwrap_or((MOST_PER_VARIABLE * n).max(2 * runs));
+    if most <= runs {
+        return Err(design
+            .error_at("max_runs", format!("the first design has {runs} runs already, and runs are added until {most}"))
+            .help("make max_runs larger than runs"));
+    }
+    let seed = seed(design)?.unwrap_or(1);
+    space.adaptive(runs, most, seed, accuracy).map_err(|e| design.opt("max_runs").map_or(e.clone(), |value| value.place(e)))
 }
 
 fn seed(section: &Section<'_>) -> Result<Option<u64>> {

@@ -39,6 +39,16 @@ impl Spacing {
             },
         }
     }
+
+    /// Where `value` lies in the range from `low` to `high`, in [0, 1]: what [`Spacing::value`] takes back to it.
+    pub fn unit(self, value: f64, low: f64, high: f64) -> f64 {
+        let share = |g: fn(f64) -> f64| (g(value) - g(low)) / (g(high) - g(low));
+        match self {
+            Self::Linear => share(|x| x),
+            Self::Logarithmic => share(libm::log),
+            Self::Reciprocal => share(|x| 1.0 / x),
+        }
+    }
 }
 
 /// `points` values from `low` to `high`, evenly spaced in the sense of `spacing`; the middle for a single point.

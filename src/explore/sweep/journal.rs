@@ -2,8 +2,9 @@
 //!
 //! A text file. Every line is a payload, a tab, the CRC-32 (IEEE) of the payload in eight hexadecimal digits, and a
 //! line end. The first payload is `coldplate-journal 1 ` and a JSON object that says which sweep this is; every other
-//! is one finished condition: `INDEX⇥ok⇥VALUE⇥VALUE...` or `INDEX⇥failed⇥"REASON"`. Values take as many digits as
-//! they need to come back bit for bit. Lines are appended and synced one by one and never changed.
+//! is one finished condition: `INDEX⇥ok⇥VALUE⇥VALUE...` or `INDEX⇥failed⇥"REASON"`, or says which conditions a design that
+//! grows has got: `added⇥FIRST⇥COUNT⇥VALUE⇥VALUE...`, the index of the first, how many they are, and per condition one value
+//! per variable in its unit, before any of them is run. Values take as many digits as they need to come back bit for bit. Lines are appended and synced one by one and never changed.
 //!
 //! The program may be killed, and the power may fail, at any byte:
 //! - what follows the last sound line is cut off when the journal is opened again;
@@ -25,6 +26,8 @@ use crate::error::{Error, Result};
 pub const MAGIC: &str = "coldplate-journal ";
 /// Version of the format.
 const VERSION: u32 = 1;
+/// First word of a line that adds conditions.
+const ADDED: &str = "added";
 
 /// Which sweep a journal belongs to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -51,6 +54,8 @@ pub enum Outcome {
 pub struct Seen {
     /// Which sweep it belongs to.
     pub header: Header,
+    /// Number of conditions, those that were added included.
+    pub conditions: usize,
     /// Conditions with a result.
     pub solved: usize,
     /// Conditions that failed.
@@ -74,7 +79,13 @@ pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
     let header: Header = serde_json::from_str(json).map_err(|e| wrong(&format!("the first line of the journal cannot be read: {e}")))?;
     let mut last = vec![None; header.conditions.min(bytes.len())];
     let mut damaged = Vec::new();
+    let mut conditions = header.conditions;
     for (i, line) in lines.enumerate().filter(|(_, line)| !line.is_empty()) {
+        if let Some(batch) = sound(line).and_then(|payload| batch_of(payload, conditions)) {
+            conditions += batch.len();
+            last.resize(conditions.min(bytes.len()), None);
+            continue;
+        }
         let fields = sound(line).map(|payload| payload.split('\t'));
         let found = fields.and_then(|mut f| Some((f.next()?.parse::<usize>().ok()?, f.next()? == "ok")));
         match found.and_then(|(index, is_solved)| Some((last.get_mut(index)?, is_solved))) {
@@ -83,7 +94,7 @@ pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
         }
     }
     let count = |what: bool| last.iter().filter(|state| **state == Some(what)).count();
-    Ok(Seen { solved: count(true), failed: count(false), header, damaged })
+    Ok(Seen { conditions, solved: count(true), failed: count(false), header, damaged })
 }
 
 /// An open, locked journal.
@@ -92,6 +103,8 @@ pub struct Journal {
     file: File,
     path: PathBuf,
     outcomes: Vec<Option<Outcome>>,
+    /// The conditions that were added, batch by batch.
+    added: Vec<Vec<Vec<f64>>>,
     damaged: Vec<usize>,
     /// Length of the sound part; `None` after a write failed.
     end: Option<u64>,
@@ -122,8 +135,14 @@ impl Journal {
             Err(TryLockError::Error(e)) if e.kind() == std::io::ErrorKind::Unsupported => {}
             Err(TryLockError::Error(e)) => return Err(failed("lock", e)),
         }
-        let mut journal =
-            Self { file, path: path.to_path_buf(), outcomes: vec![None; header.conditions], damaged: Vec::new(), end: Some(0) };
+        let mut journal = Self {
+            file,
+            path: path.to_path_buf(),
+            outcomes: vec![None; header.conditions],
+            added: Vec::new(),
+            damaged: Vec::new(),
+            end: Some(0),
+        };
         let mut bytes = Vec::new();
         journal.file.read_to_end(&mut bytes).map_err(|e| failed("read", e))?;
         match bytes.iter().position(|b| *b == b'\n') {
@@ -164,6 +183,27 @@ impl Journal {
             *slot = Some(outcome);
         }
         Ok(())
+    }
+
+    /// A batch of conditions that were added, from 0, where the journal holds it.
+    pub fn added(&self, batch: usize) -> Option<Vec<Vec<f64>>> {
+        self.added.get(batch).cloned()
+    }
+
+    /// Records that conditions are added; when this returns, it is on the disk.
+    ///
+    /// # Errors
+    /// As [`Journal::append`].
+    pub fn add(&mut self, conditions: &[Vec<f64>]) -> Result<()> {
+        let values: Vec<String> = conditions.iter().flatten().map(|v| format!("{v:e}")).collect();
+        self.write_line(&format!("{ADDED}\t{}\t{}\t{}", self.outcomes.len(), conditions.len(), values.join("\t")))?;
+        self.enlarge(conditions.to_vec());
+        Ok(())
+    }
+
+    fn enlarge(&mut self, batch: Vec<Vec<f64>>) {
+        self.outcomes.resize(self.outcomes.len() + batch.len(), None);
+        self.added.push(batch);
     }
 
     fn begin(&mut self, header: &Header) -> Result<()> {
@@ -250,11 +290,19 @@ impl Journal {
             match sound(&bytes[at..at + length]) {
                 None => unsound.push(line),
                 Some(payload) => {
-                    let (index, outcome) = self.record(payload).ok_or_else(|| {
-                        let error = Error::input("this line of the journal is sound but makes no sense").in_file(&self.path).at_line(line);
-                        error.read(abbreviated(payload)).help("delete the line; its condition is then run again")
-                    })?;
-                    self.outcomes[index] = Some(outcome);
+                    match batch_of(payload, self.outcomes.len()) {
+                        Some(batch) => self.enlarge(batch),
+                        None => match self.record(payload) {
+                            Some((index, outcome)) => self.outcomes[index] = Some(outcome),
+                            // What it belongs to was added by a line that is damaged.
+                            None if !(unsound.is_empty() && self.damaged.is_empty()) => unsound.push(line),
+                            None => {
+                                let what = "this line of the journal is sound but makes no sense";
+                                let error = Error::input(what).in_file(&self.path).at_line(line).read(abbreviated(payload));
+                                return Err(error.help("delete the line; its condition is then run again"));
+                            }
+                        },
+                    }
                     self.damaged.append(&mut unsound);
                     end = at + length + 1;
                 }
@@ -279,6 +327,15 @@ impl Journal {
         let values: Vec<f64> = rest.strip_prefix("ok\t")?.split('\t').map(|v| v.parse().ok()).collect::<Option<_>>()?;
         Some((index, Outcome::Values(values)))
     }
+}
+
+/// The conditions that a line says were added to `known` others.
+fn batch_of(payload: &str, known: usize) -> Option<Vec<Vec<f64>>> {
+    let mut fields = payload.strip_prefix(ADDED)?.strip_prefix('\t')?.split('\t');
+    fields.next()?.parse().ok().filter(|first: &usize| *first == known)?;
+    let count: usize = fields.next()?.parse().ok().filter(|count| *count > 0)?;
+    let values: Vec<f64> = fields.map(|v| v.parse().ok()).collect::<Option<_>>()?;
+    (!values.is_empty() && values.len().is_multiple_of(count)).then(|| values.chunks(values.len() / count).map(<[f64]>::to_vec).collect())
 }
 
 /// Locks the file, waiting a moment for a process that is just ending, or one that was just started by this

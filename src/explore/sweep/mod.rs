@@ -12,6 +12,7 @@ pub mod bridge;
 mod builder;
 mod definition;
 pub mod design;
+mod growth;
 pub mod journal;
 mod lhs;
 pub mod open;
@@ -21,6 +22,7 @@ pub mod runner;
 mod sobol;
 
 pub use definition::{Definition, FitKeys, Openness};
+pub use growth::{ADDED, Growth};
 pub use open::Open;
 pub use plan::{Group, Plan, Purpose};
 pub use runner::{SweepOptions, run};
@@ -77,9 +79,26 @@ pub struct Failure {
     pub reason: String,
 }
 
+/// What a growing sweep has solved so far.
+#[derive(Debug)]
+pub struct Round<'a> {
+    /// Its conditions, those added so far included.
+    pub plan: &'a Plan,
+    /// The solved conditions to be fitted.
+    pub table: Table,
+    /// The row of the plan of each row of the table.
+    pub rows: Vec<usize>,
+}
+
+/// Says which conditions are added after a round, one value per variable in its own unit; `None` ends the sweep. It must depend on
+/// nothing but the round and those before.
+pub type Grow<'g> = dyn FnMut(&Round<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
+
 /// The result of a sweep.
 #[derive(Debug, Clone)]
 pub struct Swept {
+    /// The conditions that were run: those of the sweep file, and what was added to them.
+    pub plan: Plan,
     /// The conditions to be fitted, in the order of the design: a text column `group`, condition variables, outputs.
     pub table: Table,
     /// The held-out conditions, in the same columns, where the sweep has any.
@@ -115,6 +134,22 @@ pub fn execute(
     options: SweepOptions<'_>,
     solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
 ) -> Result<Swept> {
+    execute_growing(plan, subject, folder, options, |plan, row| solve(&plan.conditions[row]), &mut |_| Ok(None))
+}
+
+/// [`execute`] of a design that grows: `grow` is asked after every round what is added; `solve` gets the plan as far as it has
+/// grown, and a row of it. What was added stands in the journal before it is solved, and is taken from there by who resumes it.
+///
+/// # Errors
+/// As [`execute`], and those of `grow`.
+pub fn execute_growing(
+    plan: &Plan,
+    subject: &Subject,
+    folder: &Path,
+    options: SweepOptions<'_>,
+    solve: impl Fn(&Plan, usize) -> Result<Vec<f64>> + Sync,
+    grow: &mut Grow<'_>,
+) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let slopes = subject.slopes();
     let outputs: Vec<String> = subject.outputs.iter().chain(&slopes).map(|(name, unit)| format!("{name} [{unit}]")).collect();
@@ -124,15 +159,40 @@ pub fn execute(
     let header = Header { identity: deciding, outputs, conditions: plan.conditions.len() };
     let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
     let resumed = journal.outcomes().iter().flatten().count();
-    let outcomes = run(&plan.conditions, width, &mut journal, options, solve)?;
+    let mut grown = plan.clone();
+    let (mut first, mut batches) = (0, 0);
+    let outcomes = loop {
+        let end = grown.conditions.len();
+        let outcomes = run(first..end, width, &mut journal, options, |row| solve(&grown, row))?;
+        let is_solved = |outcome: &Outcome| matches!(outcome, Outcome::Values(_));
+        if grown.growth.is_none() || !outcomes.iter().any(is_solved) {
+            break outcomes;
+        }
+        let is_of = |row: &usize| is_solved(&outcomes[*row]) && grown.group_of(*row).is_some_and(|g| g.purpose == Purpose::Fit);
+        let round =
+            Round { plan: &grown, table: results(&grown, subject, &outcomes, Purpose::Fit), rows: (0..end).filter(is_of).collect() };
+        let asked = match grow(&round) {
+            Ok(asked) => asked,
+            Err(error) => {
+                // It may be for the failures that it cannot go on: they are told in any case.
+                write_failures(&grown, subject, &failures_of(&grown, &outcomes), folder, &mut Vec::new())?;
+                return Err(error);
+            }
+        };
+        let added = match (journal.added(batches), asked) {
+            (Some(known), _) => known,
+            (None, Some(asked)) => {
+                journal.add(&asked)?;
+                asked
+            }
+            (None, None) => break outcomes,
+        };
+        (first, batches) = (end, batches + 1);
+        grown.grow(added);
+    };
+    let plan = &grown;
 
-    let group_of = |row: usize| plan.group_of(row).map_or(String::new(), |g| g.name.clone());
-    let failures: Vec<Failure> = (outcomes.iter().enumerate())
-        .filter_map(|(row, outcome)| match outcome {
-            Outcome::Failed(reason) => Some(Failure { row, group: group_of(row), reason: reason.clone() }),
-            Outcome::Values(_) => None,
-        })
-        .collect();
+    let failures = failures_of(plan, &outcomes);
     let mut files = Vec::new();
     write_failures(plan, subject, &failures, folder, &mut files)?;
     if let Some(first) = failures.first().filter(|_| failures.len() == outcomes.len()) {
@@ -167,7 +227,27 @@ pub fn execute(
             }
         }
     }
-    Ok(Swept { table, validation, slopes, failures, resumed, damaged_lines: journal.damaged_lines().to_vec(), notes: Vec::new(), files })
+    let plan = plan.clone();
+    Ok(Swept {
+        plan,
+        table,
+        validation,
+        slopes,
+        failures,
+        resumed,
+        damaged_lines: journal.damaged_lines().to_vec(),
+        notes: Vec::new(),
+        files,
+    })
+}
+
+fn failures_of(plan: &Plan, outcomes: &[Outcome]) -> Vec<Failure> {
+    let group_of = |row: usize| plan.group_of(row).map_or(String::new(), |g| g.name.clone());
+    let failure = |(row, outcome): (usize, &Outcome)| match outcome {
+        Outcome::Failed(reason) => Some(Failure { row, group: group_of(row), reason: reason.clone() }),
+        Outcome::Values(_) => None,
+    };
+    outcomes.iter().enumerate().filter_map(failure).collect()
 }
 
 /// What results depend on.

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use sha2::{Digest, Sha256};
 
+use super::growth::{ADDED, Growth, in_si};
 use crate::describe::machine::Variable;
 use crate::foundation::table::Column;
 
@@ -46,6 +47,8 @@ pub struct Plan {
     pub shown: Vec<Vec<f64>>,
     /// The same in SI, converted from [`Plan::shown`], so that typing a row of the table gives the very same condition.
     pub conditions: Vec<Vec<f64>>,
+    /// How the design grows, where it does.
+    pub growth: Option<Growth>,
 }
 
 /// Rows with slopes at least, where there are so many.
@@ -58,20 +61,54 @@ impl Plan {
     }
 
     /// Whether the slopes of the readings are wanted at a row: at those a surrogate is fitted to, evenly chosen where these are
-    /// more than polynomials of the slopes need. Groups that vary one variable are for formulas, unless there are no others.
+    /// more than polynomials of the slopes need. Groups that vary one variable are for formulas, unless there are no others. Of
+    /// what was added, the first are taken until there are enough: what is added later changes nothing for those before.
     pub fn is_sloped(&self, row: usize) -> bool {
         let is_design = |g: &Group| g.purpose == Purpose::Fit && g.varied.len() > 1;
         let has_design = self.groups.iter().any(is_design);
         let is_fitted = |g: &Group| if has_design { is_design(g) } else { g.purpose == Purpose::Fit };
         let Some(group) = self.group_of(row).filter(|g| is_fitted(g)) else { return false };
-        let fitted: usize = self.groups.iter().filter(|g| is_fitted(g)).map(|g| g.rows.len()).sum();
+        let is_added = |g: &Group| self.growth.is_some() && g.name == ADDED;
+        let fitted: usize = self.groups.iter().filter(|g| is_fitted(g) && !is_added(g)).map(|g| g.rows.len()).sum();
         let before: usize = self.groups.iter().take_while(|g| g.rows != group.rows).filter(|g| is_fitted(g)).map(|g| g.rows.len()).sum();
         let place = before + row - group.rows.start;
         // Of the third degree, two and a half rows per term.
         let n = (0..self.variables.len()).filter(|v| self.groups.iter().any(|g| g.varied.contains(v))).count();
         let enough = (5 * (n + 1) * (n + 2) * (n + 3) / 12).max(LEAST_SLOPED);
+        if is_added(group) {
+            return place < enough;
+        }
         let counted = |place: usize| place * enough.min(fitted) / fitted;
         counted(place + 1) > counted(place)
+    }
+
+    /// Adds a condition to the last rows: one value per variable in its own unit.
+    pub(super) fn push(&mut self, shown: Vec<f64>) {
+        self.conditions.push(shown.iter().zip(&self.variables).map(|(value, variable)| in_si(*value, variable)).collect());
+        self.shown.push(shown);
+    }
+
+    /// Adds conditions to a design that grows: they are the last rows, and those before keep their numbers.
+    pub fn grow(&mut self, added: Vec<Vec<f64>>) {
+        let Some(growth) = self.growth.as_ref().filter(|_| !added.is_empty()) else { return };
+        let (start, end) = (self.shown.len(), self.shown.len() + added.len());
+        let varied = growth.varied();
+        let describe = |count: usize| format!("{count} runs where the fit was least sure");
+        match self.groups.last_mut().filter(|g| g.name == ADDED) {
+            Some(group) => {
+                group.rows.end = end;
+                group.description = describe(group.rows.len());
+            }
+            None => self.groups.push(Group {
+                name: ADDED.into(),
+                purpose: Purpose::Fit,
+                varied,
+                degree: None,
+                description: describe(added.len()),
+                rows: start..end,
+            }),
+        }
+        added.into_iter().for_each(|row| self.push(row));
     }
 
     /// SHA-256 over variables, units, conditions and groups, in hexadecimal.

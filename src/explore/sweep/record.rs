@@ -46,9 +46,9 @@ impl Swept {
     /// The results of `sweep` for other programs; `seconds` is the time it took.
     pub fn record(&self, sweep: &Sweep, seconds: f64) -> SweepRecord {
         let failure = |f: &Failure| FailureRecord { row: f.row + 1, group: f.group.clone(), reason: f.reason.clone() };
-        let groups = sweep.plan.groups.iter();
+        let groups = self.plan.groups.iter();
         SweepRecord {
-            conditions: sweep.plan.conditions.len(),
+            conditions: self.plan.conditions.len(),
             resumed: self.resumed,
             failed: self.failures.len(),
             groups: groups.map(|g| GroupRecord { name: g.name.clone(), design: g.description.clone(), conditions: g.rows.len() }).collect(),

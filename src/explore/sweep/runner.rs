@@ -1,5 +1,6 @@
 //! Runs what a journal does not hold yet, on every core, and brings it into the order of the design.
 
+use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -19,10 +20,10 @@ pub struct SweepOptions<'a> {
     pub retry_failed: bool,
 }
 
-/// Solves every condition that `journal` does not hold, records each as it is finished, and returns what became of
-/// all of them in the order of `conditions`.
+/// Solves every one of `conditions`, by their places in the design, that `journal` does not hold, records each as it is
+/// finished, and returns what became of all up to the last of them in the order of the design.
 ///
-/// `solve` gets the condition alone: what it returns must not depend on which others have been solved, so that
+/// `solve` gets the place of a condition: what it returns must not depend on which others have been solved, so that
 /// neither the order nor the number of threads shows in the results. It is called from several threads at once; rayon
 /// calls inside it are served by workers that wait or have nothing left to do. An error, a panic or a value that is
 /// not finite is recorded as the reason of a failure and does not stop the rest.
@@ -30,27 +31,24 @@ pub struct SweepOptions<'a> {
 /// # Errors
 /// The journal is not that of these conditions or cannot be written, or the threads cannot be started.
 pub fn run(
-    conditions: &[Vec<f64>],
+    conditions: Range<usize>,
     outputs: usize,
     journal: &mut Journal,
     options: SweepOptions<'_>,
-    solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
+    solve: impl Fn(usize) -> Result<Vec<f64>> + Sync,
 ) -> Result<Vec<Outcome>> {
-    if journal.outcomes().len() != conditions.len() {
-        return Err(Error::input(format!(
-            "the journal is of {} conditions, the design has {}",
-            journal.outcomes().len(),
-            conditions.len()
-        )));
+    let Range { start, end } = conditions;
+    if journal.outcomes().len() < end {
+        return Err(Error::input(format!("the journal is of {} conditions, the design has {end}", journal.outcomes().len())));
     }
     let wanted = |outcome: &Option<Outcome>| match outcome {
         None => true,
         Some(Outcome::Failed(_)) => options.retry_failed,
         Some(Outcome::Values(values)) => values.len() != outputs,
     };
-    let pending: Vec<usize> = journal.outcomes().iter().enumerate().filter(|(_, o)| wanted(o)).map(|(i, _)| i).collect();
-    let known = conditions.len() - pending.len();
-    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, conditions.len(), "conditions"));
+    let pending: Vec<usize> = journal.outcomes()[..end].iter().enumerate().skip(start).filter(|(_, o)| wanted(o)).map(|(i, _)| i).collect();
+    let known = end - pending.len();
+    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, end, "conditions"));
     count(0);
     let shared = Mutex::new((&mut *journal, None::<Error>));
     let (next, done, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
@@ -59,7 +57,7 @@ pub fn run(
     let worker = || {
         while !stop.load(Ordering::Relaxed) {
             let Some(&index) = pending.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-            let outcome = outcome_of(&conditions[index], outputs, &solve);
+            let outcome = outcome_of(index, outputs, &solve);
             let mut guard = shared.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
             let (journal, error) = &mut *guard;
             if error.is_none()
@@ -84,11 +82,11 @@ pub fn run(
         return Err(error);
     }
     let missing = || Error::numerics("a condition was not run");
-    journal.outcomes().iter().map(|outcome| outcome.clone().ok_or_else(missing)).collect()
+    journal.outcomes()[..end].iter().map(|outcome| outcome.clone().ok_or_else(missing)).collect()
 }
 
-fn outcome_of(condition: &[f64], outputs: usize, solve: &(impl Fn(&[f64]) -> Result<Vec<f64>> + Sync)) -> Outcome {
-    match catch_unwind(AssertUnwindSafe(|| solve(condition))) {
+fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Vec<f64>> + Sync)) -> Outcome {
+    match catch_unwind(AssertUnwindSafe(|| solve(index))) {
         Ok(Ok(values)) if values.len() != outputs => {
             Outcome::Failed(format!("the solver gave {} values where {outputs} were expected", values.len()))
         }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
+use super::super::adaptive::{self, Ran};
 use super::super::designs::{Fitted, Tables, fit_designs};
 use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
@@ -59,14 +60,16 @@ impl<'a> Results<'a> {
         let machine = Machine::read(&definition.machine, &definition.set)?;
         let plan = definition.plan(&machine.variables)?;
         let folder = self.root.join(path.file_stem().unwrap_or("sweep".as_ref()));
-        let tables = match finished(&folder, &plan, &machine)? {
-            Some(found) => found,
+        let (plan, tables, fit) = match finished(&folder, &plan, &machine)? {
+            Some(found) => (plan, found, None),
             None => {
                 self.progress.say(&format!("{}: solving what {} does not hold yet", path.display(), folder.display()));
-                Tables::from(&Sweep::open(path, None, &[])?.run(&folder, self.options)?)
+                let Ran { swept, fit, .. } = adaptive::run(&Sweep::open(path, None, &[])?, &folder, self.options, self.progress)?;
+                let tables = Tables::from(&swept);
+                (swept.plan, tables, fit)
             }
         };
-        let fitted = fit_designs(&plan, &machine, &tables, definition.fit)?;
+        let fitted = fit_designs(&plan, &machine, &tables, definition.fit, fit)?;
         let result = Rc::new(SweepResult { plan, machine: machine.name, table: tables.fitted, fitted });
         self.sweeps.insert(key(path), Rc::clone(&result));
         Ok(result)
@@ -94,7 +97,8 @@ fn key(path: &Path) -> PathBuf {
 /// The tables in `folder`, where they are of this machine and hold every condition of the plan.
 fn finished(folder: &Path, plan: &Plan, machine: &Machine) -> Result<Option<Tables>> {
     let path = folder.join("sweep.csv");
-    if !path.exists() {
+    // Whether a design that grows is finished is known to its rounds alone.
+    if plan.growth.is_some() || !path.exists() {
         return Ok(None);
     }
     let fitted = Table::read(&path)?;

@@ -13,6 +13,7 @@ mod group;
 pub mod least_squares;
 pub mod model;
 pub mod one_factor;
+pub mod placement;
 pub mod polynomial;
 mod radial;
 pub mod rbf;
@@ -209,6 +210,8 @@ pub struct PointReport {
     pub chosen: Candidate,
     /// Half width of the band, in the output's unit.
     pub half_width: f64,
+    /// Held-out residuals of the choice, one per row used.
+    pub held_out: Vec<f64>,
     /// Everything considered, the chosen one among it.
     pub candidates: Vec<Candidate>,
 }
@@ -233,6 +236,34 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// States the bands of a fit to rows that were placed where fits were least sure.
+    ///
+    /// Such rows are no easier to predict than what the surrogate will be asked about, so their held-out residuals count as they
+    /// are ([`validation::half_width`]), however few they are. The errors of the last of `batches`, predicted before the values were
+    /// known, count with them. Where enough conditions were predicted before (19 for 95 %), the latest of these errors alone are
+    /// evidence too: of earlier fits, at places that were the worst. The narrower of both bands is stated.
+    ///
+    /// `values` are those of the rows, one list per output; `batches` hold such lists of errors each, the last at the end.
+    pub fn state_bands(&mut self, values: &[Vec<f64>], batches: &[Vec<Vec<f64>>], coverage: f64) {
+        let enough = (coverage / (1.0 - coverage)).ceil() as usize;
+        for (o, (point, report)) in self.surrogate.points.iter_mut().zip(&mut self.points).enumerate() {
+            let last: &[f64] = batches.last().map_or(&[], |batch| &batch[o]);
+            let residuals = [report.held_out.as_slice(), last].concat();
+            let mut half_width = validation::half_width(&residuals, coverage);
+            let mut direct = Vec::new();
+            for batch in batches.iter().rev() {
+                if direct.len() < enough {
+                    direct.extend_from_slice(&batch[o]);
+                }
+            }
+            if direct.len() >= enough {
+                half_width = half_width.min(validation::half_width(&direct, coverage));
+            }
+            report.half_width = half_width.max(values.get(o).map_or(0.0, |values| select::least_half_width(values)));
+            point.half_width = report.half_width;
+        }
+    }
+
     /// The surrogate file, for [`file::open`] and the runtime crate.
     ///
     /// # Errors

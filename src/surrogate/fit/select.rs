@@ -151,14 +151,13 @@ impl Group<'_> {
                 }
                 _ => return Err(none()),
             };
-            // Rounding alone leaves errors of a few units in the last place.
-            let floor = 64.0 * f64::EPSILON * max_abs(&self.y[k]);
             let report = PointReport {
                 name: output.name.clone(),
                 unit: output.unit.clone(),
                 rows: self.rows.len(),
                 chosen: candidates[index].clone(),
-                half_width: width(&held_out).max(floor),
+                half_width: width(&held_out).max(least_half_width(&self.y[k])),
+                held_out,
                 candidates,
             };
             result.push((*o, model, report));
@@ -199,6 +198,11 @@ impl Group<'_> {
         };
         Candidate { family, transforms: one.shape.transforms.clone(), leave_one_out: residuals(left_out), k_fold: held_out.map(residuals) }
     }
+}
+
+/// Rounding alone leaves errors of a few units in the last place.
+pub(super) fn least_half_width(values: &[f64]) -> f64 {
+    64.0 * f64::EPSILON * max_abs(values)
 }
 
 /// Index of the candidate to take, judged by its held-out residuals on the rows that `counts` admits.

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::dense::invert_spd;
+use super::dense::{SpdInverse, invert_spd};
 use crate::foundation::random::Random;
 
 /// Splits rows into `k` folds: `result[row]` is the fold of that row. Rows at the same condition stay together, otherwise a
@@ -65,17 +65,29 @@ const TREND: f64 = 100.0;
 /// How far conditions lie from rows that are known (both in scaled variables): the standard deviation of a reference Gaussian process
 /// of length one with a linear trend. It asks for no values, so every output of a table has the same.
 pub fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let kernel = |a: &Vec<f64>, b: &Vec<f64>| {
-        let r2: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
-        let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
-        libm::exp(-r2) + TREND * (1.0 + product)
-    };
+    let inverse = reference_system(known)?;
+    let explained = &inverse.factor * DMatrix::from_fn(known.len(), asked.len(), |i, j| reference(&known[i], &asked[j]));
+    let variance = |(j, u): (usize, &Vec<f64>)| reference(u, u) - explained.column(j).norm_squared();
+    Some(asked.iter().enumerate().map(|at| variance(at).max(NUGGET).sqrt()).collect())
+}
+
+/// How far each of `known` lies from all the others, in the sense of [`remoteness`].
+pub fn remoteness_of_each(known: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let inverse = reference_system(known)?.inverse;
+    Some((0..known.len()).map(|i| (1.0 / inverse[(i, i)]).max(NUGGET).sqrt()).collect())
+}
+
+/// Covariance of the reference process.
+fn reference(a: &[f64], b: &[f64]) -> f64 {
+    let r2: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+    let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    libm::exp(-r2) + TREND * (1.0 + product)
+}
+
+fn reference_system(known: &[Vec<f64>]) -> Option<SpdInverse> {
     let n = known.len();
     let nugget = |i: usize, j: usize| if i == j { NUGGET } else { 0.0 };
-    let inverse = invert_spd(&DMatrix::from_fn(n, n, |i, j| kernel(&known[i], &known[j]) + nugget(i, j)))?;
-    let explained = &inverse.factor * DMatrix::from_fn(n, asked.len(), |i, j| kernel(&known[i], &asked[j]));
-    let variance = |(j, u): (usize, &Vec<f64>)| kernel(u, u) - explained.column(j).norm_squared();
-    Some(asked.iter().enumerate().map(|at| variance(at).max(NUGGET).sqrt()).collect())
+    invert_spd(&DMatrix::from_fn(n, n, |i, j| reference(&known[i], &known[j]) + nugget(i, j)))
 }
 
 /// How remote conditions are: those of held-out residuals from the rows of the other folds, and those a surrogate will be asked about

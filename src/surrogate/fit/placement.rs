@@ -1,0 +1,98 @@
+//! Where further rows would tell most about the functions of a table.
+
+use super::validation::{remoteness, remoteness_of_each};
+
+/// A row that is known, or has failed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Known {
+    /// Where it lies, in [-1, 1] per variable.
+    pub place: Vec<f64>,
+    /// Sizes of its held-out residuals, one per output, in whatever unit makes the outputs comparable; `None` where it has none.
+    pub errors: Option<Vec<f64>>,
+}
+
+/// Candidates nearer to a known row than this share of the largest distance of any are not taken.
+const APART: f64 = 0.5;
+
+/// The `count` of `candidates` (in [-1, 1] per variable) at which a fit is least sure, one after another, each as if those before
+/// were known: indices into them.
+///
+/// How unsure a fit is of an output is the product of how remote the place is from the known rows (the standard deviation of
+/// the reference process of [`remoteness`]) and of how badly the rows around it were predicted when they were
+/// held out, for their own remoteness: the root mean square of these ratios, weighted by the inverse fourth power of the
+/// distance. The output that it is least sure of counts. No candidate is taken that lies nearer to what is known than
+/// half as far as the farthest.
+pub fn most_telling(known: &[Known], candidates: &[Vec<f64>], count: usize) -> Vec<usize> {
+    let mut places: Vec<Vec<f64>> = known.iter().map(|k| k.place.clone()).collect();
+    let errors = local_errors(known, &places, candidates);
+    let mut nearest: Vec<f64> = candidates.iter().map(|c| places.iter().map(|p| square(c, p)).fold(f64::INFINITY, f64::min)).collect();
+    let mut taken = Vec::new();
+    for _ in 0..count.min(candidates.len()) {
+        let farthest = nearest.iter().copied().fold(0.0, f64::max);
+        // Rows that repeat each other leave the reference process nothing to invert: then distance alone decides.
+        let remote = remoteness(&places, candidates).unwrap_or_else(|| nearest.iter().map(|d| d.sqrt()).collect());
+        let score = |i: &usize| remote[*i] * errors[*i];
+        let admitted = (0..candidates.len()).filter(|i| nearest[*i] >= APART * APART * farthest && !taken.contains(i));
+        // The first of equals, so that the choice is the same everywhere.
+        let Some(best) = admitted.reduce(|a, b| if score(&b) > score(&a) { b } else { a }) else { break };
+        taken.push(best);
+        places.push(candidates[best].clone());
+        nearest.iter_mut().zip(candidates).for_each(|(d, c)| *d = d.min(square(c, &candidates[best])));
+    }
+    taken
+}
+
+/// By candidate: how badly the rows around it were predicted for their remoteness, of the worst output.
+fn local_errors(known: &[Known], places: &[Vec<f64>], candidates: &[Vec<f64>]) -> Vec<f64> {
+    let remote = remoteness_of_each(places).unwrap_or_else(|| vec![1.0; places.len()]);
+    let rated: Vec<(&[f64], Vec<f64>)> = (known.iter().enumerate())
+        .filter_map(|(i, k)| Some((k.place.as_slice(), k.errors.as_ref()?.iter().map(|e| (e / remote[i]).powi(2)).collect())))
+        .collect();
+    let of = |candidate: &Vec<f64>| {
+        let weights: Vec<f64> = rated.iter().map(|(place, _)| 1.0 / square(candidate, place).max(1e-12).powi(2)).collect();
+        let total: f64 = weights.iter().sum();
+        let outputs = rated.first().map_or(0, |(_, errors)| errors.len());
+        let mean = |o: usize| rated.iter().zip(&weights).map(|((_, errors), w)| w * errors[o]).sum::<f64>() / total;
+        let worst = (0..outputs).map(mean).fold(0.0, f64::max).sqrt();
+        // Without any error, remoteness alone decides.
+        if worst > 0.0 { worst } else { f64::MIN_POSITIVE.sqrt() }
+    };
+    candidates.iter().map(of).collect()
+}
+
+fn square(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn known(x: f64, y: f64, error: f64) -> Known {
+        Known { place: vec![x, y], errors: Some(vec![error, 0.0]) }
+    }
+
+    #[test]
+    fn what_is_remote_and_badly_predicted_comes_first_and_nothing_twice() {
+        let mut rows: Vec<Known> = [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0), (0.0, 0.0)].map(|(x, y)| known(x, y, 0.1)).to_vec();
+        let candidates: Vec<Vec<f64>> = vec![vec![0.5, 0.0], vec![-0.5, 0.0], vec![0.9, 0.95], vec![0.0, 0.5], vec![0.0, -0.5]];
+        rows[2] = known(1.0, -1.0, 3.0);
+        rows[3] = known(1.0, 1.0, 3.0);
+        let taken = most_telling(&rows, &candidates, 5);
+        assert_eq!(taken[0], 0, "between the badly predicted rows");
+        assert!(!taken.contains(&2), "beside a known row: {taken:?}");
+        let mut distinct = taken.clone();
+        distinct.sort_unstable();
+        distinct.dedup();
+        assert_eq!(distinct.len(), taken.len());
+    }
+
+    #[test]
+    fn a_place_that_failed_is_left_alone() {
+        let mut rows = vec![known(-1.0, -1.0, 1.0), known(1.0, -1.0, 1.0), known(-1.0, 1.0, 1.0), known(0.0, 0.0, 1.0)];
+        let candidates = vec![vec![1.0, 1.0], vec![0.0, -1.0], vec![0.95, 1.0]];
+        assert_eq!(most_telling(&rows, &candidates, 1), [0]);
+        rows.push(Known { place: vec![1.0, 1.0], errors: None });
+        assert_eq!(most_telling(&rows, &candidates, 3), [1]);
+    }
+}
