@@ -77,6 +77,7 @@
 //! | [`physics`] | one law per function, with source and validity range |
 //! | [`discretise`] | cells, and the thermal network they make |
 //! | [`solve`] | matrices, multigrid, steady and transient solvers, derivatives |
+//! | [`reduce`] | reduced models: few modes for a machine, with a bound on every reading |
 //! | [`explore`] | sweeps, schedules, simulation over time |
 //! | [`surrogate`] | fitting, the surrogate file, verdicts and inverse questions |
 //! | [`figures`] | charts and reports as plain data |
@@ -101,6 +102,7 @@ pub mod figures;
 pub mod foundation;
 pub mod physics;
 pub mod pipeline;
+pub mod reduce;
 pub mod solve;
 pub mod surrogate;
 pub mod units;

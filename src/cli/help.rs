@@ -13,6 +13,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "coldplate solve examples/tutorial/machine.toml --set contact.motor_foot.conductance=\"400 W/(m2 K)\" --vtu out/field.vtu",
         ],
     ),
+    (
+        "reduce",
+        &["coldplate reduce examples/tutorial/machine.toml --out out/model.cpr", "coldplate solve out/model.cpr --motor-speed \"2000 rpm\""],
+    ),
     ("sensitivity", &["coldplate sensitivity examples/tutorial/machine.toml --sensor motor --top 5"]),
     (
         "simulate",
@@ -75,6 +79,11 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "indices",
             "query.csv",
             "confidence",
+            "vary",
+            "range",
+            "reduce.uncertain",
+            "accuracy",
+            "max_runs",
             "map",
             "within",
             "passes",

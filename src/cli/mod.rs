@@ -17,6 +17,8 @@ pub mod new;
 pub mod output;
 pub mod predict;
 pub mod query;
+pub mod reduce;
+pub mod reduced;
 pub mod run;
 pub mod schema;
 pub mod sensitivity;
@@ -64,6 +66,8 @@ enum Command {
     Check(check::Args),
     /// Steady temperatures at one condition
     Solve(solve::Args),
+    /// A reduced model: any condition of the ranges in milliseconds, with a bound on every reading
+    Reduce(reduce::Args),
     /// Derivatives of readings with respect to conditions and numbers of the machine file
     Sensitivity(sensitivity::Args),
     /// Temperatures over time, through a schedule of conditions
@@ -117,6 +121,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(args, out),
         Command::Check(args) => check::run(args, out),
         Command::Solve(args) => solve::run(args, out),
+        Command::Reduce(args) => reduce::run(args, out),
         Command::Sensitivity(args) => sensitivity::run(args, out),
         Command::Simulate(args) => simulate::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),

@@ -30,6 +30,13 @@ pub fn read(path: &Path) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
+/// Whether a regular file begins with these bytes; one that cannot be read does not.
+pub fn begins_with(path: &Path, bytes: &[u8]) -> bool {
+    let is_regular = std::fs::metadata(path).is_ok_and(|about| about.is_file());
+    let mut found = vec![0; bytes.len()];
+    is_regular && File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == bytes
+}
+
 /// The text of a file.
 ///
 /// # Errors

@@ -24,5 +24,5 @@ pub const NUMERICS: &str = env!("COLDPLATE_NUMERICS");
 
 pub use jacobian::Jacobian;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
-pub use system::{Symmetric, System, residual};
+pub use system::{Symmetric, System, entering_temperature, residual};
 pub use tangent::Tangent;

@@ -33,6 +33,26 @@ pub struct Symmetric<'a> {
     pub to_given: Vec<f64>,
 }
 
+impl Symmetric<'_> {
+    /// y = K x
+    pub fn multiply(&self, x: &[f64], y: &mut [f64]) {
+        y.iter_mut().zip(&self.to_given).zip(x).for_each(|((y, g), x)| *y = g * x);
+        for (block, profile) in self.blocks.iter().zip(&self.profiles) {
+            for_chunks(&mut y[block.nodes()], |first, part| {
+                let start = block.first + first;
+                for segment in block.segments(start..start + part.len()) {
+                    segment.add_conduction(profile, x, &mut part[segment.node - start..segment.node - start + segment.along.len()]);
+                }
+            });
+        }
+        for (a, b, g) in &self.couplings {
+            let heat = g * (x[*a as usize] - x[*b as usize]);
+            y[*a as usize] += heat;
+            y[*b as usize] -= heat;
+        }
+    }
+}
+
 impl System {
     /// The pattern of `network`.
     pub fn new(network: &Network) -> Self {

@@ -38,6 +38,19 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "solve::sensitivity",
         &["error", "units", "foundation::document", "describe::*", "discretise::*", "solve", "solve::meshed", "physics"],
     ),
+    (
+        "reduce",
+        &[
+            "error",
+            "foundation::document",
+            "foundation::progress",
+            "foundation::random",
+            "describe::machine",
+            "discretise::*",
+            "solve",
+            "solve::sensitivity",
+        ],
+    ),
     ("explore::schedule", &["error", "units", "foundation::table", "describe::machine"]),
     (
         "explore::simulate",

@@ -8,7 +8,7 @@ use crate::foundation::document::{Section, Value, suggestion};
 use crate::units::Dimension;
 
 /// All numbers of a kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum NumberKind {
     /// Films of all coolant channels.
     Films,

@@ -7,6 +7,8 @@
 //! temperature at 0.198 cell widths) generalised to any set of cells by the geometric mean distance of
 //! the sampled points, so that the same formula holds from coarse to fine.
 
+use serde::{Deserialize, Serialize};
+
 use super::Mesh;
 use super::grid::Frame;
 use crate::describe::machine::{Channel, Side};
@@ -16,7 +18,7 @@ use crate::error::{Error, Result};
 const RING: usize = 12;
 
 /// A piece of the channel with one film coefficient.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Station {
     /// Length of the piece along the path, m.
     pub length: f64,

@@ -25,6 +25,8 @@ pub use split::{GivenBranch, GivenFlow};
 pub use stream::{Stream, StreamState};
 pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 
+use serde::{Deserialize, Serialize};
+
 use crate::describe::machine::{ConstantPower, ContactLaw, Interface, Property, Slope, SourceLaw};
 
 /// Marks "no such index".
@@ -85,7 +87,7 @@ pub struct Network {
 }
 
 /// A conductor whose conductance may depend on temperature: two half cells and what lies between.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// First node.
     pub a: u32,
@@ -109,7 +111,7 @@ pub struct Joint {
 
 /// The temperature beside the middle of a cell, where cells that do not match meet: the cell's own, and a share
 /// of the way to a neighbour along each of two tangential axes. Second order for any smooth temperature.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Reach {
     /// A neighbour along each axis (the node itself where the point is level with it).
     pub nodes: [u32; 2],
@@ -177,7 +179,7 @@ pub struct ContactGroup {
 }
 
 /// The reading of a sensor: a weighted sum of nodes, or water entering a circuit.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SensorTerm {
     /// Weights over nodes.
     pub weights: Vec<(u32, f64)>,

@@ -1,6 +1,8 @@
 //! Open faces: half a cell of conduction to a surface that radiates, loses heat to gas, and may
 //! have a film, a flux, radiation or a temperature prescribed. The surface temperature is eliminated here.
 
+use serde::{Deserialize, Serialize};
+
 use super::{BoundaryState, Load, NONE};
 use crate::describe::machine::Property;
 use crate::physics::radiation::SIGMA;
@@ -33,7 +35,7 @@ pub struct BoundaryArea {
 }
 
 /// An open face of a cell, or the radiating area of a lumped node.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
     /// The node behind it.
     pub node: u32,

@@ -4,13 +4,15 @@
 //! assumed factor on all numbers of that kind of which the file states nothing.
 
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::difference::Variation;
 use super::parameter::{Kind, Parameter};
 use super::point::Derivatives;
 use super::screen::Disturbance;
 use super::study::Study;
-use crate::describe::machine::{NumberKind, Shared};
+use crate::describe::machine::{Machine, NumberKind, Shared};
+use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::document::Document;
 
@@ -56,7 +58,7 @@ impl Covered {
 }
 
 /// Something of the machine that is not known for sure.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct OpenParameter {
     /// Its key in the machine file, or the name of a factor.
     pub name: String,
@@ -71,26 +73,47 @@ pub struct OpenParameter {
     /// See `low`.
     pub high: f64,
     /// How it enters.
+    #[serde(with = "StoredScale")]
     pub scale: Scale,
     /// Where its deviation is from.
+    #[serde(with = "StoredOrigin")]
     pub origin: Origin,
     acts: Vec<Act>,
 }
 
+/// [`Scale`] in a file of a reduced model.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Scale")]
+enum StoredScale {
+    Linear,
+    Log,
+    Reciprocal,
+}
+
+/// [`Origin`] there.
+#[derive(Serialize, Deserialize)]
+#[serde(remote = "Origin")]
+enum StoredOrigin {
+    Stated,
+    Assumed,
+}
+
 /// One number that a parameter moves.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 struct Act {
     way: Way,
     /// What a standard deviation of the parameter is of it: relative, or SI along a number of the file.
     amount: f64,
 }
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 enum Way {
     /// All numbers of a kind, but those of the things of these names.
     All(NumberKind, Vec<String>),
     Contact(String),
     Film(usize),
+    /// Known only beside the machine file: never in a reduced model.
+    #[serde(skip)]
     Along(Box<Variation>),
 }
 
@@ -202,19 +225,9 @@ impl Study {
         match kind {
             NumberKind::Films => machine.channels.iter().any(|c| is_meant(&c.name)),
             NumberKind::Heats => machine.sources.iter().any(|s| is_meant(&s.name)),
-            NumberKind::Emissivities => !self.radiating(but).is_empty() || (but.is_empty() && !network.radiative.is_empty()),
+            NumberKind::Emissivities => !radiating(network, but).is_empty() || (but.is_empty() && !network.radiative.is_empty()),
             NumberKind::Contacts => !self.joints_of_contacts(but).is_empty(),
         }
-    }
-
-    /// Surfaces that radiate, but those of the parts and nodes of some names.
-    fn radiating(&self, but: &[String]) -> Vec<usize> {
-        let network = &self.model.network;
-        let is_meant = |i: &usize| {
-            let surface = &network.surfaces[*i];
-            surface.emissive > 0.0 && !but.contains(&network.groups[network.group[surface.node as usize] as usize])
-        };
-        (0..network.surfaces.len()).filter(is_meant).collect()
     }
 
     /// Joints of the contacts of the file, but those of some names.
@@ -260,6 +273,58 @@ impl Study {
             None => Act { way: Way::Along(Box::new(self.variation(p)?)), amount: change },
         })
     }
+}
+
+impl OpenParameter {
+    /// Whether a value of it can be set in a network and its load without making them anew.
+    pub fn is_direct(&self) -> bool {
+        self.acts.iter().all(|act| !matches!(act.way, Way::Along(_)))
+    }
+
+    /// Sets a value (in the parameter's unit) in a network, which may be a sampled one, and in a load of it. Nothing is changed by
+    /// a parameter that is not [direct](OpenParameter::is_direct).
+    pub fn set(&self, value: f64, machine: &Machine, network: &mut Network, load: &mut Load) {
+        let deviations = (value - self.nominal) / self.deviation;
+        for act in &self.acts {
+            let factor = 1.0 + act.amount * deviations;
+            match &act.way {
+                Way::All(NumberKind::Films, but) => {
+                    network.streams.iter_mut().filter(|s| !but.contains(&s.name)).for_each(|s| s.film_factor *= factor);
+                }
+                Way::All(NumberKind::Heats, but) => {
+                    let sources = machine.sources.iter().zip(&mut load.powers).filter(|(source, _)| !but.contains(&source.name));
+                    sources.for_each(|(_, power)| *power *= factor);
+                }
+                Way::All(NumberKind::Emissivities, but) => {
+                    for i in radiating(network, but) {
+                        network.surfaces[i].emissive *= factor;
+                    }
+                    if but.is_empty() {
+                        network.radiative.iter_mut().for_each(|(_, _, area)| *area *= factor);
+                    }
+                }
+                Way::All(NumberKind::Contacts, but) => {
+                    let is_meant = |of: Option<usize>| of.is_some_and(|c| !but.contains(&machine.contacts[c].name));
+                    network.contacts.iter_mut().filter(|g| is_meant(g.of)).for_each(|g| g.scale *= factor);
+                }
+                Way::Contact(name) => {
+                    let is_own = |of: Option<usize>| of.is_some_and(|c| machine.contacts[c].name == *name);
+                    network.contacts.iter_mut().filter(|g| is_own(g.of)).for_each(|g| g.scale *= factor);
+                }
+                Way::Film(c) => network.streams[*c].film_factor *= factor,
+                Way::Along(_) => {}
+            }
+        }
+    }
+}
+
+/// Surfaces of a network that radiate, but those of the parts and nodes of some names.
+fn radiating(network: &Network, but: &[String]) -> Vec<usize> {
+    let is_meant = |i: &usize| {
+        let surface = &network.surfaces[*i];
+        surface.emissive > 0.0 && !network.groups.get(network.group[surface.node as usize] as usize).is_some_and(|g| but.contains(g))
+    };
+    (0..network.surfaces.len()).filter(is_meant).collect()
 }
 
 impl Derivatives<'_> {
@@ -313,7 +378,7 @@ impl Derivatives<'_> {
                     sources.for_each(|(s, _)| add(screen.power(s)));
                 }
                 Way::All(NumberKind::Emissivities, but) => {
-                    add(screen.emissivity(self.study.radiating(but)));
+                    add(screen.emissivity(radiating(network, but)));
                     if but.is_empty() {
                         add(screen.radiative(0..network.radiative.len()));
                     }

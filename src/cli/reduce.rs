@@ -1,0 +1,214 @@
+//! `coldplate reduce`: a reduced model of a machine, with a bound on every reading.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::condition::pair_of;
+use super::output::Output;
+use crate::describe::machine::Variable;
+use crate::error::{Error, Result};
+use crate::foundation::atomic_file;
+use crate::foundation::document::{Document, suggestion};
+use crate::foundation::numbers::significant;
+use crate::foundation::progress::Progress;
+use crate::reduce::{Made, ReducedModel, Settings, reduce};
+use crate::solve::sensitivity::Study;
+use crate::units::{self, Dimension};
+
+/// Variables that vary where nothing else is said.
+const USUAL: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
+
+/// A reduced model: any condition of the ranges in milliseconds, with a bound on every reading
+#[derive(Debug, clap::Args)]
+#[command(after_help = "`coldplate solve MODEL.cpr` answers from it.")]
+pub struct Args {
+    /// Machine file
+    machine: PathBuf,
+    /// File to write (default: the machine file's name with .cpr)
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Variables that vary, with commas, or all; the others keep their defaults (default: the four of every machine)
+    #[arg(long, value_name = "NAMES")]
+    vary: Option<String>,
+    /// Range of a variable, for example coolant_flow="2 L/min .. 18 L/min" (default: the machine file's)
+    #[arg(long = "range", value_name = "NAME=LOW .. HIGH")]
+    range: Vec<String>,
+    /// Let films, heats, emissivities and contacts vary too, as far as the machine file leaves them open
+    #[arg(long)]
+    uncertain: bool,
+    /// Largest bound wanted on any reading
+    #[arg(long, value_name = "KELVIN", default_value = "0.001 K", allow_hyphen_values = true)]
+    accuracy: String,
+    /// Most conditions to solve in full
+    #[arg(long, value_name = "N", default_value_t = 400)]
+    max_runs: usize,
+    /// Seed of the conditions
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
+}
+
+/// As outside programs read it.
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct Record {
+    file: String,
+    bytes: usize,
+    modes: usize,
+    modes_of_the_bound: usize,
+    conductors: usize,
+    conductors_of_the_machine: usize,
+    cells: usize,
+    nodes: usize,
+    solved: usize,
+    failed: usize,
+    checks: usize,
+    accuracy_K: f64,
+    reached: bool,
+    largest_error_K: f64,
+    largest_bound_K: f64,
+    varied: Vec<String>,
+    parameters: Vec<String>,
+    parameters_left_out: Vec<String>,
+    seconds: f64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, numerics that failed, or a file that cannot be written.
+pub fn run(args: &Args, out: Output) -> Result<u8> {
+    let accuracy = units::parse(&args.accuracy, Dimension::DIFFERENCE).map_err(|e| e.at_key("--accuracy"))?;
+    if accuracy.is_nan() || accuracy <= 0.0 {
+        let error = Error::input("an accuracy is above zero").at_key("--accuracy").read(&args.accuracy);
+        return Err(error.help("write for example --accuracy \"0.001 K\""));
+    }
+    let path = match &args.out {
+        Some(path) => path.clone(),
+        None => PathBuf::from(args.machine.file_stem().unwrap_or("machine".as_ref())).with_extension("cpr"),
+    };
+    atomic_file::check(&path)?;
+    let mut document = Document::read(&args.machine)?;
+    for text in &args.set {
+        let (key, value) = pair_of(text, "--set")?;
+        document.apply_set(&key, &value).map_err(|error| error.in_file(&args.machine))?;
+    }
+    let progress = out.progress();
+    progress.at("meshing");
+    let study = Study::new(document, args.cells)?;
+    let variables = &study.model.machine.variables;
+    let ranges = ranges(args, variables)?;
+    let settings = Settings { accuracy, ranges, with_parameters: args.uncertain, most: args.max_runs, seed: args.seed };
+    let model = reduce(&study, &settings, &progress)?;
+    drop(progress);
+    let bytes = model.to_bytes(study.document())?;
+    atomic_file::write(&path, &bytes)?;
+    let varied = variables.iter().zip(&model.ranges).filter(|(_, (low, high))| high > low).map(|(v, _)| v.name.clone()).collect();
+    let made = &model.made;
+    let record = Record {
+        file: path.display().to_string(),
+        bytes: bytes.len(),
+        modes: model.coarse.len(),
+        modes_of_the_bound: model.fine.len(),
+        conductors: model.fine.patterns.ncols(),
+        conductors_of_the_machine: made.conductors,
+        cells: made.cells,
+        nodes: made.nodes,
+        solved: made.solved,
+        failed: made.failed,
+        checks: made.checks,
+        accuracy_K: accuracy,
+        reached: made.largest_bound <= accuracy,
+        largest_error_K: made.largest_error,
+        largest_bound_K: made.largest_bound,
+        varied,
+        parameters: model.parameters.iter().map(|p| p.name.clone()).collect(),
+        parameters_left_out: model.left_out.clone(),
+        seconds: made.seconds,
+    };
+    out.report(&text(&model, &record), &record);
+    Ok(0)
+}
+
+/// The range of every variable; those that do not vary have one value.
+fn ranges(args: &Args, variables: &[Variable]) -> Result<Vec<(f64, f64)>> {
+    let names: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+    let known = |name: &str, option: &str| match names.iter().position(|n| *n == name) {
+        Some(at) => Ok(at),
+        None => {
+            let error = Error::input(format!("'{name}' is not a variable of this machine")).at_key(option);
+            Err(error.help(suggestion(name, &names)))
+        }
+    };
+    let mut varies: Vec<bool> = match args.vary.as_deref() {
+        None => names.iter().map(|n| USUAL.contains(n)).collect(),
+        Some("all") => vec![true; names.len()],
+        Some(list) => {
+            let mut varies = vec![false; names.len()];
+            for name in list.split(',') {
+                varies[known(name.trim(), "--vary")?] = true;
+            }
+            varies
+        }
+    };
+    let mut given: Vec<Option<(f64, f64)>> = vec![None; names.len()];
+    for text in &args.range {
+        let (name, value) = pair_of(text, "--range")?;
+        let at = known(&name, "--range")?;
+        let fail = |what: &str| Error::input(what).at_key(format!("--range {name}")).read(&value).help("write LOW .. HIGH, both with their unit");
+        let (low, high) = value.split_once("..").ok_or_else(|| fail("two values are needed"))?;
+        let parse = |text: &str| units::parse(text.trim(), variables[at].dimension).map_err(|e| e.at_key(format!("--range {name}")));
+        let (low, high) = (parse(low)?, parse(high)?);
+        if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
+            return Err(fail("the second value must be above the first"));
+        }
+        (given[at], varies[at]) = (Some((low, high)), true);
+    }
+    let one = |(i, variable): (usize, &Variable)| {
+        let range = given[i].or(variable.range);
+        match (varies[i], range, variable.default) {
+            (true, Some(range), _) => Ok(range),
+            (_, _, Some(value)) => Ok((value, value)),
+            (_, Some(range), None) => Ok(range),
+            (_, None, None) => Err(Error::input(format!("'{}' has neither range nor default", variable.name))
+                .in_file(&args.machine)
+                .at_key(format!("variables.{}", variable.name))
+                .help(format!("state its range: --range {}=\"LOW .. HIGH\"", variable.name))),
+        }
+    };
+    variables.iter().enumerate().map(one).collect()
+}
+
+fn text(model: &ReducedModel, record: &Record) -> String {
+    let made: &Made = &model.made;
+    let mut text = format!("{}\n\n", model.machine.name);
+    let mut varied = record.varied.clone();
+    varied.extend(record.parameters.iter().cloned());
+    text += &format!("varies    {}\n", varied.join(", "));
+    text += &format!("size      {} modes for {} nodes, {} of {} conductors\n", record.modes, made.nodes, record.conductors, made.conductors);
+    text += &format!("made of   {} conditions solved in full, {:.1} s\n", made.solved, made.seconds);
+    let kelvin = |x: f64| significant(x, 2);
+    text += &format!(
+        "checked   at {} further conditions: largest error {} K, largest bound {} K\n",
+        made.checks,
+        kelvin(made.largest_error),
+        kelvin(made.largest_bound)
+    );
+    if !record.reached {
+        let asked = kelvin(record.accuracy_K);
+        text += &format!("warning: the bound is larger than the {asked} K asked for; allow more --max-runs, or vary less\n");
+    }
+    if made.failed > 0 {
+        text += &format!("note: {} conditions have no steady state and were left out\n", made.failed);
+    }
+    if !record.parameters_left_out.is_empty() {
+        text += &format!("note: kept as the machine file has them: {}\n", record.parameters_left_out.join(", "));
+    }
+    text + &format!("wrote {} ({:.1} kB)\n", record.file, record.bytes as f64 / 1e3)
+}

@@ -1,0 +1,139 @@
+//! `coldplate solve MODEL.cpr`: the steady state from a reduced model.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::condition::ConditionArgs;
+use super::output::Output;
+use super::text::table;
+use crate::describe::machine::Condition;
+use crate::error::{Error, Result};
+use crate::foundation::document::suggestion;
+use crate::foundation::numbers::significant;
+use crate::reduce::{Answer, ReducedModel};
+use crate::solve::meshed::limit_states;
+use crate::units::celsius;
+
+/// As outside programs read it.
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct Record {
+    /// Temperatures of the sensors' places, degC.
+    sensors: BTreeMap<String, f64>,
+    /// How far each may be from that of the full model.
+    bounds_K: BTreeMap<String, f64>,
+    coolant: BTreeMap<String, Channel>,
+    limits: Vec<Limit>,
+    in_range: bool,
+    modes: usize,
+    newton_iterations: usize,
+    seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct Channel {
+    outlet_degC: f64,
+    flow_m3_s: f64,
+    reynolds: f64,
+    h_W_m2K: f64,
+    pressure_drop_Pa: f64,
+}
+
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct Limit {
+    name: String,
+    margin_K: f64,
+    kept: bool,
+}
+
+/// Answers one condition.
+///
+/// # Errors
+/// The file is damaged, the condition is bad, or no steady state is found.
+pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, out: Output) -> Result<u8> {
+    let model = ReducedModel::from_bytes(bytes).map_err(|e| e.in_file(path))?;
+    let (condition, parameters) = place(&model, condition)?;
+    let clock = Instant::now();
+    let answer = model.steady(&condition, &parameters)?;
+    let seconds = clock.elapsed().as_secs_f64();
+    let names = &model.fine.network.sensor_names;
+    let states = limit_states(&model.machine, &answer.readings, condition.si());
+    let network = &model.fine.network;
+    let outlet = |s: usize| answer.state.temperatures[network.streams[s].outlet() as usize];
+    let channel = |(s, state): (usize, &crate::discretise::network::StreamState)| {
+        let own = Channel {
+            outlet_degC: celsius(outlet(s)),
+            flow_m3_s: state.flow,
+            reynolds: state.reynolds,
+            h_W_m2K: state.film,
+            pressure_drop_Pa: state.pressure_drop,
+        };
+        (network.streams[s].name.clone(), own)
+    };
+    let record = Record {
+        sensors: names.iter().cloned().zip(answer.readings.iter().map(|t| celsius(*t))).collect(),
+        bounds_K: names.iter().cloned().zip(answer.bounds.iter().copied()).collect(),
+        coolant: answer.state.streams.iter().enumerate().map(channel).collect(),
+        limits: states.iter().map(|l| Limit { name: l.name.clone(), margin_K: l.margin(), kept: l.margin() >= 0.0 }).collect(),
+        in_range: answer.in_range,
+        modes: model.coarse.len(),
+        newton_iterations: answer.state.steps,
+        seconds,
+    };
+    out.report(&text(&model, &answer, &record), &record);
+    Ok(if answer.in_range { 0 } else { 3 })
+}
+
+/// Condition and parameters; what is not given has the machine's default or the file's value.
+fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<f64>)> {
+    let mut pairs = Vec::new();
+    let mut parameters: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
+    let mut is_moved = false;
+    for (name, value) in given.values()? {
+        let Some(at) = model.parameters.iter().position(|p| p.name == name) else {
+            if !model.machine.variables.iter().any(|v| v.name == name) {
+                let names = model.machine.variables.iter().map(|v| v.name.as_str()).chain(model.parameters.iter().map(|p| p.name.as_str()));
+                let error = Error::input(format!("'{name}' is neither a variable nor a parameter of this model")).at_key("--at").read(value);
+                return Err(error.help(suggestion(&name, &names.collect::<Vec<_>>())));
+            }
+            pairs.push((name, value));
+            continue;
+        };
+        let (own, unit) = (&model.parameters[at], &model.parameters[at].unit);
+        let bare = value.trim().strip_suffix(unit.as_str()).unwrap_or(&value).trim();
+        let number = bare.parse::<f64>().ok().filter(|x| x.is_finite());
+        parameters[at] = number.ok_or_else(|| {
+            let shown = if unit == "1" { "a number".into() } else { format!("a number in {unit}") };
+            Error::input(format!("{shown} is needed")).at_key(&own.name).read(&value).help(format!("write --at \"{}={}\"", own.name, own.nominal))
+        })?;
+        is_moved = true;
+    }
+    let pairs: Vec<(&str, &str)> = pairs.iter().map(|(n, v)| (n.as_str(), v.as_str())).collect();
+    Ok((model.machine.condition(&pairs)?, if is_moved { parameters } else { Vec::new() }))
+}
+
+fn text(model: &ReducedModel, answer: &Answer, record: &Record) -> String {
+    let mut text = format!("{}\n\n", model.machine.name);
+    let row = |((name, t), bound): ((&String, &f64), &f64)| vec![name.clone(), format!("{:.4}", celsius(*t)), significant(*bound, 2)];
+    let rows: Vec<Vec<String>> = model.fine.network.sensor_names.iter().zip(&answer.readings).zip(&answer.bounds).map(row).collect();
+    text += &table(&["sensor", "degC", "+- K"], &rows);
+    if !record.limits.is_empty() {
+        let row = |l: &Limit| vec![l.name.clone(), format!("{:+.3}", l.margin_K), if l.kept { "kept".into() } else { "broken".into() }];
+        text += "\n";
+        text += &table(&["limit", "margin K", ""], &record.limits.iter().map(row).collect::<Vec<_>>());
+    }
+    let row = |(name, c): (&String, &Channel)| {
+        vec![name.clone(), format!("{:.3}", c.outlet_degC), format!("{:.3}", c.flow_m3_s * 6e4), format!("{:.0}", c.h_W_m2K)]
+    };
+    text += "\n";
+    text += &table(&["channel", "outlet degC", "L/min", "h W/(m2 K)"], &record.coolant.iter().map(row).collect::<Vec<_>>());
+    if !answer.in_range {
+        text += "\nwarning: outside the ranges that the model was made for; the bounds do not hold there\n";
+    }
+    text + &format!("\n{} modes, {:.2} ms; the bounds are against the full model on {} cells\n", record.modes, record.seconds * 1e3, model.made.cells)
+}

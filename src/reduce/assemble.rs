@@ -1,0 +1,431 @@
+//! From modes and solved states to a reduced network.
+
+use std::collections::HashMap;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::cubature::{Sample, sample};
+use super::family::Family;
+use super::conductors::{Conductor, End, conductors, ends};
+use super::level::{Level, ReducedContact};
+use super::split::Split;
+use crate::discretise::mesh::path::Station;
+use crate::discretise::network::{ContactFactors, HeatSource, Joint, Load, NONE, Network, Reach, SensorTerm, Stream, StreamState};
+use crate::foundation::random::Random;
+use crate::solve::csr::dot;
+
+/// Most conductors among which the sample is chosen.
+const CANDIDATES: usize = 12_000;
+/// Directions of the heats of the states below this share of the largest are left out of the training equations.
+const CUTOFF: f64 = 1e-7;
+
+/// A solved state with what is learnt from it.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// Temperatures of the solids less those of the middle, K; zero at held nodes.
+    pub rise: Vec<f64>,
+    /// The conductors of [`Split::rest`] at the temperatures of the middle.
+    pub tangents: Vec<Conductor>,
+    /// What the heat of each deviates from that of its tangent, W.
+    pub beyond: Vec<f64>,
+    /// Exchange of every station of every stream, W/K.
+    pub exchange: Vec<Vec<f64>>,
+    /// Readings of all sensors, K.
+    pub readings: Vec<f64>,
+}
+
+impl Snapshot {
+    /// Of a state of `network`, whose own split has the conductors `rest`; `center` are the temperatures of the middle.
+    pub fn of(network: &Network, rest: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64], center: &[f64]) -> Self {
+        let mut rise: Vec<f64> = temperatures[..network.solids].iter().zip(center).map(|(t, c)| t - c).collect();
+        let mut middle = center.to_vec();
+        for (node, index) in &network.fixed {
+            rise[*node as usize] = 0.0;
+            middle[*node as usize] = load.fixed[*index as usize];
+        }
+        let readings = network.sensors.iter().map(|s| s.read(temperatures, load)).collect();
+        let tangents = conductors(rest, load, &middle);
+        let rise_at = |end: End| {
+            if end.node == NONE {
+                return 0.0;
+            }
+            let own = rise[end.node as usize];
+            rest.reaches.get(end.reach as usize).map_or(own, |reach| {
+                own + reach.nodes.iter().zip(reach.shares).map(|(n, share)| share * (rise[*n as usize] - own)).sum::<f64>()
+            })
+        };
+        let apart = conductors(rest, load, temperatures).into_iter().zip(&tangents).zip(ends(rest));
+        let beyond = apart.map(|((now, tangent), [a, b])| now.heat - tangent.heat - tangent.slope_a * rise_at(a) + tangent.slope_b * rise_at(b));
+        Self { beyond: beyond.collect(), rise, tangents, exchange: streams.iter().map(|s| s.exchange.clone()).collect(), readings }
+    }
+}
+
+/// What reduced networks are assembled from.
+#[derive(Debug)]
+pub struct Assembly<'a> {
+    /// The full network and its parts.
+    pub network: &'a Network,
+    /// See `network`.
+    pub split: &'a Split,
+    /// The load in the middle of the ranges.
+    pub load: &'a Load,
+    /// Temperatures of all nodes there, K.
+    pub center: &'a [f64],
+}
+
+impl Assembly<'_> {
+    /// The reduced network on these modes, trained on these states; `tolerance` of the sampled heats.
+    pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], tolerance: f64) -> Level {
+        let (network, rest, n) = (self.network, &self.split.rest, modes.len());
+        let ends = ends(rest);
+        let chosen = self.sample(modes, snapshots, &ends, tolerance);
+        let mut tangents = self.tangents(modes, snapshots, &ends);
+        // Conductors stand in the sampled network in their own order.
+        let mut all: Vec<usize> = chosen.chosen.iter().copied().chain(tangents.iter().flat_map(|f| f.points.clone())).collect();
+        all.sort_unstable();
+        all.dedup();
+        let place = |c: &usize| all.binary_search(c).unwrap_or(0);
+        tangents.iter_mut().for_each(|f| f.points = f.points.iter().map(place).collect());
+        let mut weights = vec![0.0; all.len()];
+        chosen.chosen.iter().zip(&chosen.weights).for_each(|(c, w)| weights[place(c)] = *w);
+        let (sampled, rows, center) = self.sampled(modes, &all);
+        let (readings, base) = self.readings(modes);
+        let column = |wide: &[f64]| -> Vec<f64> {
+            let image = self.split.conduction(wide, self.load);
+            modes.iter().map(|other| dot(other, &image[..network.solids])).collect()
+        };
+        let of_mode = |mode: &Vec<f64>| {
+            let mut wide = vec![0.0; network.nodes];
+            wide[..network.solids].copy_from_slice(mode);
+            column(&wide)
+        };
+        let mut columns: Vec<Vec<f64>> = modes.par_iter().map(of_mode).collect();
+        columns.push(column(self.center));
+        let pattern = |i: usize, e: usize| {
+            let [a, b] = ends[all[e]].map(|end| if end.node == NONE { 0.0 } else { modes[i][end.node as usize] });
+            weights[e] * (a - b)
+        };
+        let at_ends: [DMatrix<f64>; 2] = [0, 1].map(|side| {
+            let columns: Vec<DVector<f64>> = all.iter().map(|c| self.end(modes, ends[*c][side])).collect();
+            DMatrix::from_fn(n, all.len(), |i, e| columns[e][i])
+        });
+        let walls: Vec<usize> = sampled.streams.iter().flat_map(|s| s.stations.iter().map(|k| k.cells[0].0)).collect();
+        Level {
+            center_held: self.load.fixed.clone(),
+            conduction: DMatrix::from_fn(n, n + 1, |i, j| columns[j][i]),
+            capacity: self.capacity(modes),
+            held: self.held(modes),
+            sources: self.sources(modes),
+            contacts: self.contacts(modes),
+            rings: self.rings(modes, snapshots),
+            tangents,
+            patterns: DMatrix::from_fn(n, all.len(), pattern),
+            ends: at_ends,
+            walls: DMatrix::from_fn(n, walls.len(), |i, k| rows[(walls[k], i)]),
+            network: sampled,
+            center,
+            rows,
+            readings,
+            base,
+        }
+    }
+
+    /// Heats and slopes at the temperatures of the middle, as families.
+    fn tangents(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], ends: &[[End; 2]]) -> [Family; 3] {
+        let count = ends.len();
+        let left = |e: usize| {
+            let [a, b] = ends[e].map(|end| if end.node == NONE { DVector::zeros(modes.len()) } else { self.at(modes, end.node) });
+            a - b
+        };
+        let samples = |of: fn(&Conductor) -> f64| DMatrix::from_fn(count, snapshots.len(), |e, k| of(&snapshots[k].tangents[e]));
+        let slopes = |side: usize| {
+            move |weights: &[f64]| {
+                let mut sum = DMatrix::zeros(modes.len(), modes.len());
+                for (e, weight) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                    sum.ger(*weight, &left(e), &self.end(modes, ends[e][side]), 1.0);
+                }
+                sum
+            }
+        };
+        let heats = |weights: &[f64]| {
+            let mut sum = DMatrix::zeros(modes.len(), 1);
+            for (e, weight) in weights.iter().enumerate().filter(|(_, w)| **w != 0.0) {
+                sum.column_mut(0).axpy(*weight, &left(e), 1.0);
+            }
+            sum
+        };
+        [
+            Family::new(&samples(|c| c.heat), heats),
+            Family::new(&samples(|c| c.slope_a), slopes(0)),
+            Family::new(&samples(|c| c.slope_b), slopes(1)),
+        ]
+    }
+
+    fn at(&self, modes: &[Vec<f64>], node: u32) -> DVector<f64> {
+        DVector::from_iterator(modes.len(), modes.iter().map(|m| m[node as usize]))
+    }
+
+    /// How the temperature at an end of a conductor follows the amplitudes.
+    fn end(&self, modes: &[Vec<f64>], end: End) -> DVector<f64> {
+        if end.node == NONE {
+            return DVector::zeros(modes.len());
+        }
+        let own = self.at(modes, end.node);
+        let Some(reach) = self.network.reaches.get(end.reach as usize) else { return own };
+        reach.nodes.iter().zip(reach.shares).fold(own.clone(), |sum, (other, share)| sum + (self.at(modes, *other) - &own) * share)
+    }
+
+    fn capacity(&self, modes: &[Vec<f64>]) -> DMatrix<f64> {
+        let weighted = |mode: &Vec<f64>| -> Vec<f64> { (0..mode.len()).map(|i| mode[i] * self.network.capacity_at(i, self.center[i])).collect() };
+        let images: Vec<Vec<f64>> = modes.par_iter().map(weighted).collect();
+        DMatrix::from_fn(modes.len(), modes.len(), |i, j| dot(&modes[i], &images[j]))
+    }
+
+    fn held(&self, modes: &[Vec<f64>]) -> DMatrix<f64> {
+        let column = |index: u32| {
+            let mut wide = vec![0.0; self.network.nodes];
+            let own = self.network.fixed.iter().filter(|(_, i)| *i == index);
+            own.for_each(|(node, _)| wide[*node as usize] = 1.0);
+            if wide.iter().all(|v| *v == 0.0) {
+                return DVector::zeros(modes.len());
+            }
+            let image = self.split.conduction(&wide, self.load);
+            DVector::from_iterator(modes.len(), modes.iter().map(|m| dot(m, &image[..m.len()])))
+        };
+        let columns: Vec<DVector<f64>> = (0..self.load.fixed.len() as u32).map(column).collect();
+        DMatrix::from_fn(modes.len(), columns.len(), |i, j| columns[j][i])
+    }
+
+    fn sources(&self, modes: &[Vec<f64>]) -> DMatrix<f64> {
+        let sources = &self.split.sources;
+        let share = |i: usize, s: usize| sources[s].shares.iter().map(|(node, share)| share * modes[i][*node as usize]).sum();
+        DMatrix::from_fn(modes.len(), sources.len(), share)
+    }
+
+    fn contacts(&self, modes: &[Vec<f64>]) -> Vec<ReducedContact> {
+        let n = modes.len();
+        let one = |(contact, joints): &(usize, Vec<Joint>)| {
+            let operator = |weights: &[f64]| {
+                let mut sum = DMatrix::zeros(n, n + 1);
+                for (joint, weight) in joints.iter().zip(weights) {
+                    let left = self.at(modes, joint.a) - self.at(modes, joint.b);
+                    let [a, b] = [(joint.a, joint.reach[0]), (joint.b, joint.reach[1])].map(|(node, reach)| self.end(modes, End { node, reach }));
+                    sum.columns_mut(0, n).ger(*weight, &left, &(a - b), 1.0);
+                    let (ta, tb) = self.network.joint_ends(joint, self.center);
+                    sum.column_mut(n).axpy(weight * (ta - tb), &left, 1.0);
+                }
+                sum
+            };
+            let family = Family::new(&conductances(self.network, *contact, joints), operator);
+            let joints = family.points.iter().map(|p| Joint { reach: [NONE; 2], ..joints[*p] }).collect();
+            ReducedContact { joints, family }
+        };
+        self.split.contacts.par_iter().map(one).collect()
+    }
+
+    /// Within the ring of cells that a station touches the heat is shared by their own temperatures, not by their mean.
+    fn rings(&self, modes: &[Vec<f64>], snapshots: &[Snapshot]) -> Vec<Family> {
+        let n = modes.len();
+        let one = |(s, stream): (usize, &Stream)| {
+            let samples = DMatrix::from_fn(stream.stations.len(), snapshots.len(), |k, column| snapshots[column].exchange[s][k]);
+            let operator = |weights: &[f64]| {
+                let mut sum = DMatrix::zeros(n, n + 1);
+                for (station, weight) in stream.stations.iter().zip(weights) {
+                    let wall = self.wall(modes, station);
+                    let mean: f64 = station.cells.iter().map(|(cell, share)| share * self.center[*cell]).sum();
+                    for (cell, share) in &station.cells {
+                        let apart = self.at(modes, *cell as u32) - &wall;
+                        sum.columns_mut(0, n).ger(weight * share, &apart, &apart, 1.0);
+                        sum.column_mut(n).axpy(weight * share * (self.center[*cell] - mean), &apart, 1.0);
+                    }
+                }
+                sum
+            };
+            Family::new(&samples, operator)
+        };
+        self.network.streams.par_iter().enumerate().map(one).collect()
+    }
+
+    fn wall(&self, modes: &[Vec<f64>], station: &Station) -> DVector<f64> {
+        station.cells.iter().fold(DVector::zeros(modes.len()), |sum, (cell, share)| sum + self.at(modes, *cell as u32) * *share)
+    }
+
+    /// Modes in the readings, and what the solids' temperatures of the middle give them, K.
+    fn readings(&self, modes: &[Vec<f64>]) -> (DMatrix<f64>, Vec<f64>) {
+        let is_held: std::collections::HashSet<u32> = self.network.fixed.iter().map(|(node, _)| *node).collect();
+        let own = |sensor: &SensorTerm| -> Vec<(u32, f64)> {
+            let is_solid = |n: u32| (n as usize) < self.network.solids && !is_held.contains(&n);
+            sensor.weights.iter().copied().filter(|(n, _)| is_solid(*n)).collect()
+        };
+        let weights: Vec<Vec<(u32, f64)>> = self.network.sensors.iter().map(own).collect();
+        let row = |s: usize, i: usize| weights[s].iter().map(|(n, w)| w * modes[i][*n as usize]).sum();
+        let matrix = DMatrix::from_fn(weights.len(), modes.len(), row);
+        (matrix, weights.iter().map(|own| own.iter().map(|(n, w)| w * self.center[*n as usize]).sum()).collect())
+    }
+
+    /// The few conductors that stand for all.
+    fn sample(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], ends: &[[End; 2]], tolerance: f64) -> Sample {
+        if ends.is_empty() || modes.is_empty() {
+            return Sample::default();
+        }
+        let value = |mode: &Vec<f64>, node: u32| if node == NONE { 0.0 } else { mode[node as usize] };
+        // Heats of all states as combinations of few.
+        let (count, states) = (ends.len(), snapshots.len());
+        let heats = DMatrix::from_fn(count, states, |e, k| snapshots[k].beyond[e]);
+        let decomposed = heats.tr_mul(&heats).symmetric_eigen();
+        let largest = decomposed.eigenvalues.max();
+        let kept: Vec<usize> = (0..states).filter(|i| decomposed.eigenvalues[*i] > CUTOFF * CUTOFF * largest).collect();
+        let directions = &heats * decomposed.eigenvectors.select_columns(kept.iter());
+        let column = |e: usize, to: &mut [f64]| {
+            let [a, b] = ends[e].map(|end| end.node);
+            for (i, mode) in modes.iter().enumerate() {
+                let shape = value(mode, a) - value(mode, b);
+                for (p, to) in to[i * kept.len()..(i + 1) * kept.len()].iter_mut().enumerate() {
+                    *to = shape * directions[(e, p)];
+                }
+            }
+        };
+        let equations = modes.len() * kept.len();
+        // Of very many conductors a random few thousand are candidates, each for its share of all.
+        let mut candidates: Vec<usize> = (0..count).collect();
+        if count > CANDIDATES {
+            candidates = Random::new(1).permutation(count);
+            candidates.truncate(CANDIDATES);
+            candidates.sort_unstable();
+        }
+        let mut forces = DMatrix::zeros(equations, candidates.len());
+        forces.as_mut_slice().par_chunks_mut(equations).zip(&candidates).for_each(|(to, e)| column(*e, to));
+        let goal = if candidates.len() == count {
+            forces.column_sum()
+        } else {
+            let mut goal = vec![0.0; equations];
+            let mut one = vec![0.0; equations];
+            for e in 0..count {
+                column(e, &mut one);
+                goal.iter_mut().zip(&one).for_each(|(g, o)| *g += o);
+            }
+            DVector::from_vec(goal)
+        };
+        let mut found = sample(&forces, &goal, tolerance, equations.min(candidates.len()));
+        found.chosen.iter_mut().for_each(|c| *c = candidates[*c]);
+        found
+    }
+
+    /// The network of the chosen conductors, the channels' walls and the water, and the modes at its solid nodes.
+    fn sampled(&self, modes: &[Vec<f64>], chosen: &[usize]) -> (Network, DMatrix<f64>, DVector<f64>) {
+        let rest = &self.split.rest;
+        let mut nodes = Nodes { from: Vec::new(), to: HashMap::new() };
+        let mut own = Network {
+            properties: rest.properties.clone(),
+            contacts: rest.contacts.clone(),
+            circuits: rest.circuits.clone(),
+            groups: rest.groups.clone(),
+            sources: rest.sources.iter().map(|s| HeatSource { shares: Vec::new(), law: s.law.clone() }).collect(),
+            sensor_names: rest.sensor_names.clone(),
+            ..Network::default()
+        };
+        own.contacts.iter_mut().for_each(|group| group.joints = 0..0);
+        let (joints, radiative) = (rest.surfaces.len(), rest.surfaces.len() + rest.joints.len());
+        let shares = radiative + rest.radiative.len();
+        for c in chosen.iter().copied() {
+            if c < joints {
+                let surface = rest.surfaces[c];
+                own.surfaces.push(crate::discretise::network::Surface { node: nodes.of(surface.node), ..surface });
+            } else if c < radiative {
+                let joint = rest.joints[c - joints];
+                let reach = joint.reach.map(|r| match rest.reaches.get(r as usize) {
+                    Some(reach) => {
+                        own.reaches.push(Reach { nodes: reach.nodes.map(|n| nodes.of(n)), shares: reach.shares });
+                        own.reaches.len() as u32 - 1
+                    }
+                    None => NONE,
+                });
+                own.joints.push(Joint { a: nodes.of(joint.a), b: nodes.of(joint.b), reach, ..joint });
+            } else if c < shares {
+                let (a, b, area) = rest.radiative[c - radiative];
+                own.radiative.push((nodes.of(a), nodes.of(b), area));
+            } else {
+                let mut left = c - shares;
+                for (s, source) in rest.sources.iter().enumerate() {
+                    if left < source.shares.len() {
+                        let (node, share) = source.shares[left];
+                        own.sources[s].shares.push((nodes.of(node), share));
+                        break;
+                    }
+                    left -= source.shares.len();
+                }
+            }
+        }
+        // Held nodes that sensors read are kept too.
+        let held: HashMap<u32, u32> = rest.fixed.iter().copied().collect();
+        for (node, _) in rest.sensors.iter().flat_map(|s| &s.weights) {
+            if held.contains_key(node) {
+                nodes.of(*node);
+            }
+        }
+        own.fixed = nodes.from.iter().enumerate().filter_map(|(i, n)| Some((i as u32, *held.get(n)?))).collect();
+        own.group = nodes.from.iter().map(|n| rest.group[*n as usize]).collect();
+        own.capacity = vec![0.0; nodes.from.len()];
+        let mut rows: Vec<DVector<f64>> = nodes.from.iter().map(|n| self.at(modes, *n)).collect();
+        let mut center: Vec<f64> = nodes.from.iter().map(|n| self.center[*n as usize]).collect();
+        // One node per station of channel wall, then the water.
+        let mut streams = rest.streams.clone();
+        for stream in &mut streams {
+            for station in &mut stream.stations {
+                rows.push(self.wall(modes, station));
+                center.push(station.cells.iter().map(|(cell, share)| share * self.center[*cell]).sum());
+                own.group.push(station.cells.first().map_or(NONE, |(cell, _)| rest.group[*cell]));
+                own.capacity.push(0.0);
+                station.cells = vec![(rows.len() - 1, 1.0)];
+            }
+        }
+        own.solids = rows.len();
+        own.nodes = own.solids;
+        for stream in &mut streams {
+            for k in 0..stream.stations.len() {
+                nodes.to.insert(stream.first_node + k as u32, (own.nodes + k) as u32);
+            }
+            stream.first_node = own.nodes as u32;
+            own.nodes += stream.stations.len();
+        }
+        own.streams = streams;
+        let is_kept = |n: u32| (n as usize) >= rest.solids || held.contains_key(&n);
+        for sensor in &rest.sensors {
+            let weights = sensor.weights.iter().filter(|(n, _)| is_kept(*n)).map(|(n, w)| (nodes.to[n], *w)).collect();
+            own.sensors.push(SensorTerm { weights, inlet: sensor.inlet });
+        }
+        let matrix = DMatrix::from_fn(rows.len(), modes.len(), |r, c| rows[r][c]);
+        (own, matrix, DVector::from_vec(center))
+    }
+}
+
+/// Nodes of the full network that are in the sampled one.
+struct Nodes {
+    from: Vec<u32>,
+    to: HashMap<u32, u32>,
+}
+
+impl Nodes {
+    fn of(&mut self, node: u32) -> u32 {
+        *self.to.entry(node).or_insert_with(|| {
+            self.from.push(node);
+            self.from.len() as u32 - 1
+        })
+    }
+}
+
+/// Conductances of a contact's joints at some factors on its own: a row per joint.
+fn conductances(network: &Network, contact: usize, joints: &[Joint]) -> DMatrix<f64> {
+    let factors: Vec<f64> = (0..13).map(|i| 0.01 * 10f64.powf(f64::from(i) / 3.0)).collect();
+    let mut probe = Network { properties: network.properties.clone(), contacts: network.contacts.clone(), ..Network::default() };
+    let mut samples = DMatrix::zeros(joints.len(), factors.len());
+    for (column, factor) in factors.iter().enumerate() {
+        probe.contacts[contact].scale = network.contacts[contact].scale * factor;
+        for (row, joint) in joints.iter().enumerate() {
+            let free = Joint { reach: [NONE; 2], ..*joint };
+            samples[(row, column)] = probe.joint_state(&free, 300.0, 300.0, &ContactFactors::default()).conductance;
+        }
+    }
+    samples
+}

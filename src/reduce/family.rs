@@ -1,0 +1,75 @@
+//! Coefficients that change together: the conductances of one contact's joints, the exchange of one channel's stations.
+//!
+//! All of them follow few numbers (a factor, a film), so that the vector of coefficients stays close to a space of two or three
+//! dimensions whatever the condition is. In that space a few of its entries determine the rest (empirical interpolation: Barrault
+//! et al., C. R. Acad. Sci. Paris 339 (2004) 667; its greedy choice of entries likewise), and the operator that they multiply is a sum of as many small matrices.
+
+use nalgebra::{DMatrix, DVector, RowDVector};
+use serde::{Deserialize, Serialize};
+
+/// Members that differ from a combination of the chosen ones by less than this share of the largest are not chosen.
+const CUTOFF: f64 = 1e-8;
+/// Most entries that are evaluated.
+const MOST: usize = 16;
+
+/// Operators whose coefficients are found from a few of them.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Family {
+    /// The coefficients that are evaluated.
+    pub points: Vec<usize>,
+    /// The operator that each of them multiplies.
+    operators: Vec<DMatrix<f64>>,
+}
+
+impl Family {
+    /// From coefficients (a row per member, a column per state that was seen); `operator` sums the members' operators with given
+    /// weights.
+    pub fn new(samples: &DMatrix<f64>, operator: impl Fn(&[f64]) -> DMatrix<f64>) -> Self {
+        // The members that differ most, one after the other, each without what those before it explain.
+        let mut left = samples.clone();
+        let mut points = Vec::new();
+        let mut directions: Vec<RowDVector<f64>> = Vec::new();
+        let mut largest = 0.0;
+        while points.len() < MOST.min(samples.nrows()) {
+            let norms = DVector::from_iterator(left.nrows(), left.row_iter().map(|row| row.norm()));
+            let point = norms.imax();
+            largest = f64::max(largest, norms[point]);
+            if norms[point] <= CUTOFF * largest {
+                break;
+            }
+            let direction = left.row(point) / norms[point];
+            let along = &left * direction.transpose();
+            left.ger(-1.0, &along, &direction.transpose(), 1.0);
+            points.push(point);
+            directions.push(direction);
+        }
+        if points.is_empty() {
+            return Self { points, operators: Vec::new() };
+        }
+        let amplitudes = samples * DMatrix::from_rows(&directions).transpose();
+        let Some(inverse) = amplitudes.select_rows(&points).try_inverse() else { return Self { points: Vec::new(), operators: Vec::new() } };
+        let weights = amplitudes * inverse;
+        let operators = weights.column_iter().map(|column| operator(column.as_slice())).collect();
+        Self { points, operators }
+    }
+
+    /// Whether it has an operator of this shape for each point, or none at all.
+    pub(super) fn is_of(&self, shape: (usize, usize)) -> bool {
+        (self.operators.is_empty() || self.operators.len() == self.points.len()) && self.operators.iter().all(|o| o.shape() == shape)
+    }
+
+    /// Adds the operator at these coefficients, applied to `a` and one: operators have a column more than `a` has numbers.
+    pub fn apply(&self, coefficients: impl Iterator<Item = f64>, a: &DVector<f64>, to: &mut DVector<f64>) {
+        for (operator, c) in self.operators.iter().zip(coefficients) {
+            to.gemv(c, &operator.columns(0, a.len()), a, 1.0);
+            to.axpy(c, &operator.column(a.len()), 1.0);
+        }
+    }
+
+    /// Adds the operator at the coefficients of [`Family::points`].
+    pub fn add(&self, coefficients: impl Iterator<Item = f64>, to: &mut DMatrix<f64>) {
+        for (operator, c) in self.operators.iter().zip(coefficients) {
+            to.zip_apply(operator, |own, o| *own += c * o);
+        }
+    }
+}

@@ -1,0 +1,342 @@
+//! A reduced network: the temperatures of a machine as a combination of few modes.
+//!
+//! Temperatures of the solids are T = C + V a, C those in the middle of the ranges. The balance of heat is asked of the modes
+//! (Galerkin): Vᵀ R(C + V a) = 0 for the residual R of the network. Linear conduction is one small matrix. A contact, and the heat
+//! within a ring of channel wall, is one small matrix for each of a few coefficients ([`Family`]); so are open faces and all else
+//! that follows the temperature, linearised at C. What they deviate from their tangents is that of a weighted few of themselves
+//! ([`super::cubature`]), evaluated by their own laws. Water is no part of the modes: it follows the wall station by station, as in
+//! the full network, and is eliminated exactly.
+
+use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
+
+use super::conductors::{Conductor, conductors};
+use super::family::Family;
+use crate::discretise::network::stream::members;
+use crate::discretise::network::{Joint, Load, Network, StreamState};
+use crate::error::{Error, Result, Stop};
+use crate::solve::entering_temperature;
+
+/// No temperature may move by more than this in the last step, K.
+const STEP_TOLERANCE: f64 = 1e-7;
+const MOST_STEPS: usize = 60;
+/// A step that is not this much shorter than the last one asks for new derivatives.
+const SLOW: f64 = 0.2;
+
+/// A reduced network: `n` modes, `s` solid nodes of the sampled network, `c` chosen conductors.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Level {
+    /// Temperatures that the modes are added to, K: s.
+    pub center: DVector<f64>,
+    /// Held temperatures in the middle of the ranges, K.
+    pub center_held: Vec<f64>,
+    /// Linear conduction: n x (n + 1), the last column for the temperatures of the middle. W/K and W.
+    pub conduction: DMatrix<f64>,
+    /// Heat capacity, J/K: n x n.
+    pub capacity: DMatrix<f64>,
+    /// What a kelvin of each held temperature makes leave the modes, W/K: n x temperatures.
+    pub held: DMatrix<f64>,
+    /// Share of each source's power that reaches the modes: n x sources.
+    pub sources: DMatrix<f64>,
+    /// Contacts of constant laws.
+    pub contacts: Vec<ReducedContact>,
+    /// By stream, the heat that a station's ring of cells moves around the channel.
+    pub rings: Vec<Family>,
+    /// What follows the temperature, at that of the middle: heats (n x 1), slopes at the first and at the second end (n x n).
+    pub tangents: [Family; 3],
+    /// The sampled network: chosen conductors, a node per station of channel wall, water.
+    #[serde(skip)]
+    pub network: Network,
+    /// Modes at its solid nodes: s x n.
+    pub rows: DMatrix<f64>,
+    /// Modes between the ends of every chosen conductor, times its weight: n x c.
+    pub patterns: DMatrix<f64>,
+    /// Modes at the first and at the second end of every chosen conductor: n x c.
+    pub ends: [DMatrix<f64>; 2],
+    /// Modes at the walls of all stations: n x stations.
+    pub walls: DMatrix<f64>,
+    /// Modes in each sensor's reading: sensors x n.
+    pub readings: DMatrix<f64>,
+    /// What the solids' temperatures of the middle give each sensor, K.
+    pub base: Vec<f64>,
+}
+
+/// A contact of a constant law.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct ReducedContact {
+    /// The joints whose conductances are evaluated.
+    pub joints: Vec<Joint>,
+    /// Its operators: n x (n + 1).
+    pub family: Family,
+}
+
+/// A solved reduced network.
+#[derive(Debug, Clone)]
+pub struct Reduced {
+    /// Amplitudes of the modes, K.
+    pub amplitudes: DVector<f64>,
+    /// Temperatures of the sampled network's nodes, K.
+    pub temperatures: Vec<f64>,
+    /// Its streams.
+    pub streams: Vec<StreamState>,
+    /// Steps.
+    pub steps: usize,
+}
+
+/// What does not change while a condition is solved.
+struct Given {
+    /// All that is linear: n x n, W/K.
+    linear: DMatrix<f64>,
+    /// What leaves the modes at the temperatures of the middle, W.
+    constant: DVector<f64>,
+    /// The chosen conductors at the temperatures of the middle.
+    tangents: Vec<Conductor>,
+}
+
+impl Level {
+    /// Modes.
+    pub fn len(&self) -> usize {
+        self.rows.ncols()
+    }
+
+    /// Whether there is no mode.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Whether all sizes and indices belong together, as they do unless a file was made up.
+    pub(super) fn is_sound(&self) -> bool {
+        let (n, net) = (self.len(), &self.network);
+        let (solids, count) = (net.solids, self.patterns.ncols());
+        let node = |i: &u32| (*i as usize) < net.nodes;
+        let solid = |i: u32| (i as usize) < solids;
+        let property = |p: u32| p == crate::discretise::network::NONE || (p as usize) < net.properties.len();
+        let conductors = net.surfaces.len() + net.joints.len() + net.radiative.len() + net.sources.iter().map(|s| s.shares.len()).sum::<usize>();
+        let stations: usize = net.streams.iter().map(|s| s.stations.len()).sum();
+        let is_joint = |j: &Joint| solid(j.a) && solid(j.b) && property(j.property_a) && property(j.property_b);
+        let circuits = net.circuits.len();
+        let is_stream = |s: &crate::discretise::network::Stream| {
+            let last = s.first_node as usize + s.stations.len();
+            let stations = s.stations.iter().all(|k| k.cells.len() == 1 && k.cells[0].0 < solids);
+            stations && !s.stations.is_empty() && last <= net.nodes && s.circuit < circuits && s.upstream.iter().all(|u| *u < net.streams.len())
+                && (s.property as usize + 2 < net.properties.len())
+        };
+        let square = |m: &DMatrix<f64>, columns: usize| m.shape() == (n, columns);
+        let family = |f: &Family, members: usize, columns: usize| f.points.iter().all(|p| *p < members) && f.is_of((n, columns));
+        self.rows.nrows() == solids
+            && self.center.len() == solids
+            && net.group.len() == solids
+            && conductors == count
+            && square(&self.conduction, n + 1)
+            && square(&self.capacity, n)
+            && square(&self.held, self.center_held.len())
+            && square(&self.sources, net.sources.len())
+            && square(&self.patterns, count)
+            && self.ends.iter().all(|e| square(e, count))
+            && square(&self.walls, stations)
+            && self.readings.shape() == (net.sensors.len(), n)
+            && self.base.len() == net.sensors.len()
+            && self.rings.len() == net.streams.len()
+            && self.rings.iter().zip(&net.streams).all(|(f, s)| family(f, s.stations.len(), n + 1))
+            && self.tangents.iter().zip([1, n, n]).all(|(f, columns)| family(f, count, columns))
+            && self.contacts.iter().all(|c| c.joints.len() == c.family.points.len() && c.family.is_of((n, n + 1)))
+            && self.contacts.iter().flat_map(|c| &c.joints).all(|j| property(j.property_a) && property(j.property_b) && (j.contact as usize) < net.contacts.len())
+            && net.surfaces.iter().all(|s| solid(s.node) && property(s.property))
+            && net.joints.iter().all(is_joint)
+            && net.reaches.iter().all(|r| r.nodes.iter().all(|n| solid(*n)))
+            && net.radiative.iter().all(|(a, b, _)| solid(*a) && solid(*b))
+            && net.sources.iter().all(|s| s.shares.iter().all(|(i, _)| solid(*i)))
+            && net.fixed.iter().all(|(i, held)| solid(*i) && (*held as usize) < self.center_held.len())
+            && net.sensors.iter().all(|s| s.weights.iter().all(|(i, _)| node(i)) && s.inlet.is_none_or(|(c, _)| c < circuits))
+            && net.streams.iter().all(is_stream)
+    }
+
+    /// The steady state of `load` on the sampled network with these numbers in it (its own, or an edited copy).
+    ///
+    /// # Errors
+    /// No convergence, or water outside the range of its properties.
+    pub fn steady(&self, network: &Network, load: &Load, start: &DVector<f64>) -> Result<Reduced> {
+        let given = self.given(network, load);
+        let mut a = start.clone();
+        let mut t = self.temperatures(network, load, &a, None);
+        let (mut last, mut before_last) = (f64::INFINITY, f64::INFINITY);
+        let mut factors = None;
+        for steps in 0..=MOST_STEPS {
+            let streams = network.stream_states(load, &t)?;
+            self.follow(network, load, &streams, &mut t);
+            if last <= STEP_TOLERANCE {
+                network.check_coolant(load, &t)?;
+                return Ok(Reduced { amplitudes: a, temperatures: t, streams, steps });
+            }
+            let now = conductors(network, load, &t);
+            let residual = self.residual(network, load, &streams, &given, &now, &t, &a);
+            let lu = match factors.take() {
+                Some(lu) if last < SLOW * before_last || before_last.is_infinite() => lu,
+                _ => self.jacobian(network, &streams, &given, &now).lu(),
+            };
+            let Some(step) = lu.solve(&(-residual)).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
+            factors = Some(lu);
+            a += step;
+            let before = t.clone();
+            t = self.temperatures(network, load, &a, Some(&before));
+            before_last = last;
+            last = t[..network.solids].iter().zip(&before).fold(0.0, |m: f64, (t, b)| m.max((t - b).abs()));
+            if t[..network.solids].iter().any(|t| *t <= 0.0) {
+                break;
+            }
+        }
+        Err(Error::stopped(Stop::MostNewtonSteps, format!("the reduced model found no steady state: the last step moved {last:.2e} K"))
+            .help("solve this condition in full"))
+    }
+
+    /// Temperatures of the sampled network; the water's are those before, or those of the inlets.
+    pub fn temperatures(&self, network: &Network, load: &Load, a: &DVector<f64>, before: Option<&[f64]>) -> Vec<f64> {
+        let mut t = match before {
+            Some(before) => before.to_vec(),
+            None => {
+                let mut t = vec![0.0; network.nodes];
+                for stream in &network.streams {
+                    t[stream.first_node as usize..=stream.outlet() as usize].fill(load.inlets[stream.circuit]);
+                }
+                t
+            }
+        };
+        let mut solids = self.center.clone();
+        solids.gemv(1.0, &self.rows, a, 1.0);
+        t[..network.solids].copy_from_slice(solids.as_slice());
+        for (node, index) in &network.fixed {
+            t[*node as usize] = load.fixed[*index as usize];
+        }
+        t
+    }
+
+    /// What does not change while a condition is solved.
+    fn given(&self, network: &Network, load: &Load) -> Given {
+        let n = self.len();
+        let mut wide = self.conduction.clone();
+        for contact in &self.contacts {
+            let at = |joint: &Joint| network.joint_state(joint, 300.0, 300.0, &load.contacts).conductance;
+            contact.family.add(contact.joints.iter().map(at), &mut wide);
+        }
+        let middle = self.temperatures(network, load, &DVector::zeros(n), None);
+        let tangents = conductors(network, load, &middle);
+        let mut constant = wide.columns(n, 1).into_owned();
+        let [heats, slopes_a, slopes_b] = &self.tangents;
+        heats.add(heats.points.iter().map(|p| tangents[*p].heat), &mut constant);
+        let mut linear = wide.remove_column(n);
+        slopes_a.add(slopes_a.points.iter().map(|p| tangents[*p].slope_a), &mut linear);
+        slopes_b.add(slopes_b.points.iter().map(|p| -tangents[*p].slope_b), &mut linear);
+        let mut constant: DVector<f64> = constant.column(0).into_owned();
+        for ((column, held), middle) in self.held.column_iter().zip(&load.fixed).zip(&self.center_held) {
+            constant.axpy(held - middle, &column, 1.0);
+        }
+        for (column, power) in self.sources.column_iter().zip(&load.powers) {
+            constant.axpy(-power, &column, 1.0);
+        }
+        Given { linear, constant, tangents }
+    }
+
+    /// Water temperatures that follow from those of the wall, by one pass downstream.
+    fn follow(&self, network: &Network, load: &Load, streams: &[StreamState], t: &mut [f64]) {
+        for tree in &network.circuits {
+            for s in members(&tree.layout) {
+                let (stream, state) = (&network.streams[s], &streams[s]);
+                let mut above = entering_temperature(network, load, streams, s, t);
+                for (k, station) in stream.stations.iter().enumerate() {
+                    let wall = t[station.cells[0].0];
+                    above = if state.capacity_rate > 0.0 {
+                        above + (state.exchange[k] * (wall - above) + state.dissipation * station.length) / state.capacity_rate
+                    } else {
+                        wall
+                    };
+                    t[stream.first_node as usize + k] = above;
+                }
+            }
+        }
+    }
+
+    /// What leaves the modes, W.
+    #[allow(clippy::too_many_arguments)]
+    fn residual(
+        &self,
+        network: &Network,
+        load: &Load,
+        streams: &[StreamState],
+        given: &Given,
+        now: &[Conductor],
+        t: &[f64],
+        a: &DVector<f64>,
+    ) -> DVector<f64> {
+        let mut residual = given.constant.clone();
+        residual.gemv(1.0, &given.linear, a, 1.0);
+        for (ring, state) in self.rings.iter().zip(streams) {
+            ring.apply(ring.points.iter().map(|k| state.exchange[*k]), a, &mut residual);
+        }
+        // What the chosen conductors deviate from their tangents.
+        let (rises_a, rises_b) = (self.ends[0].tr_mul(a), self.ends[1].tr_mul(a));
+        let apart = now.iter().zip(&given.tangents).zip(rises_a.iter().zip(rises_b.iter()));
+        let beyond = apart.map(|((now, tangent), (a, b))| now.heat - tangent.heat - tangent.slope_a * a + tangent.slope_b * b);
+        residual.gemv(1.0, &self.patterns, &DVector::from_iterator(now.len(), beyond), 1.0);
+        let mut heats = DVector::zeros(self.walls.ncols());
+        let mut at = 0;
+        for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
+            let mut above = entering_temperature(network, load, streams, s, t);
+            for (k, station) in stream.stations.iter().enumerate() {
+                heats[at] = state.exchange[k] * (t[station.cells[0].0] - above);
+                above = t[stream.first_node as usize + k];
+                at += 1;
+            }
+        }
+        residual.gemv(1.0, &self.walls, &heats, 1.0);
+        residual
+    }
+
+    /// Its derivatives with respect to the amplitudes, the streams' coefficients held as they are, W/K.
+    fn jacobian(&self, network: &Network, streams: &[StreamState], given: &Given, now: &[Conductor]) -> DMatrix<f64> {
+        let n = self.len();
+        let mut jacobian = given.linear.clone();
+        let mut wide = DMatrix::zeros(n, n + 1);
+        for (ring, state) in self.rings.iter().zip(streams) {
+            ring.add(ring.points.iter().map(|k| state.exchange[*k]), &mut wide);
+        }
+        jacobian += wide.columns(0, n);
+        let mut slopes = DMatrix::zeros(n, now.len());
+        for (e, (now, tangent)) in now.iter().zip(&given.tangents).enumerate() {
+            let mut column = slopes.column_mut(e);
+            column.axpy(now.slope_a - tangent.slope_a, &self.ends[0].column(e), 0.0);
+            column.axpy(tangent.slope_b - now.slope_b, &self.ends[1].column(e), 1.0);
+        }
+        jacobian.gemm(1.0, &self.patterns, &slopes.transpose(), 1.0);
+        // How the heat into the water at every station follows the walls: its own and, through the water, those upstream.
+        let mut slopes = DMatrix::zeros(n, self.walls.ncols());
+        let first: Vec<usize> = network.streams.iter().scan(0, |at, s| Some(std::mem::replace(at, *at + s.stations.len()))).collect();
+        let mut leaving: Vec<DVector<f64>> = vec![DVector::zeros(n); network.streams.len()];
+        for tree in &network.circuits {
+            for s in members(&tree.layout) {
+                let (stream, state) = (&network.streams[s], &streams[s]);
+                let mut slope = DVector::zeros(n);
+                for (u, w) in stream.upstream.iter().zip(&state.mixture) {
+                    slope.axpy(*w, &leaving[*u], 1.0);
+                }
+                for (k, exchange) in state.exchange.iter().enumerate() {
+                    let wall = self.walls.column(first[s] + k);
+                    let mut column = slopes.column_mut(first[s] + k);
+                    column.axpy(*exchange, &wall, 0.0);
+                    column.axpy(-exchange, &slope, 1.0);
+                    let share = if state.capacity_rate > 0.0 { exchange / state.capacity_rate } else { 1.0 };
+                    slope.axpy(share, &wall, 1.0 - share);
+                }
+                leaving[s] = slope;
+            }
+        }
+        jacobian.gemm(1.0, &self.walls, &slopes.transpose(), 1.0);
+        jacobian
+    }
+
+    /// Readings of all sensors, K.
+    pub fn read(&self, network: &Network, load: &Load, state: &Reduced) -> Vec<f64> {
+        let solids = &self.readings * &state.amplitudes;
+        let all = network.sensors.iter().zip(solids.iter()).zip(&self.base);
+        all.map(|((sensor, rise), base)| base + rise + sensor.read(&state.temperatures, load)).collect()
+    }
+}

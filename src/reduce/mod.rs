@@ -1,0 +1,16 @@
+//! Reduced models: a machine at any condition in milliseconds, with a bound on every reading.
+
+mod assemble;
+mod basis;
+mod conductors;
+mod cubature;
+mod family;
+mod level;
+mod model;
+mod offline;
+mod split;
+mod stored;
+
+pub use level::{Level, Reduced};
+pub use model::{Answer, Made, ReducedModel};
+pub use offline::{Settings, reduce};

@@ -1,0 +1,111 @@
+//! Answers of a reduced model, each with a bound.
+
+use serde::{Deserialize, Serialize};
+
+use super::level::{Level, Reduced};
+use crate::describe::machine::{Condition, Machine};
+use crate::discretise::network::Load;
+use crate::error::Result;
+use crate::solve::sensitivity::OpenParameter;
+
+/// A machine as two reduced networks, one of them finer than the other.
+#[derive(Debug, Clone)]
+pub struct ReducedModel {
+    /// The machine.
+    pub machine: Machine,
+    /// Parameters that may be given other values than the file's.
+    pub parameters: Vec<OpenParameter>,
+    /// What the file leaves open and no network takes another value of.
+    pub left_out: Vec<String>,
+    /// Range of each variable of the machine (SI) in which the model was trained.
+    pub ranges: Vec<(f64, f64)>,
+    /// The reduced network that answers.
+    pub coarse: Level,
+    /// The one that the bound is from.
+    pub fine: Level,
+    /// What the bound adds to the difference of the two: a share of the largest difference of all readings.
+    pub margin: f64,
+    /// The least bound, K.
+    pub floor: f64,
+    /// How it was made.
+    pub made: Made,
+}
+
+/// How a reduced model was made.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Made {
+    /// Conditions solved in full to make it.
+    pub solved: usize,
+    /// Conditions at which the full model found no steady state.
+    pub failed: usize,
+    /// Further random conditions solved in full to calibrate the bound.
+    pub checks: usize,
+    /// Largest error at those, K.
+    pub largest_error: f64,
+    /// Largest bound at those, K.
+    pub largest_bound: f64,
+    /// Cells of the full model.
+    pub cells: usize,
+    /// Its nodes.
+    pub nodes: usize,
+    /// Its conductors that follow the temperature or the surroundings.
+    pub conductors: usize,
+    /// Seconds that it took.
+    pub seconds: f64,
+}
+
+/// The readings at one condition.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// Readings of all sensors, K.
+    pub readings: Vec<f64>,
+    /// How far each may be from that of the full model, K.
+    pub bounds: Vec<f64>,
+    /// Whether condition and parameters are within the ranges of the training.
+    pub in_range: bool,
+    /// State of the finer reduced network.
+    pub state: Reduced,
+    /// Its readings, K.
+    pub finer: Vec<f64>,
+}
+
+impl ReducedModel {
+    /// The steady state at a condition, with values of the parameters in their order (empty: the file's).
+    ///
+    /// # Errors
+    /// The condition cannot be evaluated, or no steady state is found.
+    pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<Answer> {
+        let load = Load::at(&self.machine, condition)?;
+        let solve = |level: &Level| -> Result<(Reduced, Vec<f64>)> {
+            if parameters.is_empty() {
+                let state = level.steady(&level.network, &load, &nalgebra::DVector::zeros(level.len()))?;
+                let readings = level.read(&level.network, &load, &state);
+                return Ok((state, readings));
+            }
+            let (mut network, mut load) = (level.network.clone(), load.clone());
+            for (parameter, value) in self.parameters.iter().zip(parameters) {
+                parameter.set(*value, &self.machine, &mut network, &mut load);
+            }
+            let state = level.steady(&network, &load, &nalgebra::DVector::zeros(level.len()))?;
+            let readings = level.read(&network, &load, &state);
+            Ok((state, readings))
+        };
+        let (_, readings) = solve(&self.coarse)?;
+        let (state, finer) = solve(&self.fine)?;
+        let bounds = self.bounds(&readings, &finer, self.margin);
+        let within = |(x, (low, high)): (&f64, &(f64, f64))| {
+            let slack = 1e-9 * (high - low).abs().max(high.abs());
+            (low - slack..=high + slack).contains(x)
+        };
+        let in_range = condition.si().iter().zip(&self.ranges).all(within)
+            && parameters.iter().zip(&self.parameters).all(|(x, p)| within((x, &(p.low, p.high))));
+        Ok(Answer { readings, bounds, in_range, state, finer })
+    }
+
+    /// How far the readings of the coarser network may be from those of the full model, K.
+    pub(super) fn bounds(&self, readings: &[f64], finer: &[f64], margin: f64) -> Vec<f64> {
+        let differences: Vec<f64> = readings.iter().zip(finer).map(|(r, f)| (r - f).abs()).collect();
+        let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
+        differences.iter().map(|d| (d + margin * largest).max(self.floor)).collect()
+    }
+}

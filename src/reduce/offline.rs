@@ -1,0 +1,208 @@
+//! Making a reduced model: full solves where the bound is largest, until it is small enough everywhere.
+
+use std::time::Instant;
+
+use rayon::prelude::*;
+
+use super::assemble::{Assembly, Snapshot};
+use super::basis::Basis;
+use super::model::{Answer, Made, ReducedModel};
+use super::split::Split;
+use crate::describe::machine::Condition;
+use crate::discretise::network::{Load, Network};
+use crate::error::{Error, Result};
+use crate::foundation::progress::Progress;
+use crate::foundation::random::Random;
+use crate::solve::sensitivity::{OpenParameter, Study};
+use crate::solve::{Solver, System};
+
+/// Conditions solved in full before the first reduced model, and for each axis more.
+const FIRST: (usize, usize) = (16, 4);
+/// Conditions among which the next are chosen, and how many in each round.
+const POOL: usize = 192;
+const ROUND: usize = 8;
+/// Modes for each solved condition; the others only show how fast the modes fade.
+const MODES_PER_STATE: f64 = 0.7;
+/// Modes of the network that answers, of those of the finer one.
+const COARSE: f64 = 0.75;
+/// Share of what the sampled conductors deviate from their tangents that may be left, in the two networks.
+const TOLERANCES: [f64; 2] = [1e-3, 1e-4];
+/// Random conditions that the bound is calibrated on.
+const CHECKS: usize = 60;
+/// The margin of the bound over the largest that was needed at them, and the least.
+const SAFETY: (f64, f64) = (2.0, 0.1);
+/// What the full solver itself leaves open, K.
+const FLOOR: f64 = 1e-5;
+
+/// What a reduced model shall be.
+#[derive(Debug, Clone)]
+pub struct Settings {
+    /// Largest bound wanted on any reading, K.
+    pub accuracy: f64,
+    /// Range of each variable of the machine, SI; both ends equal where it is held.
+    pub ranges: Vec<(f64, f64)>,
+    /// Whether what the machine file leaves open may be given other values.
+    pub with_parameters: bool,
+    /// Most conditions that may be solved in full, those of the calibration aside.
+    pub most: usize,
+    /// Seed of the conditions.
+    pub seed: u64,
+}
+
+/// A condition with values of the parameters.
+#[derive(Debug, Clone)]
+struct Place {
+    condition: Condition,
+    parameters: Vec<f64>,
+}
+
+/// Makes a reduced model of a machine.
+///
+/// # Errors
+/// A full solve fails in the middle of the ranges, or at nearly all places.
+pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Result<ReducedModel> {
+    let (machine, network) = (&study.model.machine, &study.model.network);
+    let clock = Instant::now();
+    let open = if settings.with_parameters { study.open_parameters(true)? } else { Vec::new() };
+    let (parameters, left_out): (Vec<OpenParameter>, Vec<OpenParameter>) = open.into_iter().partition(OpenParameter::is_direct);
+    let offline = Offline { study, ranges: &settings.ranges, parameters: &parameters };
+    let middle = offline.place(&vec![0.5; offline.axes()]);
+    let load = Load::at(machine, &middle.condition)?;
+    let solver = Solver::heard(network, &load, progress)?;
+    let center = solver.steady(&load)?;
+    let system = System::new(network);
+    let energy = system.symmetric(network, &load, &center.streams, &center.temperatures);
+    let split = Split::of(network);
+    let assembly = Assembly { network, split: &split, load: &load, center: &center.temperatures };
+    let full = |place: &Place| offline.full(place, &solver, &center.temperatures, &split.rest);
+    let mut random = Random::new(settings.seed);
+    let mut draw = |count: usize| -> Vec<Place> {
+        (0..count).map(|_| offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>())).collect()
+    };
+    let mut failed = 0;
+    let mut take = |places: Vec<Place>, to: &mut Vec<Snapshot>| {
+        let solved: Vec<Option<Snapshot>> = places.par_iter().map(|p| full(p).ok()).collect();
+        failed += solved.iter().filter(|s| s.is_none()).count();
+        to.extend(solved.into_iter().flatten());
+    };
+    let count = FIRST.0 + FIRST.1 * offline.axes();
+    progress.at(&format!("solving {count} conditions in full"));
+    let mut snapshots = Vec::new();
+    take(draw(count), &mut snapshots);
+    let mut pool = draw(POOL);
+    let model = loop {
+        if snapshots.len() < 4 {
+            return Err(Error::numerics("hardly any condition of the ranges has a steady state").help("narrow the ranges with --range"));
+        }
+        let rises: Vec<Vec<f64>> = snapshots.iter().map(|s| s.rise.clone()).collect();
+        let basis = Basis::of(&rises, &energy, ((snapshots.len() as f64 * MODES_PER_STATE) as usize).max(2));
+        let fine = basis.modes.len();
+        let coarse = ((fine as f64 * COARSE) as usize).clamp(1, fine);
+        progress.at(&format!("{} conditions solved in full, {fine} modes: choosing conductors", snapshots.len()));
+        let model = ReducedModel {
+            machine: machine.clone(),
+            parameters: parameters.clone(),
+            left_out: left_out.iter().map(|p| p.name.clone()).collect(),
+            ranges: settings.ranges.clone(),
+            coarse: assembly.level(&basis.modes[..coarse], &snapshots, TOLERANCES[0]),
+            fine: assembly.level(&basis.modes, &snapshots, TOLERANCES[1]),
+            margin: SAFETY.1,
+            floor: FLOOR,
+            made: Made::default(),
+        };
+        // Where the bound is largest, or nothing is found at all, a full solve tells most.
+        let bound = |place: &Place| match model.steady(&place.condition, &place.parameters) {
+            Ok(answer) => answer.bounds.iter().fold(0.0, |m: f64, b| m.max(*b)),
+            Err(_) => f64::INFINITY,
+        };
+        let bounds: Vec<f64> = pool.par_iter().map(bound).collect();
+        let worst = bounds.iter().fold(0.0, |m: f64, b| m.max(*b));
+        progress.at(&format!("{} conditions solved in full, {fine} modes: largest bound {worst:.1e} K", snapshots.len()));
+        if worst <= settings.accuracy || snapshots.len() + ROUND > settings.most || pool.len() < ROUND {
+            break model;
+        }
+        let mut order: Vec<usize> = (0..pool.len()).collect();
+        order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
+        order.truncate(ROUND);
+        let next = order.iter().map(|i| pool[*i].clone()).collect();
+        let mut at = 0..;
+        pool.retain(|_| !at.next().is_some_and(|i| order.contains(&i)));
+        take(next, &mut snapshots);
+    };
+    progress.at(&format!("comparing with {CHECKS} further conditions solved in full"));
+    let places = draw(CHECKS);
+    let compare = |place: &Place| {
+        let (truth, answer) = (full(place).ok()?, model.steady(&place.condition, &place.parameters).ok()?);
+        Some((truth.readings, answer))
+    };
+    let compared: Vec<(Vec<f64>, Answer)> = places.par_iter().filter_map(compare).collect();
+    let mut needed: f64 = 0.0;
+    let mut worst: f64 = 0.0;
+    for (truth, answer) in &compared {
+        let own = answer.readings.iter().zip(&answer.finer).map(|(c, f)| (c - f).abs());
+        let largest = own.clone().fold(0.0, f64::max);
+        for ((t, r), d) in truth.iter().zip(&answer.readings).zip(own) {
+            let error = (t - r).abs();
+            worst = worst.max(error);
+            if error > FLOOR && largest > 0.0 {
+                needed = needed.max((error - d) / largest);
+            }
+        }
+    }
+    let margin = (SAFETY.0 * needed).max(SAFETY.1);
+    let widened = |answer: &Answer| model.bounds(&answer.readings, &answer.finer, margin);
+    let largest = compared.iter().flat_map(|(_, answer)| widened(answer)).fold(0.0, f64::max);
+    let made = Made {
+        solved: snapshots.len(),
+        failed,
+        checks: compared.len(),
+        largest_error: worst,
+        largest_bound: largest,
+        cells: study.model.mesh.cells,
+        nodes: network.nodes,
+        conductors: split.conductors(),
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    Ok(ReducedModel { margin, made, ..model })
+}
+
+struct Offline<'a> {
+    study: &'a Study,
+    ranges: &'a [(f64, f64)],
+    parameters: &'a [OpenParameter],
+}
+
+impl Offline<'_> {
+    /// Variables that have a width, and parameters.
+    fn axes(&self) -> usize {
+        self.ranges.iter().filter(|(low, high)| high > low).count() + self.parameters.len()
+    }
+
+    /// The place at shares of all widths, each 0 to 1.
+    fn place(&self, shares: &[f64]) -> Place {
+        let mut shares = shares.iter();
+        let mut share = || shares.next().copied().unwrap_or(0.5);
+        let value = |low: f64, high: f64, share: f64| low + share * (high - low);
+        let si = self.ranges.iter().map(|(low, high)| if high > low { value(*low, *high, share()) } else { *low }).collect();
+        let parameters = self.parameters.iter().map(|p| value(p.low, p.high, share())).collect();
+        Place { condition: Condition::from_si(si), parameters }
+    }
+
+    /// The full model there.
+    fn full(&self, place: &Place, solver: &Solver<'_>, near: &[f64], rest: &Network) -> Result<Snapshot> {
+        let (machine, network) = (&self.study.model.machine, &self.study.model.network);
+        let mut load = Load::at(machine, &place.condition)?;
+        if place.parameters.is_empty() {
+            let solution = solver.steady_from(&load, near)?;
+            return Ok(Snapshot::of(network, rest, &load, &solution.streams, &solution.temperatures, near));
+        }
+        let (mut own, mut rest) = (network.clone(), rest.clone());
+        for (parameter, value) in self.parameters.iter().zip(&place.parameters) {
+            let mut unused = load.clone();
+            parameter.set(*value, machine, &mut rest, &mut unused);
+            parameter.set(*value, machine, &mut own, &mut load);
+        }
+        let solution = Solver::near(&own, &load, near.to_vec())?.steady(&load)?;
+        Ok(Snapshot::of(&own, &rest, &load, &solution.streams, &solution.temperatures, near))
+    }
+}
