@@ -72,7 +72,7 @@ enum Command {
     Sensitivity(sensitivity::Args),
     /// Temperatures over time, through a schedule of conditions
     Simulate(simulate::Args),
-    /// Design of experiments: run every condition of a sweep file, resuming what is there
+    /// Design of experiments: run every condition of a sweep file, or as many as its accuracy needs, resuming what is there
     Sweep(sweep::Args),
     /// A surrogate from any table of conditions and outputs
     Fit(fit::Args),
