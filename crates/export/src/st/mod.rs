@@ -20,7 +20,7 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     // The block itself has the name alone.
     let text = filling.fill(SOURCE, name).replace("FUNCTION_BLOCK surrogate\n", &format!("FUNCTION_BLOCK {name}\n"));
     let text = text.replace("    block : surrogate;\n", &format!("    block : {name};\n"));
-    vec![File { name: format!("{name}.st"), content: text.into_bytes() }]
+    vec![File::new(format!("{name}.st"), text.into_bytes())]
 }
 
 fn head(content: &Content, name: &str) -> String {

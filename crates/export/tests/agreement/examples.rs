@@ -56,6 +56,7 @@ fn the_examples_of_the_page_print_what_it_says() {
             Target::Octave => ("main.m", Some("octave-cli".into())),
             Target::Onnx => ("main.py", python_with("onnxruntime")),
             Target::St => ("main.st", Some("node".into())),
+            Target::Fmu2 | Target::Fmu3 => ("main.py", python_with("fmpy").filter(|_| is_there("cc"))),
         };
         std::fs::write(folder.join(program), &example.program).expect("the folder can be written to");
         let Some(first) = first.filter(|first: &PathBuf| is_there(first)) else {
@@ -84,7 +85,7 @@ fn the_examples_of_the_page_print_what_it_says() {
                 command.args(["-e", st::SHOW, &format!("{}.st", example.name), program]);
                 command
             }
-            Target::Html | Target::Json | Target::Onnx => {
+            Target::Fmu2 | Target::Fmu3 | Target::Html | Target::Json | Target::Onnx => {
                 let mut command = Command::new(first);
                 command.arg(program);
                 command

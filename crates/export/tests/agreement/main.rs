@@ -2,6 +2,7 @@
 
 mod c99;
 mod examples;
+mod fmu;
 mod html;
 mod json;
 mod octave;
