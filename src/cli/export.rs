@@ -12,7 +12,7 @@ use crate::foundation::input;
 use crate::surrogate::fit::file;
 
 /// Targets that are named in the documents and not built yet.
-const NOT_BUILT: &[&str] = &["calculix", "modelica"];
+const NOT_BUILT: &[&str] = &["calculix"];
 
 /// A surrogate for other languages and programs, which answers there as it does here
 #[derive(Debug, clap::Args)]
@@ -20,9 +20,8 @@ pub struct Args {
     /// Surrogate file
     #[arg(value_name = "SURROGATE")]
     surrogate: PathBuf,
-    /// What to write: c99 (a source file and a header), fmu2, fmu3 (a functional mock-up unit), html (a page with sliders), json (everything in the file), octave (a
-    /// function), onnx (a model), st (a
-    /// function block for controllers)
+    /// What to write: c99 (a source file and a header), fmu2, fmu3 (a functional mock-up unit), html (a page with sliders), json
+    /// (everything in the file), modelica (a package), octave (a function), onnx (a model), st (a function block for controllers)
     #[arg(long, value_name = "TARGET")]
     to: String,
     /// Folder to write into (default: beside the surrogate)

@@ -31,8 +31,13 @@ fn what_cannot_be_exported_is_said() {
     let surrogate = root().join("crates/runtime/fixtures/polynomial.cps");
     let surrogate = surrogate.to_str().unwrap();
     for (file, to, name, needles) in [
-        (surrogate, "modelica", "s", ["this target is not built yet", "what is built: c99, fmu2, fmu3, html, json, octave, onnx, st"]),
-        (surrogate, "fortran", "s", ["there is no such target", "what is built: c99, fmu2, fmu3, html, json, octave, onnx, st"]),
+        (
+            surrogate,
+            "calculix",
+            "s",
+            ["this target is not built yet", "what is built: c99, fmu2, fmu3, html, json, modelica, octave, onnx, st"],
+        ),
+        (surrogate, "fortran", "s", ["there is no such target", "what is built: c99, fmu2, fmu3, html, json, modelica, octave, onnx, st"]),
         (surrogate, "c99", "-", ["no identifier", "--name surrogate"]),
         ("machines/slab.toml", "c99", "s", ["this is not a surrogate file", "slab.toml"]),
     ] {

@@ -14,9 +14,11 @@
 
 mod c99;
 mod content;
+mod flat;
 mod fmu;
 mod html;
 mod json;
+mod modelica;
 mod name;
 mod octave;
 mod onnx;
@@ -46,11 +48,14 @@ pub enum Target {
     Fmu2,
     /// A functional mock-up unit of version 3.0.
     Fmu3,
+    /// A Modelica package.
+    Modelica,
 }
 
 impl Target {
     /// Every target, in the order in which they are listed for users.
-    pub const ALL: [Self; 8] = [Self::C99, Self::Fmu2, Self::Fmu3, Self::Html, Self::Json, Self::Octave, Self::Onnx, Self::St];
+    pub const ALL: [Self; 9] =
+        [Self::C99, Self::Fmu2, Self::Fmu3, Self::Html, Self::Json, Self::Modelica, Self::Octave, Self::Onnx, Self::St];
 
     /// The name a user asks for it by.
     #[must_use]
@@ -64,6 +69,7 @@ impl Target {
             Self::St => "st",
             Self::Fmu2 => "fmu2",
             Self::Fmu3 => "fmu3",
+            Self::Modelica => "modelica",
         }
     }
 }
@@ -121,6 +127,7 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
         Target::Html => html::write(surrogate, &content, &identifier),
         Target::Onnx => onnx::write(surrogate, &content, &identifier),
         Target::St => st::write(&content, &identifier),
+        Target::Modelica => modelica::write(&content, &identifier),
         Target::Fmu2 => fmu::write(surrogate, &content, &identifier, fmu::Version::Two)?,
         Target::Fmu3 => fmu::write(surrogate, &content, &identifier, fmu::Version::Three)?,
     })

@@ -6,7 +6,7 @@ use std::process::Command;
 use coldplate_export::{Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{folder, is_there, python_with, skipped, st};
+use crate::{folder, is_there, modelica, python_with, skipped, st};
 
 /// An example: what is exported, the text of the program, and what the page says it prints.
 struct Example {
@@ -53,6 +53,7 @@ fn the_examples_of_the_page_print_what_it_says() {
             Target::C99 => ("main.c", Some("cc".into())),
             Target::Html => ("main.js", Some("node".into())),
             Target::Json => ("main.py", Some("python3".into())),
+            Target::Modelica => ("main.mo", python_with("rumoca")),
             Target::Octave => ("main.m", Some("octave-cli".into())),
             Target::Onnx => ("main.py", python_with("onnxruntime")),
             Target::St => ("main.st", Some("node".into())),
@@ -83,6 +84,11 @@ fn the_examples_of_the_page_print_what_it_says() {
                 std::fs::write(folder.join("structured_text.js"), st::INTERPRETER).expect("the folder can be written to");
                 let mut command = Command::new(first);
                 command.args(["-e", st::SHOW, &format!("{}.st", example.name), program]);
+                command
+            }
+            Target::Modelica => {
+                let mut command = Command::new(first);
+                command.args(["-c", modelica::SHOW, &format!("{}.mo", example.name), program]);
                 command
             }
             Target::Fmu2 | Target::Fmu3 | Target::Html | Target::Json | Target::Onnx => {
