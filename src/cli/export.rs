@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use coldplate_export::Target;
+use coldplate_export::{ExportError, Target};
 use serde::Serialize;
 
 use super::output::Output;
@@ -12,7 +12,7 @@ use crate::foundation::input;
 use crate::surrogate::fit::file;
 
 /// Targets that are named in the documents and not built yet.
-const NOT_BUILT: &[&str] = &["calculix", "fmu2", "fmu3", "modelica"];
+const NOT_BUILT: &[&str] = &["calculix"];
 
 /// A surrogate for other languages and programs, which answers there as it does here
 #[derive(Debug, clap::Args)]
@@ -20,9 +20,8 @@ pub struct Args {
     /// Surrogate file
     #[arg(value_name = "SURROGATE")]
     surrogate: PathBuf,
-    /// What to write: c99 (a source file and a header), html (a page with sliders), json (everything in the file), octave (a
-    /// function), onnx (a model), st (a
-    /// function block for controllers)
+    /// What to write: c99 (a source file and a header), fmu2, fmu3 (a functional mock-up unit), html (a page with sliders), json
+    /// (everything in the file), modelica (a package), octave (a function), onnx (a model), st (a function block for controllers)
     #[arg(long, value_name = "TARGET")]
     to: String,
     /// Folder to write into (default: beside the surrogate)
@@ -49,6 +48,9 @@ struct WrittenFile {
     path: PathBuf,
     /// Its length.
     bytes: usize,
+    /// What there is to know of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    remark: Option<String>,
 }
 
 /// Runs the command.
@@ -61,16 +63,22 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
     let stem = args.surrogate.file_stem().unwrap_or_default().to_string_lossy();
     let name = args.name.as_deref().unwrap_or(&stem);
-    let files = coldplate_export::export(&surrogate, target, name)
-        .map_err(|e| Error::input(e.to_string()).at_key("--name").help("write for example --name surrogate"))?;
+    let files = coldplate_export::export(&surrogate, target, name).map_err(|e| {
+        let error = Error::input(e.to_string());
+        if matches!(e, ExportError::Name(_)) { error.at_key("--name").help("write for example --name surrogate") } else { error }
+    })?;
     let folder = args.out.as_deref().or(args.surrogate.parent()).unwrap_or(Path::new(""));
     let mut record = Record { target: target.key(), written: Vec::new() };
     for file in files {
         let path = folder.join(&file.name);
         atomic_file::write(&path, &file.content)?;
-        record.written.push(WrittenFile { path, bytes: file.content.len() });
+        record.written.push(WrittenFile { path, bytes: file.content.len(), remark: file.remark });
     }
-    let text: String = record.written.iter().map(|file| format!("wrote {} ({} bytes)\n", file.path.display(), file.bytes)).collect();
+    let line = |file: &WrittenFile| {
+        let remark = file.remark.as_ref().map_or(String::new(), |remark| format!(", {remark}"));
+        format!("wrote {} ({} bytes){remark}\n", file.path.display(), file.bytes)
+    };
+    let text: String = record.written.iter().map(line).collect();
     out.report(&text, &record);
     Ok(0)
 }

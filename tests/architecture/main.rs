@@ -156,7 +156,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
 /// What the leaf crates may depend on.
 const CRATES: &[(&str, &[&str])] = &[
     ("capi", &["coldplate-runtime"]),
-    ("export", &["coldplate-runtime", "prost"]),
+    ("export", &["coldplate-runtime", "prost", "zip"]),
     ("runtime", &[]),
     ("tables", &["polars-core", "polars-io"]),
 ];

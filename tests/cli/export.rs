@@ -31,8 +31,13 @@ fn what_cannot_be_exported_is_said() {
     let surrogate = root().join("crates/runtime/fixtures/polynomial.cps");
     let surrogate = surrogate.to_str().unwrap();
     for (file, to, name, needles) in [
-        (surrogate, "fmu3", "s", ["this target is not built yet", "what is built: c99, html, json, octave, onnx, st"]),
-        (surrogate, "fortran", "s", ["there is no such target", "what is built: c99, html, json, octave, onnx, st"]),
+        (
+            surrogate,
+            "calculix",
+            "s",
+            ["this target is not built yet", "what is built: c99, fmu2, fmu3, html, json, modelica, octave, onnx, st"],
+        ),
+        (surrogate, "fortran", "s", ["there is no such target", "what is built: c99, fmu2, fmu3, html, json, modelica, octave, onnx, st"]),
         (surrogate, "c99", "-", ["no identifier", "--name surrogate"]),
         ("machines/slab.toml", "c99", "s", ["this is not a surrogate file", "slab.toml"]),
     ] {
@@ -42,4 +47,24 @@ fn what_cannot_be_exported_is_said() {
             assert!(message(&output).contains(needle), "{needle}: {}", message(&output));
         }
     }
+}
+
+#[test]
+fn a_unit_says_whether_it_has_a_binary() {
+    let folder = scratch("export-unit");
+    let surrogate = root().join("crates/runtime/fixtures/uncertain.cps");
+    let (surrogate, out) = (surrogate.to_str().unwrap(), folder.to_str().unwrap());
+    for (compiler, expected) in [("cc", "with sources and the binary for "), ("no-such-compiler", "with sources alone: ")] {
+        let output = Command::new(env!("CARGO_BIN_EXE_coldplate"))
+            .args(["export", surrogate, "--to", "fmu2", "--out", out, "--json"])
+            .env("CC", compiler)
+            .output()
+            .unwrap();
+        assert_eq!(status(&output), 0, "{}", message(&output));
+        let found = json(&output);
+        let remark = found["written"][0]["remark"].as_str().unwrap();
+        assert!(remark.starts_with(expected), "{remark}");
+        assert!(std::fs::read(folder.join("uncertain.fmu")).unwrap().starts_with(b"PK"));
+    }
+    let _ = std::fs::remove_dir_all(folder);
 }

@@ -14,8 +14,11 @@
 
 mod c99;
 mod content;
+mod flat;
+mod fmu;
 mod html;
 mod json;
+mod modelica;
 mod name;
 mod octave;
 mod onnx;
@@ -41,11 +44,18 @@ pub enum Target {
     Onnx,
     /// A function block in structured text, for controllers.
     St,
+    /// A functional mock-up unit of version 2.0.
+    Fmu2,
+    /// A functional mock-up unit of version 3.0.
+    Fmu3,
+    /// A Modelica package.
+    Modelica,
 }
 
 impl Target {
     /// Every target, in the order in which they are listed for users.
-    pub const ALL: [Self; 6] = [Self::C99, Self::Html, Self::Json, Self::Octave, Self::Onnx, Self::St];
+    pub const ALL: [Self; 9] =
+        [Self::C99, Self::Fmu2, Self::Fmu3, Self::Html, Self::Json, Self::Modelica, Self::Octave, Self::Onnx, Self::St];
 
     /// The name a user asks for it by.
     #[must_use]
@@ -57,6 +67,9 @@ impl Target {
             Self::Html => "html",
             Self::Onnx => "onnx",
             Self::St => "st",
+            Self::Fmu2 => "fmu2",
+            Self::Fmu3 => "fmu3",
+            Self::Modelica => "modelica",
         }
     }
 }
@@ -68,6 +81,14 @@ pub struct File {
     pub name: String,
     /// Its content.
     pub content: Vec<u8>,
+    /// What a user should know of it.
+    pub remark: Option<String>,
+}
+
+impl File {
+    pub(crate) fn new(name: String, content: Vec<u8>) -> Self {
+        Self { name, content, remark: None }
+    }
 }
 
 /// Why nothing was written.
@@ -76,12 +97,15 @@ pub struct File {
 pub enum ExportError {
     /// The name has no letter and no digit to make an identifier of.
     Name(String),
+    /// The files do not fit into an archive; says why.
+    Archive(String),
 }
 
 impl std::fmt::Display for ExportError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Name(name) => write!(f, "no identifier can be made of the name '{name}': it has no letter from a to z and no digit"),
+            Self::Archive(reason) => write!(f, "the files do not fit into an archive: {reason}"),
         }
     }
 }
@@ -92,16 +116,19 @@ impl std::error::Error for ExportError {}
 /// underscores becomes an underscore.
 ///
 /// # Errors
-/// If the name has nothing to make an identifier of.
+/// If the name has nothing to make an identifier of, or an archive would be larger than its format allows.
 pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<Vec<File>, ExportError> {
     let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
     let content = Content::of(surrogate);
     Ok(match target {
-        Target::Json => vec![File { name: format!("{identifier}.json"), content: json::write(surrogate, &content).into_bytes() }],
+        Target::Json => vec![File::new(format!("{identifier}.json"), json::write(surrogate, &content).into_bytes())],
         Target::C99 => c99::write(&content, &identifier),
         Target::Octave => octave::write(&content, &identifier),
         Target::Html => html::write(surrogate, &content, &identifier),
         Target::Onnx => onnx::write(surrogate, &content, &identifier),
         Target::St => st::write(&content, &identifier),
+        Target::Modelica => modelica::write(&content, &identifier),
+        Target::Fmu2 => fmu::write(surrogate, &content, &identifier, fmu::Version::Two)?,
+        Target::Fmu3 => fmu::write(surrogate, &content, &identifier, fmu::Version::Three)?,
     })
 }

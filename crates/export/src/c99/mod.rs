@@ -18,8 +18,8 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     filling.block("include", format!("#include \"{name}.h\"\n"));
     filling.block("tables", Tables { name, text: String::new() }.of(content));
     vec![
-        File { name: format!("{name}.h"), content: filling.fill(HEADER, name).into_bytes() },
-        File { name: format!("{name}.c"), content: filling.fill(SOURCE, name).into_bytes() },
+        File::new(format!("{name}.h"), filling.fill(HEADER, name).into_bytes()),
+        File::new(format!("{name}.c"), filling.fill(SOURCE, name).into_bytes()),
     ]
 }
 

@@ -14,7 +14,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) ->
     let mut filling = Filling::default();
     filling.block("surrogate", without_tags(&json::write(surrogate, content)));
     filling.block("core", CORE.to_owned());
-    vec![File { name: format!("{name}.html"), content: filling.fill(PAGE, name).into_bytes() }]
+    vec![File::new(format!("{name}.html"), filling.fill(PAGE, name).into_bytes())]
 }
 
 /// JSON in which no tag begins: names stay text, whatever they hold.

@@ -13,7 +13,7 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     filling.block("signature", format!("function [values, bands, limits, verdict] = {name}(x, confidence)\n"));
     filling.block("help", help(content, name));
     filling.block("numbers", numbers(content).lines().map(|line| format!("        {line}\n")).collect());
-    vec![File { name: format!("{name}.m"), content: filling.fill(SOURCE, name).into_bytes() }]
+    vec![File::new(format!("{name}.m"), filling.fill(SOURCE, name).into_bytes())]
 }
 
 fn help(content: &Content, name: &str) -> String {

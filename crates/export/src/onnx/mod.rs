@@ -26,7 +26,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) ->
         graph: Some(Writer::default().graph(content, name)),
         metadata,
     };
-    vec![File { name: format!("{name}.onnx"), content: model.encode_to_vec() }]
+    vec![File::new(format!("{name}.onnx"), model.encode_to_vec())]
 }
 
 #[derive(Default)]

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use crate::File;
 use crate::content::Content;
+use crate::flat::{self, Entries, Table, Tables};
 use crate::name::comment;
 use crate::template::{Filling, wrapped};
 
@@ -20,7 +21,7 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     // The block itself has the name alone.
     let text = filling.fill(SOURCE, name).replace("FUNCTION_BLOCK surrogate\n", &format!("FUNCTION_BLOCK {name}\n"));
     let text = text.replace("    block : surrogate;\n", &format!("    block : {name};\n"));
-    vec![File { name: format!("{name}.st"), content: text.into_bytes() }]
+    vec![File::new(format!("{name}.st"), text.into_bytes())]
 }
 
 fn head(content: &Content, name: &str) -> String {
@@ -92,84 +93,22 @@ fn scratch(content: &Content) -> String {
     text
 }
 
-/// The constants, as arrays for all models together and where each begins in them.
+/// The constants.
 fn tables(content: &Content) -> String {
-    let mut tables = Tables::begin();
-    for (name, count) in [
-        ("variables", content.variables.len()),
-        ("points", content.points.len()),
-        ("scalings", content.scalings.len()),
-        ("polynomials", content.polynomials.len()),
-        ("quantities", content.points.len() + content.limits.len()),
-    ] {
-        tables.count(name, count);
-    }
-    tables.numbers("low", content.variables.iter().map(|v| v.low));
-    tables.numbers("high", content.variables.iter().map(|v| v.high));
-    tables.numbers("half_widths", content.points.iter().map(|p| p.half_width));
-    tables.places("scaling_variable", content.scalings.iter().map(|s| s.variable));
-    tables.places("scaling_transform", content.scalings.iter().map(|s| s.transform as usize));
-    tables.numbers("scaling_low", content.scalings.iter().map(|s| s.low));
-    tables.numbers("scaling_factor", content.scalings.iter().map(|s| s.factor));
-    tables.numbers("scaling_offset", content.scalings.iter().map(|s| s.offset));
-    let models = &content.polynomials;
-    tables.places("polynomial_terms", models.iter().map(|own| own.terms));
-    tables.places("polynomial_columns", models.iter().map(|own| own.points.len()));
-    tables.places("polynomial_scalings", models.iter().flat_map(|own| own.scalings.iter().copied()));
-    tables.places("polynomial_exponents_at", starts(models.iter().map(|own| own.exponents.len())));
-    tables.places("polynomial_points_at", starts(models.iter().map(|own| own.points.len())));
-    tables.places("polynomial_coefficients_at", starts(models.iter().map(|own| own.coefficients.len())));
-    tables.places("polynomial_points", models.iter().flat_map(|own| own.points.iter().copied()));
-    tables.places("exponents", models.iter().flat_map(|own| own.exponents.iter().map(|e| usize::from(*e))));
-    tables.numbers("coefficients", models.iter().flat_map(|own| own.coefficients.iter().copied()));
-    let models = &content.bases;
-    if !models.is_empty() {
-        tables.count("bases", models.len());
-        tables.places("basis_kernel", models.iter().map(|own| own.kernel as usize));
-        tables.places("basis_centres", models.iter().map(|own| own.count));
-        tables.places("basis_columns", models.iter().map(|own| own.points.len()));
-        tables.places("basis_scalings", models.iter().flat_map(|own| own.scalings.iter().copied()));
-        tables.numbers("basis_scales", models.iter().flat_map(|own| own.scales.iter().copied()));
-        tables.places("basis_centres_at", starts(models.iter().map(|own| own.centres.len())));
-        tables.places("basis_points_at", starts(models.iter().map(|own| own.points.len())));
-        tables.places("basis_weights_at", starts(models.iter().map(|own| own.weights.len())));
-        tables.places("basis_points", models.iter().flat_map(|own| own.points.iter().copied()));
-        tables.numbers("centres", models.iter().flat_map(|own| own.centres.iter().copied()));
-        tables.numbers("weights", models.iter().flat_map(|own| own.weights.iter().copied()));
-    }
-    if !content.limits.is_empty() {
-        let points: Vec<Vec<usize>> = content.limits.iter().map(|own| own.kind.points().collect()).collect();
-        tables.count("limits", content.limits.len());
-        tables.places("limit_kind", content.limits.iter().map(|own| own.code()));
-        tables.places("limit_count", points.iter().map(Vec::len));
-        tables.places("limit_points_at", starts(points.iter().map(Vec::len)));
-        tables.places("limit_points", points.iter().flatten().copied());
-        tables.places("limit_variable", content.limits.iter().map(|own| own.kind.variable().unwrap_or(0)));
-        tables.numbers("limit_maximum", content.limits.iter().map(|own| own.maximum));
-    }
+    let mut tables = flat::tables(content);
     if let Some(own) = &content.uncertainty {
         let states = own.parameters + content.points.len() + 1;
-        tables.count("parameters", own.parameters);
         tables.count("states", states);
-        tables.count("slope_terms", own.terms);
-        tables.places("slope_scalings", own.scalings.iter().copied());
-        tables.places("slope_exponents", own.exponents.iter().map(|e| usize::from(*e)));
-        tables.numbers("slope_table", own.slopes.iter().copied());
-        tables.numbers("missed_own", own.own.iter().copied());
-        tables.numbers("missed_common", own.common.iter().copied());
-        tables.numbers("measured_centre", own.centre.iter().copied());
-        tables.numbers("measured_halves", own.halves.iter().copied());
-        let _ = writeln!(tables.text, "    growth : LREAL := {};", number(own.growth));
         if let Some(known) = &own.known {
             tables.numbers("mean", known.mean.iter().copied());
             tables.numbers("covariance", (0..states).flat_map(|i| (0..states).map(move |j| known.covariance(i, j))));
         }
     }
-    tables.end()
+    constants(&tables)
 }
 
 fn vectors(content: &Content) -> String {
-    let mut tables = Tables::begin();
+    let mut tables = Tables::default();
     tables.count("variables", content.variables.len());
     tables.count("points", content.points.len());
     tables.count("tests", content.self_tests.len());
@@ -178,16 +117,7 @@ fn vectors(content: &Content) -> String {
     if content.uncertainty.is_some() {
         tables.numbers("expected_deviations", content.self_tests.iter().flat_map(|own| own.deviations.iter().copied()));
     }
-    tables.end()
-}
-
-/// Where each of some runs begins when they follow each other.
-fn starts(lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = usize> {
-    lengths.scan(0, |at, length| {
-        let start = *at;
-        *at += length;
-        Some(start)
-    })
+    constants(&tables)
 }
 
 /// A literal of type LREAL: the standard wants a point, also before an exponent.
@@ -200,42 +130,30 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A part of constants.
-struct Tables {
-    text: String,
-}
-
-impl Tables {
-    fn begin() -> Self {
-        Self { text: "VAR CONSTANT\n".into() }
-    }
-
-    fn end(mut self) -> String {
-        self.text.push_str("END_VAR\n");
-        self.text
-    }
-
-    fn count(&mut self, name: &str, count: usize) {
-        let _ = writeln!(self.text, "    {name} : DINT := {count};");
-    }
-
-    fn places(&mut self, name: &str, values: impl Iterator<Item = usize>) {
-        self.table(name, "DINT", values.map(|value| value.to_string()).collect());
-    }
-
-    fn numbers(&mut self, name: &str, values: impl Iterator<Item = f64>) {
-        self.table(name, "LREAL", values.map(number).collect());
-    }
-
-    /// An array; one without entries gets a zero that nobody reads.
-    fn table(&mut self, name: &str, kind: &str, mut entries: Vec<String>) {
+/// A part of constants. An array without entries gets a zero that nobody reads.
+fn constants(tables: &Tables) -> String {
+    let mut text = String::from("VAR CONSTANT\n");
+    for Table { name, entries } in &tables.0 {
+        let (kind, mut entries) = match entries {
+            Entries::Count(count) => {
+                let _ = writeln!(text, "    {name} : DINT := {count};");
+                continue;
+            }
+            Entries::Number(value) => {
+                let _ = writeln!(text, "    {name} : LREAL := {};", number(*value));
+                continue;
+            }
+            Entries::Places(places) => ("DINT", places.iter().map(usize::to_string).collect::<Vec<_>>()),
+            Entries::Numbers(numbers) => ("LREAL", numbers.iter().map(|value| number(*value)).collect()),
+        };
         if entries.is_empty() {
             entries.push(if kind == "DINT" { "0".into() } else { number(0.0) });
         }
-        let _ = writeln!(self.text, "    {name} : ARRAY [0..{}] OF {kind} := [", entries.len() - 1);
-        self.text.push_str(&wrapped(&entries, "       "));
-        self.text.push_str("    ];\n");
+        let _ = writeln!(text, "    {name} : ARRAY [0..{}] OF {kind} := [", entries.len() - 1);
+        text.push_str(&wrapped(&entries, "       "));
+        text.push_str("    ];\n");
     }
+    text + "END_VAR\n"
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@ use std::process::Command;
 use coldplate_export::{Target, export};
 use coldplate_runtime::Surrogate;
 
-use crate::{folder, is_there, python_with, skipped, st};
+use crate::{folder, is_there, modelica, python_with, skipped, st};
 
 /// An example: what is exported, the text of the program, and what the page says it prints.
 struct Example {
@@ -53,9 +53,11 @@ fn the_examples_of_the_page_print_what_it_says() {
             Target::C99 => ("main.c", Some("cc".into())),
             Target::Html => ("main.js", Some("node".into())),
             Target::Json => ("main.py", Some("python3".into())),
+            Target::Modelica => ("main.mo", python_with("rumoca")),
             Target::Octave => ("main.m", Some("octave-cli".into())),
             Target::Onnx => ("main.py", python_with("onnxruntime")),
             Target::St => ("main.st", Some("node".into())),
+            Target::Fmu2 | Target::Fmu3 => ("main.py", python_with("fmpy").filter(|_| is_there("cc"))),
         };
         std::fs::write(folder.join(program), &example.program).expect("the folder can be written to");
         let Some(first) = first.filter(|first: &PathBuf| is_there(first)) else {
@@ -84,7 +86,12 @@ fn the_examples_of_the_page_print_what_it_says() {
                 command.args(["-e", st::SHOW, &format!("{}.st", example.name), program]);
                 command
             }
-            Target::Html | Target::Json | Target::Onnx => {
+            Target::Modelica => {
+                let mut command = Command::new(first);
+                command.args(["-c", modelica::SHOW, &format!("{}.mo", example.name), program]);
+                command
+            }
+            Target::Fmu2 | Target::Fmu3 | Target::Html | Target::Json | Target::Onnx => {
                 let mut command = Command::new(first);
                 command.arg(program);
                 command

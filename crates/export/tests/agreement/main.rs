@@ -2,8 +2,10 @@
 
 mod c99;
 mod examples;
+mod fmu;
 mod html;
 mod json;
+mod modelica;
 mod octave;
 mod onnx;
 mod st;
@@ -180,8 +182,6 @@ pub fn lay_out(folder: &Path, target: Target, count: impl Fn(&str) -> usize) -> 
 
 /// How answers are compared.
 pub struct Terms {
-    /// How many conditions, by the name of the surrogate.
-    pub count: fn(&str) -> usize,
     /// What the runtime says at a condition, in the order of what the program wrote.
     pub answers: fn(&Surrogate<'_>, &[f64]) -> Vec<f64>,
     /// What may be left of the basis with 200 weights that cancel: outside the range the parts of a value add up to 20 000 in size,
@@ -189,13 +189,18 @@ pub struct Terms {
     pub cancelling: f64,
 }
 
-/// What a program wrote to NAME.out beside the runtime, for the surrogates of these names.
+/// What a program wrote to NAME.out for the conditions in NAME.in beside the runtime, for the surrogates of these names.
 pub fn compare(folder: &Path, names: &[String], terms: &Terms) {
-    for ((_, bytes), name) in fixtures().iter().zip(names) {
+    let fixtures = fixtures();
+    for name in names {
+        let (_, bytes) = fixtures.iter().find(|(own, _)| own.replace('-', "_") == *name).expect("it is one of the fixtures");
         let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
-        let written = std::fs::read(folder.join(format!("{name}.out"))).expect("the program wrote it");
-        let found: Vec<f64> = written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        let conditions = conditions(&surrogate, (terms.count)(name));
+        let numbers = |what: &str| -> Vec<f64> {
+            let written = std::fs::read(folder.join(format!("{name}.{what}"))).expect("it was written");
+            written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
+        };
+        let (found, conditions) = (numbers("out"), numbers("in"));
+        let conditions: Vec<&[f64]> = conditions.chunks_exact(surrogate.variable_count()).collect();
         let expected: Vec<f64> = conditions.iter().flat_map(|x| (terms.answers)(&surrogate, x)).collect();
         let (apart, place) = worst(&found, &expected);
         println!("{name}: {apart:.1e} at answer {}", place % (expected.len() / conditions.len()));

@@ -1,0 +1,99 @@
+import os
+
+import numpy as np
+from fmpy import extract, read_model_description, simulate_fmu
+from fmpy.fmi2 import FMU2Slave
+from fmpy.fmi3 import FMU3Slave
+from fmpy.validation import validate_fmu
+
+
+def start(slave):
+    slave.instantiate()
+    if isinstance(slave, FMU2Slave):
+        slave.setupExperiment(startTime=0.0)
+        slave.enterInitializationMode()
+    else:
+        slave.enterInitializationMode(startTime=0.0)
+    slave.exitInitializationMode()
+    return slave
+
+
+for name in open("names").read().split():
+    path = name + ".fmu"
+    problems = validate_fmu(path)
+    assert problems == [], (name, problems)
+    about = read_model_description(path)
+    folder = extract(path, unzipdir=os.path.abspath(name + "-unit"))
+    is_two = about.fmiVersion == "2.0"
+    of = lambda causality, kinds: [v.valueReference for v in about.modelVariables if v.causality == causality and v.type in kinds]
+    inputs, reals = of("input", ["Real", "Float64"]), of("output", ["Real", "Float64"])
+    inside, verdict = of("output", ["Boolean"]), of("output", ["Enumeration"])
+    assert all(v.unit for v in about.modelVariables if v.causality in ("input", "output") and v.type in ("Real", "Float64")), name
+    points = [v.valueReference for v in about.modelVariables if v.name.startswith("values.")]
+    shared = {"unzipDirectory": folder, "modelIdentifier": name, "instanceName": name}
+    new = lambda: FMU2Slave(guid=about.guid, **shared) if is_two else FMU3Slave(guid=about.instantiationToken, **shared)
+    slave = start(new())
+    set_real = slave.setReal if is_two else slave.setFloat64
+    get_real = slave.getReal if is_two else slave.getFloat64
+    get_state = slave.getInteger if is_two else slave.getInt64
+    x = np.fromfile(name + ".in").reshape(-1, len(inputs))
+    rows = []
+    for row in x:
+        set_real(inputs, row)
+        rows.append([*get_real(reals), *map(float, slave.getBoolean(inside)), *get_state(verdict)])
+        gradient = slave.getDirectionalDerivative
+        rows[-1] += [gradient([points[-1]], [own], [1.0])[0] for own in inputs]
+    np.array(rows, dtype=float).tofile(name + ".out")
+
+    # A state of the unit, its bytes, and the way back.
+    set_real(inputs, x[1])
+    wanted = get_real(reals)
+    state = slave.getFMUState()
+    stored = slave.serializeFMUState(state)
+    set_real(inputs, x[2])
+    assert list(get_real(reals)) != list(wanted)
+    slave.setFMUState(state)
+    assert list(get_real(reals)) == list(wanted)
+    set_real(inputs, x[2])
+    back = slave.deserializeFMUState(stored)
+    slave.setFMUState(back)
+    assert list(get_real(reals)) == list(wanted)
+    slave.freeFMUState(state)
+    slave.freeFMUState(back)
+    # Another instance remembers nothing of the first.
+    other = start(new())
+    other_real = other.getReal if is_two else other.getFloat64
+    begin = list(other_real(inputs))
+    assert np.allclose(begin, (x[0] + x[2 ** len(inputs) - 1]) / 2)
+    assert list(get_real(reals)) == list(wanted)
+    # What is not there, and outputs, cannot be set.
+    for reference in [reals[0], 99999]:
+        try:
+            (other.setReal if is_two else other.setFloat64)([reference], [1.0])
+        except Exception:
+            continue
+        raise AssertionError("it was set")
+    # Reset, and from the beginning.
+    slave.reset()
+    assert list(get_real(inputs)) == begin
+    for own in (slave, other):
+        own.terminate()
+        own.freeInstance()
+
+    # Simulated both ways, along a line through the range and out of it.
+    names = [v.name for v in about.modelVariables if v.causality == "input"]
+    low, high = x[0], x[2 ** len(inputs) - 1]
+    kind = np.dtype([("time", float)] + [(own, float) for own in names])
+    ends = [(0.0, *low), (1.0, *(high + 0.25 * (high - low)))]
+    signals = np.array(ends, dtype=kind)
+    outputs = [v.name for v in about.modelVariables if v.causality == "output"]
+    results = {}
+    for way in ("CoSimulation", "ModelExchange"):
+        results[way] = simulate_fmu(folder, fmi_type=way, input=signals, output=outputs, stop_time=1.0, output_interval=0.05)
+        assert np.all(np.isfinite(results[way][outputs[0]]))
+    # A step of co-simulation answers with the inputs of its begin.
+    steps, points_in_time = results["CoSimulation"], results["ModelExchange"]
+    before = points_in_time[np.isclose(points_in_time["time"], steps["time"][-2])][-1]
+    for own in outputs:
+        assert np.isclose(float(steps[-1][own]), float(before[own]), rtol=1e-9, atol=1e-9), (name, own, steps[-1], before)
+    assert points_in_time[0]["inside"] and not points_in_time[-1]["inside"], "an event says that the end is outside"
