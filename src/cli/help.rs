@@ -15,7 +15,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     (
         "reduce",
-        &["coldplate reduce examples/tutorial/machine.toml --out out/model.cpr", "coldplate solve out/model.cpr --motor-speed \"2000 rpm\""],
+        &[
+            "coldplate reduce examples/tutorial/machine.toml --out out/model.cpr",
+            "coldplate solve out/model.cpr --motor-speed \"2000 rpm\"",
+        ],
     ),
     ("sensitivity", &["coldplate sensitivity examples/tutorial/machine.toml --sensor motor --top 5"]),
     (

@@ -161,7 +161,8 @@ fn ranges(args: &Args, variables: &[Variable]) -> Result<Vec<(f64, f64)>> {
     for text in &args.range {
         let (name, value) = pair_of(text, "--range")?;
         let at = known(&name, "--range")?;
-        let fail = |what: &str| Error::input(what).at_key(format!("--range {name}")).read(&value).help("write LOW .. HIGH, both with their unit");
+        let fail =
+            |what: &str| Error::input(what).at_key(format!("--range {name}")).read(&value).help("write LOW .. HIGH, both with their unit");
         let (low, high) = value.split_once("..").ok_or_else(|| fail("two values are needed"))?;
         let parse = |text: &str| units::parse(text.trim(), variables[at].dimension).map_err(|e| e.at_key(format!("--range {name}")));
         let (low, high) = (parse(low)?, parse(high)?);
@@ -191,7 +192,8 @@ fn text(model: &ReducedModel, record: &Record) -> String {
     let mut varied = record.varied.clone();
     varied.extend(record.parameters.iter().cloned());
     text += &format!("varies    {}\n", varied.join(", "));
-    text += &format!("size      {} modes for {} nodes, {} of {} conductors\n", record.modes, made.nodes, record.conductors, made.conductors);
+    text +=
+        &format!("size      {} modes for {} nodes, {} of {} conductors\n", record.modes, made.nodes, record.conductors, made.conductors);
     text += &format!("made of   {} conditions solved in full, {:.1} s\n", made.solved, made.seconds);
     let kelvin = |x: f64| significant(x, 2);
     text += &format!(

@@ -98,7 +98,8 @@ fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<
         let Some(at) = model.parameters.iter().position(|p| p.name == name) else {
             if !model.machine.variables.iter().any(|v| v.name == name) {
                 let names = model.machine.variables.iter().map(|v| v.name.as_str()).chain(model.parameters.iter().map(|p| p.name.as_str()));
-                let error = Error::input(format!("'{name}' is neither a variable nor a parameter of this model")).at_key("--at").read(value);
+                let error =
+                    Error::input(format!("'{name}' is neither a variable nor a parameter of this model")).at_key("--at").read(value);
                 return Err(error.help(suggestion(&name, &names.collect::<Vec<_>>())));
             }
             pairs.push((name, value));
@@ -109,7 +110,10 @@ fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<
         let number = bare.parse::<f64>().ok().filter(|x| x.is_finite());
         parameters[at] = number.ok_or_else(|| {
             let shown = if unit == "1" { "a number".into() } else { format!("a number in {unit}") };
-            Error::input(format!("{shown} is needed")).at_key(&own.name).read(&value).help(format!("write --at \"{}={}\"", own.name, own.nominal))
+            Error::input(format!("{shown} is needed"))
+                .at_key(&own.name)
+                .read(&value)
+                .help(format!("write --at \"{}={}\"", own.name, own.nominal))
         })?;
         is_moved = true;
     }
@@ -135,5 +139,10 @@ fn text(model: &ReducedModel, answer: &Answer, record: &Record) -> String {
     if !answer.in_range {
         text += "\nwarning: outside the ranges that the model was made for; the bounds do not hold there\n";
     }
-    text + &format!("\n{} modes, {:.2} ms; the bounds are against the full model on {} cells\n", record.modes, record.seconds * 1e3, model.made.cells)
+    text + &format!(
+        "\n{} modes, {:.2} ms; the bounds are against the full model on {} cells\n",
+        record.modes,
+        record.seconds * 1e3,
+        model.made.cells
+    )
 }

@@ -5,9 +5,9 @@ use std::collections::HashMap;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use super::conductors::{Conductor, End, conductors, ends};
 use super::cubature::{Sample, sample};
 use super::family::Family;
-use super::conductors::{Conductor, End, conductors, ends};
 use super::level::{Level, ReducedContact};
 use super::split::Split;
 use crate::discretise::mesh::path::Station;
@@ -17,6 +17,8 @@ use crate::solve::csr::dot;
 
 /// Most conductors among which the sample is chosen.
 const CANDIDATES: usize = 12_000;
+/// Most chosen conductors for each mode.
+const MOST_PER_MODE: usize = 8;
 /// Directions of the heats of the states below this share of the largest are left out of the training equations.
 const CUTOFF: f64 = 1e-7;
 
@@ -56,7 +58,8 @@ impl Snapshot {
             })
         };
         let apart = conductors(rest, load, temperatures).into_iter().zip(&tangents).zip(ends(rest));
-        let beyond = apart.map(|((now, tangent), [a, b])| now.heat - tangent.heat - tangent.slope_a * rise_at(a) + tangent.slope_b * rise_at(b));
+        let beyond =
+            apart.map(|((now, tangent), [a, b])| now.heat - tangent.heat - tangent.slope_a * rise_at(a) + tangent.slope_b * rise_at(b));
         Self { beyond: beyond.collect(), rise, tangents, exchange: streams.iter().map(|s| s.exchange.clone()).collect(), readings }
     }
 }
@@ -177,7 +180,8 @@ impl Assembly<'_> {
     }
 
     fn capacity(&self, modes: &[Vec<f64>]) -> DMatrix<f64> {
-        let weighted = |mode: &Vec<f64>| -> Vec<f64> { (0..mode.len()).map(|i| mode[i] * self.network.capacity_at(i, self.center[i])).collect() };
+        let weighted =
+            |mode: &Vec<f64>| -> Vec<f64> { (0..mode.len()).map(|i| mode[i] * self.network.capacity_at(i, self.center[i])).collect() };
         let images: Vec<Vec<f64>> = modes.par_iter().map(weighted).collect();
         DMatrix::from_fn(modes.len(), modes.len(), |i, j| dot(&modes[i], &images[j]))
     }
@@ -210,7 +214,8 @@ impl Assembly<'_> {
                 let mut sum = DMatrix::zeros(n, n + 1);
                 for (joint, weight) in joints.iter().zip(weights) {
                     let left = self.at(modes, joint.a) - self.at(modes, joint.b);
-                    let [a, b] = [(joint.a, joint.reach[0]), (joint.b, joint.reach[1])].map(|(node, reach)| self.end(modes, End { node, reach }));
+                    let [a, b] =
+                        [(joint.a, joint.reach[0]), (joint.b, joint.reach[1])].map(|(node, reach)| self.end(modes, End { node, reach }));
                     sum.columns_mut(0, n).ger(*weight, &left, &(a - b), 1.0);
                     let (ta, tb) = self.network.joint_ends(joint, self.center);
                     sum.column_mut(n).axpy(weight * (ta - tb), &left, 1.0);
@@ -307,7 +312,7 @@ impl Assembly<'_> {
             }
             DVector::from_vec(goal)
         };
-        let mut found = sample(&forces, &goal, tolerance, equations.min(candidates.len()));
+        let mut found = sample(&forces, &goal, tolerance, equations.min(candidates.len()).min(MOST_PER_MODE * modes.len()));
         found.chosen.iter_mut().for_each(|c| *c = candidates[*c]);
         found
     }

@@ -26,24 +26,22 @@ pub fn sample(forces: &DMatrix<f64>, goal: &DVector<f64>, tolerance: f64, most: 
         return Sample::default();
     }
     let norms: Vec<f64> = forces.column_iter().map(|c| c.norm().max(1e-300)).collect();
-    let mut chosen: Vec<usize> = Vec::new();
-    let mut weights: Vec<f64> = Vec::new();
+    let mut fit = Fit::default();
     let mut left = goal.clone();
     let mut best = (f64::INFINITY, 0);
     let mut barred = vec![false; forces.ncols()];
-    while left.norm() > tolerance * scale && chosen.len() < most {
+    while left.norm() > tolerance * scale && fit.chosen.len() < most {
         let scores: Vec<f64> = (0..forces.ncols()).into_par_iter().map(|c| forces.column(c).dot(&left) / norms[c]).collect();
-        let mut order: Vec<usize> = (0..scores.len()).filter(|c| scores[*c] > 0.0 && !barred[*c] && !chosen.contains(c)).collect();
+        let mut order: Vec<usize> = (0..scores.len()).filter(|c| scores[*c] > 0.0 && !barred[*c] && !fit.chosen.contains(c)).collect();
         order.sort_by(|a, b| scores[*b].total_cmp(&scores[*a]).then(a.cmp(b)));
-        order.truncate((chosen.len() / 16).max(1));
+        order.truncate((fit.chosen.len() / 16).max(1));
         if order.is_empty() {
             break;
         }
-        chosen.extend(&order);
-        weights.resize(chosen.len(), 0.0);
-        settle(forces, goal, &mut chosen, &mut weights, &mut barred);
+        order.iter().for_each(|c| fit.take(*c, forces, goal));
+        fit.settle(&mut barred);
         left = goal.clone();
-        for (c, w) in chosen.iter().zip(&weights) {
+        for (c, w) in fit.chosen.iter().zip(&fit.weights) {
             left.axpy(-w, &forces.column(*c), 1.0);
         }
         // Rounding ends the descent.
@@ -52,37 +50,62 @@ pub fn sample(forces: &DMatrix<f64>, goal: &DVector<f64>, tolerance: f64, most: 
             break;
         }
     }
-    Sample { chosen, weights }
+    Sample { chosen: fit.chosen, weights: fit.weights }
 }
 
-/// Least squares over the chosen columns; those whose weight would turn negative are let go.
-fn settle(forces: &DMatrix<f64>, goal: &DVector<f64>, chosen: &mut Vec<usize>, weights: &mut Vec<f64>, barred: &mut [bool]) {
-    while !chosen.is_empty() {
-        let columns = forces.select_columns(chosen.iter());
-        let (mut normal, right) = (columns.tr_mul(&columns), columns.tr_mul(goal));
-        let ridge = 1e-14 * normal.diagonal().max();
-        (0..chosen.len()).for_each(|i| normal[(i, i)] += ridge);
-        let Some(factor) = normal.cholesky() else { return };
-        let found = factor.solve(&right);
-        if found.iter().all(|w| *w > 0.0) {
-            *weights = found.iter().copied().collect();
-            barred.fill(false);
-            return;
-        }
-        // As far towards the solution as no weight turns negative.
-        let share = |(own, new): (&f64, &f64)| if *new <= 0.0 { own / (own - new) } else { 1.0 };
-        let step = weights.iter().zip(found.iter()).map(share).fold(1.0, f64::min);
-        weights.iter_mut().zip(found.iter()).for_each(|(w, new)| *w += step * (new - *w));
-        let kept: Vec<bool> = weights.iter().zip(found.iter()).map(|(w, new)| *new > 0.0 || *w > 1e-12).collect();
-        for (c, kept) in chosen.iter().zip(&kept) {
-            barred[*c] |= !kept;
-        }
-        let mut flags = kept.iter();
-        chosen.retain(|_| *flags.next().unwrap_or(&true));
-        let mut flags = kept.iter();
-        weights.retain(|_| *flags.next().unwrap_or(&true));
-        if kept.iter().all(|k| *k) {
-            return;
+/// The least squares over the columns chosen so far.
+#[derive(Default)]
+struct Fit {
+    chosen: Vec<usize>,
+    weights: Vec<f64>,
+    /// Scalar products of the chosen columns with one another, a row each up to its own.
+    products: Vec<Vec<f64>>,
+    /// And with the goal.
+    right: Vec<f64>,
+}
+
+impl Fit {
+    /// One more column, of no weight yet.
+    fn take(&mut self, column: usize, forces: &DMatrix<f64>, goal: &DVector<f64>) {
+        let own = forces.column(column);
+        self.chosen.push(column);
+        self.weights.push(0.0);
+        self.products.push(self.chosen.iter().map(|c| own.dot(&forces.column(*c))).collect());
+        self.right.push(own.dot(goal));
+    }
+
+    /// The weights; columns whose weight would turn negative are let go.
+    fn settle(&mut self, barred: &mut [bool]) {
+        while !self.chosen.is_empty() {
+            let count = self.chosen.len();
+            let mut normal = DMatrix::from_fn(count, count, |i, j| self.products[i.max(j)][i.min(j)]);
+            let ridge = 1e-14 * normal.diagonal().max();
+            (0..count).for_each(|i| normal[(i, i)] += ridge);
+            let Some(factor) = normal.cholesky() else { return };
+            let found = factor.solve(&DVector::from_column_slice(&self.right));
+            if found.iter().all(|w| *w > 0.0) {
+                self.weights = found.iter().copied().collect();
+                barred.fill(false);
+                return;
+            }
+            // As far towards the solution as no weight turns negative.
+            let share = |(own, new): (&f64, &f64)| if *new <= 0.0 { own / (own - new) } else { 1.0 };
+            let step = self.weights.iter().zip(found.iter()).map(share).fold(1.0, f64::min);
+            self.weights.iter_mut().zip(found.iter()).for_each(|(w, new)| *w += step * (new - *w));
+            let gone: Vec<usize> = (0..count).rev().filter(|i| found[*i] <= 0.0 && self.weights[*i] <= 1e-12).collect();
+            if gone.is_empty() {
+                return;
+            }
+            for i in gone {
+                barred[self.chosen[i]] = true;
+                self.chosen.remove(i);
+                self.weights.remove(i);
+                self.right.remove(i);
+                self.products.remove(i);
+                self.products[i..].iter_mut().for_each(|row| {
+                    row.remove(i);
+                });
+            }
         }
     }
 }

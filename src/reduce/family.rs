@@ -47,7 +47,9 @@ impl Family {
             return Self { points, operators: Vec::new() };
         }
         let amplitudes = samples * DMatrix::from_rows(&directions).transpose();
-        let Some(inverse) = amplitudes.select_rows(&points).try_inverse() else { return Self { points: Vec::new(), operators: Vec::new() } };
+        let Some(inverse) = amplitudes.select_rows(&points).try_inverse() else {
+            return Self { points: Vec::new(), operators: Vec::new() };
+        };
         let weights = amplitudes * inverse;
         let operators = weights.column_iter().map(|column| operator(column.as_slice())).collect();
         Self { points, operators }

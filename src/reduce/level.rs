@@ -111,14 +111,19 @@ impl Level {
         let node = |i: &u32| (*i as usize) < net.nodes;
         let solid = |i: u32| (i as usize) < solids;
         let property = |p: u32| p == crate::discretise::network::NONE || (p as usize) < net.properties.len();
-        let conductors = net.surfaces.len() + net.joints.len() + net.radiative.len() + net.sources.iter().map(|s| s.shares.len()).sum::<usize>();
+        let conductors =
+            net.surfaces.len() + net.joints.len() + net.radiative.len() + net.sources.iter().map(|s| s.shares.len()).sum::<usize>();
         let stations: usize = net.streams.iter().map(|s| s.stations.len()).sum();
         let is_joint = |j: &Joint| solid(j.a) && solid(j.b) && property(j.property_a) && property(j.property_b);
         let circuits = net.circuits.len();
         let is_stream = |s: &crate::discretise::network::Stream| {
             let last = s.first_node as usize + s.stations.len();
             let stations = s.stations.iter().all(|k| k.cells.len() == 1 && k.cells[0].0 < solids);
-            stations && !s.stations.is_empty() && last <= net.nodes && s.circuit < circuits && s.upstream.iter().all(|u| *u < net.streams.len())
+            stations
+                && !s.stations.is_empty()
+                && last <= net.nodes
+                && s.circuit < circuits
+                && s.upstream.iter().all(|u| *u < net.streams.len())
                 && (s.property as usize + 2 < net.properties.len())
         };
         let square = |m: &DMatrix<f64>, columns: usize| m.shape() == (n, columns);
@@ -140,7 +145,11 @@ impl Level {
             && self.rings.iter().zip(&net.streams).all(|(f, s)| family(f, s.stations.len(), n + 1))
             && self.tangents.iter().zip([1, n, n]).all(|(f, columns)| family(f, count, columns))
             && self.contacts.iter().all(|c| c.joints.len() == c.family.points.len() && c.family.is_of((n, n + 1)))
-            && self.contacts.iter().flat_map(|c| &c.joints).all(|j| property(j.property_a) && property(j.property_b) && (j.contact as usize) < net.contacts.len())
+            && self
+                .contacts
+                .iter()
+                .flat_map(|c| &c.joints)
+                .all(|j| property(j.property_a) && property(j.property_b) && (j.contact as usize) < net.contacts.len())
             && net.surfaces.iter().all(|s| solid(s.node) && property(s.property))
             && net.joints.iter().all(is_joint)
             && net.reaches.iter().all(|r| r.nodes.iter().all(|n| solid(*n)))

@@ -30,7 +30,10 @@ const TOLERANCES: [f64; 2] = [1e-3, 1e-4];
 /// Random conditions that the bound is calibrated on.
 const CHECKS: usize = 60;
 /// The margin of the bound over the largest that was needed at them, and the least.
-const SAFETY: (f64, f64) = (2.0, 0.1);
+const SAFETY: (f64, f64) = (3.0, 0.5);
+/// Share of the accuracy that the bounds of the choice must keep with the least margin: the calibrated one is larger, and
+/// conditions that were not tried may be worse.
+const AIM: f64 = 0.4;
 /// What the full solver itself leaves open, K.
 const FLOOR: f64 = 1e-5;
 
@@ -118,7 +121,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let bounds: Vec<f64> = pool.par_iter().map(bound).collect();
         let worst = bounds.iter().fold(0.0, |m: f64, b| m.max(*b));
         progress.at(&format!("{} conditions solved in full, {fine} modes: largest bound {worst:.1e} K", snapshots.len()));
-        if worst <= settings.accuracy || snapshots.len() + ROUND > settings.most || pool.len() < ROUND {
+        if worst <= AIM * settings.accuracy || snapshots.len() + ROUND > settings.most || pool.len() < ROUND {
             break model;
         }
         let mut order: Vec<usize> = (0..pool.len()).collect();
