@@ -132,6 +132,8 @@ pub fn draw(seed: u64) -> Drawn {
         let squares: f64 = whiten::readings(&unseen).iter().zip(&predicted).zip(hidden).map(|((r, p), h)| (r - p - h).powi(2)).sum();
         (squares / predicted.len().max(1) as f64).sqrt()
     };
+    // In logs the machine's formulas may name the time, so the rows it is judged by have it too.
+    let unseen = Problem::new(study.clone(), unseen).timed().expect("a machine with a time").data;
     unkind.iter().for_each(|one| one.spoil(&mut data, &hidden, &mut random));
     let whole_rows = data.rows.iter().map(|row| (row.test.clone(), row.time)).collect::<Vec<_>>();
     let stated = uncertainty(Unkindness::stated(&unkind));
