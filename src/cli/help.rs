@@ -6,18 +6,13 @@ use clap::{Arg, Command, CommandFactory};
 pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("run", &["coldplate run examples/tutorial/sweep.toml --out out/tutorial"]),
     ("check", &["coldplate check examples/tutorial/machine.toml", "coldplate check examples/tutorial/machine.toml --rise \"1 K\""]),
+    ("reduce", &["coldplate reduce examples/tutorial/machine.toml --out out/model.cpr"]),
     (
         "solve",
         &[
+            "coldplate solve out/model.cpr --motor-speed \"2000 rpm\"",
             "coldplate solve examples/tutorial/machine.toml --motor-speed \"2500 rpm\"",
             "coldplate solve examples/tutorial/machine.toml --set contact.motor_foot.conductance=\"400 W/(m2 K)\" --vtu out/field.vtu",
-        ],
-    ),
-    (
-        "reduce",
-        &[
-            "coldplate reduce examples/tutorial/machine.toml --out out/model.cpr",
-            "coldplate solve out/model.cpr --motor-speed \"2000 rpm\"",
         ],
     ),
     ("sensitivity", &["coldplate sensitivity examples/tutorial/machine.toml --sensor motor --top 5"]),
