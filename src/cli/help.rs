@@ -10,7 +10,6 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     (
         "solve",
         &[
-            "coldplate solve out/model.cpr --motor-speed \"2000 rpm\"",
             "coldplate solve examples/tutorial/machine.toml --motor-speed \"2500 rpm\"",
             "coldplate solve examples/tutorial/machine.toml --set contact.motor_foot.conductance=\"400 W/(m2 K)\" --vtu out/field.vtu",
         ],
