@@ -3,8 +3,8 @@
 //! The heats of thousands of open faces follow the same law at temperatures that few modes span. So a few dozen of them, each
 //! with a weight that is not negative, give the same generalised forces as all (energy-conserving sampling and weighting: Farhat
 //! et al., Int. J. Numer. Meth. Engng 98 (2014) 625). Weights are found by non-negative least squares (Lawson and Hanson, Solving
-//! Least Squares Problems, 1974, chapter 23), several conductors at a time. With no negative weight a sampled network stays
-//! dissipative.
+//! Least Squares Problems, 1974, chapter 23), several conductors at a time. With no negative weight none are
+//! large, and none work against each other.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;

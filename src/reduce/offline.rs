@@ -18,10 +18,12 @@ use crate::solve::{Solver, System};
 
 /// Conditions solved in full before the first reduced model, and for each axis more.
 const FIRST: (usize, usize) = (16, 4);
+/// Fewest conditions that a model is made of.
+const LEAST: usize = 8;
 /// Conditions among which the next are chosen, and how many in each round.
 const POOL: usize = 192;
 const ROUND: usize = 8;
-/// Modes for each solved condition; the others only show how fast the modes fade.
+/// Modes for each solved condition: the last ones are noise of the choice.
 const MODES_PER_STATE: f64 = 0.7;
 /// Modes of the network that answers, of those of the finer one.
 const COARSE: f64 = 0.75;
@@ -62,13 +64,22 @@ struct Place {
 /// Makes a reduced model of a machine.
 ///
 /// # Errors
-/// A full solve fails in the middle of the ranges, or at nearly all places.
+/// Nothing varies, or too few conditions may be solved; a full solve fails in the middle of the ranges, or at most places; the
+/// reduced model finds no steady state at most of those it is compared at.
 pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Result<ReducedModel> {
     let (machine, network) = (&study.model.machine, &study.model.network);
     let clock = Instant::now();
     let open = if settings.with_parameters { study.open_parameters(true)? } else { Vec::new() };
     let (parameters, left_out): (Vec<OpenParameter>, Vec<OpenParameter>) = open.into_iter().partition(OpenParameter::is_direct);
     let offline = Offline { study, ranges: &settings.ranges, parameters: &parameters };
+    if offline.axes() == 0 {
+        return Err(Error::input("nothing varies: no variable has a range")
+            .help("state one, for example --range coolant_flow=\"2 L/min .. 18 L/min\""));
+    }
+    if settings.most < LEAST {
+        let error = Error::input(format!("at least {LEAST} conditions must be solved in full")).at_key("--max-runs").read(settings.most);
+        return Err(error.help("leave it out, or allow more"));
+    }
     let middle = offline.place(&vec![0.5; offline.axes()]);
     let load = Load::at(machine, &middle.condition)?;
     let solver = Solver::heard(network, &load, progress)?;
@@ -88,7 +99,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         failed += solved.iter().filter(|s| s.is_none()).count();
         to.extend(solved.into_iter().flatten());
     };
-    let count = FIRST.0 + FIRST.1 * offline.axes();
+    let count = (FIRST.0 + FIRST.1 * offline.axes()).min(settings.most);
     progress.at(&format!("solving {count} conditions in full"));
     let mut snapshots = Vec::new();
     take(draw(count), &mut snapshots);
@@ -100,6 +111,9 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let rises: Vec<Vec<f64>> = snapshots.iter().map(|s| s.rise.clone()).collect();
         let basis = Basis::of(&rises, &energy, ((snapshots.len() as f64 * MODES_PER_STATE) as usize).max(2));
         let fine = basis.modes.len();
+        if fine == 0 {
+            return Err(Error::input("no temperature follows what varies").help("vary what the machine file's formulas name"));
+        }
         let coarse = ((fine as f64 * COARSE) as usize).clamp(1, fine);
         progress.at(&format!("{} conditions solved in full, {fine} modes: choosing conductors", snapshots.len()));
         let model = ReducedModel {
@@ -139,6 +153,10 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         Some((truth.readings, answer))
     };
     let compared: Vec<(Vec<f64>, Answer)> = places.par_iter().filter_map(compare).collect();
+    if 2 * compared.len() < CHECKS {
+        let what = format!("the bound cannot be calibrated: only {} of {CHECKS} conditions could be compared", compared.len());
+        return Err(Error::numerics(what).help("narrow the ranges with --range"));
+    }
     let mut needed: f64 = 0.0;
     let mut worst: f64 = 0.0;
     for (truth, answer) in &compared {

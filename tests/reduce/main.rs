@@ -163,6 +163,18 @@ fn outside_its_ranges_a_model_says_so() {
     assert!(!model.steady(&Condition::from_si(si), &[]).expect("an answer").in_range);
 }
 
+#[test]
+fn what_no_model_can_be_made_of_is_said() {
+    let study = study("rig", 300);
+    let usual = settings(&study, false);
+    let held = usual.ranges.iter().map(|(low, high)| (0.5 * (low + high), 0.5 * (low + high))).collect();
+    let said = |settings: Settings| reduce(&study, &settings, &Silent).expect_err("no model").to_string();
+    let text = said(Settings { ranges: held, ..usual.clone() });
+    assert!(text.contains("nothing varies"), "{text}");
+    let text = said(Settings { most: 3, ..usual });
+    assert!(text.contains("--max-runs"), "{text}");
+}
+
 /// The same seed gives the same model, to the byte but for the seconds it took.
 #[test]
 fn a_seed_gives_the_same_model() {
