@@ -34,6 +34,10 @@ pub struct Args {
     /// leaves the answers with the band of the fit alone
     #[arg(long, value_name = "FILE|none")]
     slopes: Option<PathBuf>,
+    /// Table of conditions with held variables at other values (default: followed.csv or followed.parquet beside a table called
+    /// sweep); none leaves them where they are held
+    #[arg(long, value_name = "FILE|none")]
+    followed: Option<PathBuf>,
     /// Largest total degree of a polynomial
     #[arg(long, value_name = "N", default_value_t = FitOptions::default().max_degree)]
     max_degree: usize,
@@ -65,10 +69,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let machine = args.machine.as_ref().map(|path| Machine::read(path, &[])).transpose()?;
     let options = FitOptions { max_degree: args.max_degree, seed: args.seed, ..FitOptions::default() };
-    let slopes = slopes_of(args)?;
+    let (slopes, followed) = (beside(args, &args.slopes, "slopes"), beside(args, &args.followed, "followed"));
     let mut fit = fitting::fit_table_heard(&samples, machine.as_ref(), &options, &out.progress()).map_err(|e| e.in_file(&args.table))?;
     if let Some(path) = &slopes {
         fitting::with_uncertainty(&mut fit, Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
+    }
+    if let Some(path) = &followed {
+        fitting::with_followed(&mut fit, machine.as_ref(), Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
     }
     let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
     file::write(&fit.surrogate, &path)?;
@@ -95,21 +102,21 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     Ok(0)
 }
 
-/// The table of slopes: the one named, or that beside the results of a sweep.
-fn slopes_of(args: &Args) -> Result<Option<PathBuf>> {
-    match &args.slopes {
-        Some(path) if path.as_os_str() == "none" => Ok(None),
-        Some(path) => Ok(Some(path.clone())),
+/// A table that belongs to the one to be fitted: the one stated, or that called `name` beside the results of a sweep.
+fn beside(args: &Args, stated: &Option<PathBuf>, name: &str) -> Option<PathBuf> {
+    match stated {
+        Some(path) if path.as_os_str() == "none" => None,
+        Some(path) => Some(path.clone()),
         None => {
             let is_sweep = args.table.file_stem().is_some_and(|stem| stem == "sweep");
-            let beside = args.table.extension().map(|e| args.table.with_file_name("slopes").with_extension(e));
-            Ok(beside.filter(|path| is_sweep && path.is_file()))
+            let beside = args.table.extension().map(|e| args.table.with_file_name(name).with_extension(e));
+            beside.filter(|path| is_sweep && path.is_file())
         }
     }
 }
 
 /// A surrogate under the name of a table or a sheet would be taken for one; devices and pipes have the names they have.
-fn check_ending(path: &Path) -> Result<()> {
+pub(super) fn check_ending(path: &Path) -> Result<()> {
     let is_other = path.extension().is_some_and(|e| !e.eq_ignore_ascii_case("cps"));
     if is_other && !std::fs::metadata(path).is_ok_and(|m| !m.is_file()) {
         return Err(Error::input("a surrogate file ends in .cps")

@@ -62,7 +62,21 @@ const HEADINGS: &[(&str, &[&str])] = &[
     ("Machine", &["set", "cells", "machine", "mesh_tolerance", "no_mesh_error"]),
     (
         "Data",
-        &["use_tests", "without", "uncertain", "kinds", "costs", "inputs", "ignored", "slopes", "noise", "from", "keep_all", "every_row"],
+        &[
+            "use_tests",
+            "without",
+            "uncertain",
+            "kinds",
+            "costs",
+            "inputs",
+            "ignored",
+            "slopes",
+            "followed",
+            "noise",
+            "from",
+            "keep_all",
+            "every_row",
+        ],
     ),
     (
         "Question",

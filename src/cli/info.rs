@@ -7,7 +7,7 @@ use super::text::table;
 use crate::error::Result;
 use crate::foundation::numbers::{compact, significant};
 use crate::pipeline::info::{
-    ColumnInfo, Fact, Info, JournalInfo, MachineInfo, ParameterInfo, RangeInfo, SurrogateInfo, SweepInfo, TableInfo,
+    ColumnInfo, Fact, HeldInfo, Info, JournalInfo, MachineInfo, ParameterInfo, RangeInfo, SurrogateInfo, SweepInfo, TableInfo,
 };
 
 /// What is in a file: a surrogate, a machine, a sweep, its journal, or a table
@@ -52,8 +52,10 @@ fn surrogate(found: &SurrogateInfo) -> String {
     let mut text = format!("surrogate, layout version {}, {} bytes\n\n", found.version, found.bytes);
     text += &table(&["variable", "from", "to", "unit"], &variables);
     if !found.held.is_empty() {
-        let held: Vec<Vec<String>> = found.held.iter().map(|h| vec![h.name.clone(), shown(Some(h.value)), h.unit.clone()]).collect();
-        text += &format!("\n{}", table(&["held", "at", "unit"], &held));
+        let ends = |h: &HeldInfo| h.followed.map_or([None, None], |range| range.map(Some));
+        let row = |h: &HeldInfo| [vec![h.name.clone(), shown(Some(h.value)), h.unit.clone()], ends(h).map(shown).to_vec()].concat();
+        let held: Vec<Vec<String>> = found.held.iter().map(row).collect();
+        text += &format!("\n{}", table(&["held", "at", "unit", "followed from", "to"], &held));
     }
     let points: Vec<Vec<String>> =
         (found.points.iter()).map(|p| vec![p.name.clone(), p.model.clone(), significant(p.half_width, 2), p.unit.clone()]).collect();

@@ -44,11 +44,14 @@ pub struct Tables {
     pub validation: Option<Table>,
     /// Slopes along what is uncertain, at the conditions to be fitted, where there are any.
     pub slopes: Option<Table>,
+    /// Conditions with held variables at other values, where there are any.
+    pub followed: Option<Table>,
 }
 
 impl From<&Swept> for Tables {
     fn from(swept: &Swept) -> Self {
-        Self { fitted: swept.table.clone(), validation: swept.validation.clone(), slopes: swept.slopes.clone() }
+        let (validation, slopes, followed) = (swept.validation.clone(), swept.slopes.clone(), swept.followed.clone());
+        Self { fitted: swept.table.clone(), validation, slopes, followed }
     }
 }
 
@@ -68,6 +71,7 @@ pub fn fit_designs(plan: &Plan, machine: &Machine, swept: &Tables, keys: FitKeys
     };
     let slopes = swept.slopes.as_ref().map(|slopes| rows_of(slopes, plan, |g| !is_one_factor(g)));
     fitting::with_uncertainty(&mut fit, slopes.as_ref())?;
+    fitting::with_followed(&mut fit, Some(machine), swept.followed.as_ref())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut comparison = Comparison::default();
     {

@@ -8,7 +8,7 @@ use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::table::Table;
-use crate::surrogate::fit::model::{Held, Limit, LimitKind, Surrogate, Uncertainty, Variable};
+use crate::surrogate::fit::model::{Followed, Held, Limit, LimitKind, Surrogate, Uncertainty, Variable};
 use crate::surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
 use crate::units::{Celsius, Kelvin};
 
@@ -80,6 +80,25 @@ pub fn with_uncertainty(fit: &mut Fit, slopes: Option<&Table>) -> Result<()> {
     if let Some(slopes) = slopes {
         fit.surrogate.uncertainty = Some(Uncertainty::fit(&fit.surrogate, slopes)?);
     }
+    Ok(())
+}
+
+/// Adds how the answers follow held variables, from a table of conditions at which these have other values, where there is one.
+/// A limit of the machine over such a variable moves with it.
+///
+/// # Errors
+/// As [`Followed::fit`].
+pub fn with_followed(fit: &mut Fit, machine: Option<&Machine>, table: Option<&Table>) -> Result<()> {
+    let Some(table) = table else { return Ok(()) };
+    let surrogate = &fit.surrogate;
+    let mut followed = Followed::fit(surrogate, table)?;
+    for limit in machine.iter().flat_map(|m| &m.limits) {
+        let (Some(machine), LimitKind::Rise { variable, .. }) = (machine, &limit.kind) else { continue };
+        let held = surrogate.held.iter().position(|held| held.name == machine.variables[*variable].name);
+        let own = surrogate.limits.iter().position(|own| own.name == limit.name);
+        followed.limits.extend(own.zip(held));
+    }
+    fit.surrogate.followed = Some(followed);
     Ok(())
 }
 

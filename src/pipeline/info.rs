@@ -15,6 +15,7 @@ use crate::foundation::document::Document;
 use crate::foundation::input;
 use crate::foundation::table::Table;
 use crate::surrogate::fit::file;
+use crate::surrogate::fit::model;
 use crate::surrogate::verdict::{self, LimitAnswer, LimitKind, Surrogate};
 use crate::units::express;
 
@@ -38,11 +39,22 @@ pub struct SurrogateInfo {
     pub version: u16,
     pub bytes: usize,
     pub variables: Vec<RangeInfo>,
-    pub held: Vec<ValueInfo>,
+    pub held: Vec<HeldInfo>,
     pub points: Vec<PointInfo>,
     pub uncertain: Vec<ParameterInfo>,
     pub limits: Vec<LimitInfo>,
     pub provenance: Vec<Fact>,
+}
+
+/// A variable that was held, with the range within which another value may be stated for it, where there is one.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct HeldInfo {
+    pub name: String,
+    pub unit: String,
+    pub value: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub followed: Option<[f64; 2]>,
 }
 
 /// A variable with its range, in its unit; ends that are not known are `null`.
@@ -242,7 +254,7 @@ fn surrogate(bytes: &[u8]) -> Result<SurrogateInfo> {
         variables: variables
             .map(|v| RangeInfo { name: v.name.clone(), unit: v.unit.clone(), low: Some(v.low), high: Some(v.high) })
             .collect(),
-        held: content.held.iter().map(|h| ValueInfo { name: h.name.clone(), unit: h.unit.clone(), value: h.value }).collect(),
+        held: content.held.iter().enumerate().map(|(i, h)| held(&content, i, h)).collect(),
         points: (content.points.iter().enumerate())
             .map(|(i, p)| PointInfo {
                 name: p.name.clone(),
@@ -255,6 +267,11 @@ fn surrogate(bytes: &[u8]) -> Result<SurrogateInfo> {
         limits: opened.limits().zip(answers).map(|(limit, answer)| limit_info(&opened, &limit, answer)).collect(),
         provenance: facts(content.provenance),
     })
+}
+
+fn held(content: &model::Surrogate, index: usize, held: &model::Held) -> HeldInfo {
+    let own = content.followed.iter().flat_map(|f| &f.variables).find(|v| v.held == index);
+    HeldInfo { name: held.name.clone(), unit: held.unit.clone(), value: held.value, followed: own.map(|v| [v.low, v.high]) }
 }
 
 fn uncertain(surrogate: &Surrogate<'_>) -> Vec<ParameterInfo> {

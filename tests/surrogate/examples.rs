@@ -66,6 +66,7 @@ pub fn small() -> Surrogate {
             limit("spread", LimitKind::Spread(vec![0, 1]), 5.5),
         ],
         uncertainty: None,
+        followed: None,
         provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
     }
 }
@@ -163,6 +164,7 @@ pub fn ten_polynomials() -> Surrogate {
         points: points.collect(),
         limits: limits_of_ten(),
         uncertainty: None,
+        followed: None,
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -222,6 +224,7 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> Surrogate {
         points: points.collect(),
         limits: limits_of_ten(),
         uncertainty: None,
+        followed: None,
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -270,6 +273,7 @@ pub fn mixed() -> Surrogate {
             limit("spread", LimitKind::Spread(vec![3, 0, 1]), 9.0),
         ],
         uncertainty: None,
+        followed: None,
         provenance: vec![("program".into(), "coldplate".into())],
     }
 }

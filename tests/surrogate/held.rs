@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 
 use coldplate::surrogate::fit::file::{decode, encode, open, write};
-use coldplate::surrogate::fit::model::Surrogate;
-use coldplate::surrogate::verdict::{Acceptability, Inverse, condition, free, query};
+use coldplate::surrogate::fit::model::{Followed, FollowedVariable, Interaction, Surrogate, Transform};
+use coldplate::surrogate::verdict::{Acceptability, Inverse, condition, free, query, stated};
 use coldplate_runtime::{OpenError, format};
 
 use crate::examples::*;
@@ -87,6 +87,54 @@ fn unknown_sections_are_passed_over_or_refused_by_their_first_letter() {
     assert_eq!(coldplate_runtime::Surrogate::open(&again).unwrap_err(), OpenError::Section(*b"HELD"));
     let before = with_section(&at_one_speed(), b"ABCD", b"");
     assert_eq!(coldplate_runtime::Surrogate::open(&before).unwrap_err(), OpenError::Section(*b"ABCD"));
+}
+
+/// A file that follows its held variable.
+fn following() -> Surrogate {
+    let (points, variables) = (at_one_speed().points.len(), at_one_speed().variables.len());
+    let terms: Vec<Vec<u8>> = (0..=variables).map(|i| (0..variables).map(|v| u8::from(v + 1 == i)).collect()).collect();
+    let variable = FollowedVariable {
+        held: 0,
+        low: 500.0,
+        high: 3000.0,
+        coefficients: vec![vec![[1.5, -0.25]; terms.len()]; points],
+        errors: vec![0.01; points],
+    };
+    let interactions = vec![Interaction { point: 0, of: 0, by: 0, factor: 0.5 }];
+    let transforms = vec![Transform::Identity; variables];
+    let followed = Followed { transforms, terms, variables: vec![variable], interactions, errors: vec![1.0; points], limits: vec![(0, 0)] };
+    Surrogate { followed: Some(followed), ..at_one_speed() }
+}
+
+/// Whatever stands in the section: it is read as written, or refused.
+#[test]
+fn the_section_of_followed_variables_survives_and_refuses_damage() {
+    let surrogate = following();
+    let bytes = encode(&surrogate).unwrap();
+    assert_eq!(decode(&bytes).unwrap(), surrogate);
+    let start = bytes.windows(4).rposition(|tag| *tag == format::FOLLOWED).unwrap();
+    let mut refused = 0;
+    for at in start + 8..bytes.len() - format::TRAILER {
+        for value in [0, 1, 0x7f, 0xff] {
+            let mut damaged = bytes.clone();
+            damaged[at] = value;
+            fix_checksum(&mut damaged);
+            match decode(&damaged) {
+                Ok(read) => assert!(encode(&read).is_ok(), "byte {at}"),
+                Err(_) => refused += 1,
+            }
+        }
+    }
+    assert!(refused > 50, "{refused}");
+    let to = [("motor_speed".to_string(), "2000 rpm".to_string())];
+    let (moved, rest) = stated::with_moved(&bytes, &to).unwrap();
+    let (moved, file) = (decode(&moved).unwrap(), open(&moved).unwrap());
+    assert!(rest.is_empty() && moved.followed.is_none() && moved.held[0].value == 2000.0);
+    // t = -0.2: every term adds (1.5 + 0.05) * -0.2 at the centre, where only the constant is not zero.
+    let centre: Vec<f64> = moved.variables.iter().map(|v| 0.5 * (v.low + v.high)).collect();
+    let (before, after) = (open(&bytes).unwrap().evaluate_point(&centre, 1).unwrap(), file.evaluate_point(&centre, 1).unwrap());
+    assert!((after - before + 0.31).abs() < 1e-12, "{}", after - before);
+    assert_eq!(moved.limits[0].maximum, surrogate.limits[0].maximum - 500.0);
 }
 
 #[test]

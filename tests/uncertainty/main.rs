@@ -1,6 +1,7 @@
 //! Whether bands and probabilities hold: slopes against differences of solves, bands against draws through the full solver, and
 //! coverage over twins whose truth has another mesh, drawn parameters and errors of its own.
 
+mod followed;
 mod measured;
 
 use std::collections::BTreeMap;

@@ -51,7 +51,9 @@ pub const SECTION_HEADER: usize = 8;
 pub const HELD: [u8; 4] = *b"HELD";
 /// Tag of the section of what the answers leave open.
 pub const UNCERTAIN: [u8; 4] = *b"UNCT";
-/// Bytes before the records of that section.
+/// Tag of the section on how answers follow held variables; readers that state none pass over it.
+pub const FOLLOWED: [u8; 4] = *b"held";
+/// Bytes before the records of the section of what the answers leave open.
 pub const UNCERTAIN_HEADER: usize = 24;
 /// Bytes of the checksum that ends the file.
 pub const TRAILER: usize = 4;

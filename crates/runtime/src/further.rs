@@ -14,6 +14,8 @@ pub(crate) struct Further<'a> {
     /// Names and units of the held variables.
     pub(crate) held_text: &'a str,
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
+    /// How answers follow held variables, unread.
+    pub(crate) followed: &'a [u8],
 }
 
 impl<'a> Further<'a> {
@@ -37,6 +39,7 @@ impl<'a> Further<'a> {
             match tag {
                 HELD => (further.held, further.held_text) = held(content)?,
                 UNCERTAIN => further.uncertainty = Some(uncertain(content, variables, points)?),
+                FOLLOWED => further.followed = content,
                 _ if tag[0].is_ascii_uppercase() => return Err(OpenError::Section(tag)),
                 _ => {}
             }

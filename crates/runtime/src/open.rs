@@ -376,6 +376,7 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
         held: further.held,
         held_text: further.held_text,
         uncertainty: further.uncertainty,
+        followed: further.followed,
         scaling,
     })
 }

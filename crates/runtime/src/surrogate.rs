@@ -26,6 +26,7 @@ pub struct Surrogate<'a> {
     /// Names and units of the held variables.
     pub(crate) held_text: &'a str,
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
+    pub(crate) followed: &'a [u8],
     /// Per transform and variable; `None` where no model asks for it.
     pub(crate) scaling: [[Option<Scaling>; MAX_VARIABLES]; 3],
 }
@@ -334,6 +335,13 @@ impl<'a> Surrogate<'a> {
     /// The variables, in the order of a query.
     pub fn variables(&self) -> impl Iterator<Item = Variable<'a>> + '_ {
         (0..self.variables.len()).filter_map(|i| self.variable(i))
+    }
+
+    /// How the answers follow held variables, as the bytes of the file; empty where it says nothing of it. The main crate makes the
+    /// file of the same machine with another value of one of them out of it.
+    #[must_use]
+    pub fn followed(&self) -> &'a [u8] {
+        self.followed
     }
 
     /// The variables that were held while the surrogate was made. They are no part of a condition; what is asked about

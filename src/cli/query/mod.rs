@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 use coldplate_runtime::CONFIDENCE;
 
 use super::condition::ConditionArgs;
+use super::fit::check_ending;
 use super::output::Output;
 use crate::error::{Error, Result};
-use crate::foundation::input;
+use crate::foundation::{atomic_file, input};
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::stream::{self, Form};
 use crate::surrogate::verdict::{self, Acceptability, Surrogate, condition, indices, stated};
@@ -47,6 +48,9 @@ pub struct Args {
     /// Probability with which a verdict is said: above 0.5, below 1
     #[arg(long, value_name = "P", default_value_t = CONFIDENCE, value_parser = confidence)]
     pub confidence: f64,
+    /// Write the surrogate of the machine with the parameters and held variables that are stated, to be embedded or exported
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
     /// Answer every row of a CSV file; its header names variables with units, as in "coolant_flow [L/min]"
     #[arg(long, value_name = "FILE")]
     pub csv: Option<PathBuf>,
@@ -71,6 +75,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let (stated, given): (Vec<_>, Vec<_>) = given.into_iter().partition(|(name, _)| stated::is_parameter(&opened, name));
     if !stated.is_empty() {
         bytes = stated::with_stated(&bytes, &stated)?;
+    }
+    if let Some(path) = &args.out {
+        check_ending(path)?;
+    }
+    let (bytes, given) = stated::with_moved(&bytes, &given)?;
+    if let Some(path) = &args.out {
+        atomic_file::write(path, &bytes)?;
     }
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
     let is_open = !args.free.is_empty() || args.minimise.is_some() || args.maximise.is_some();

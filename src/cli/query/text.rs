@@ -2,6 +2,7 @@
 
 use crate::cli::text::table;
 use crate::foundation::numbers::{compact, significant};
+use crate::surrogate::fit::model::{Held, MOVED};
 use crate::surrogate::verdict::indices::{Indices, Quantity};
 use crate::surrogate::verdict::{Acceptability, Answer, ChanceAnswer, LimitAnswer, Outside, Settling, Surrogate, Temperature};
 
@@ -12,12 +13,15 @@ const LEAST_SHARE: f64 = 0.02;
 pub(super) fn text(surrogate: &Surrogate<'_>, answer: &Answer) -> String {
     let condition = surrogate.variables().zip(&answer.condition).map(|(v, x)| format!("{} {} {}", v.name, plain(*x), v.unit));
     let mut text = condition.collect::<Vec<_>>().join(", ") + "\n";
-    if !answer.held.is_empty() {
-        let held = answer.held.iter().map(|held| match held.unit.as_str() {
-            "1" | "" => format!("{} {}", held.name, held.value),
-            unit => format!("{} {} {unit}", held.name, held.value),
-        });
-        text += &format!("held when the surrogate was made: {}\n", held.collect::<Vec<_>>().join(", "));
+    let with_unit = |value: f64, unit: &str| if matches!(unit, "1" | "") { value.to_string() } else { format!("{value} {unit}") };
+    let from = |name: &str| surrogate.provenance().find(|(key, _)| key.strip_prefix(MOVED) == Some(name)).map(|(_, from)| from);
+    let (moved, held): (Vec<&Held>, Vec<&Held>) = answer.held.iter().partition(|held| from(&held.name).is_some());
+    let stated = |held: &&Held| format!("{} {}", held.name, with_unit(held.value, &held.unit));
+    let moved: Vec<String> = moved.iter().map(|held| format!("{} ({})", stated(held), from(&held.name).unwrap_or(""))).collect();
+    for (words, list) in [("moved", moved), ("held when the surrogate was made", held.iter().map(stated).collect())] {
+        if !list.is_empty() {
+            text += &format!("{words}: {}\n", list.join(", "));
+        }
     }
     text.push('\n');
     text += &match answer.chance {

@@ -39,15 +39,17 @@ pub enum Shared {
     Keys(Vec<String>),
 }
 
-/// A factor that several numbers share, and that is uncertain.
+/// A factor that several numbers share, or an offset that several temperatures share, and that is uncertain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedFactor {
     /// Its name.
     pub name: String,
     /// The numbers it multiplies.
     pub of: Shared,
-    /// Standard deviation of the factor.
+    /// Standard deviation of the factor, or of the offset in kelvin.
     pub deviation: f64,
+    /// Whether it is an offset.
+    pub is_offset: bool,
     /// Where that is from, in the words of the file.
     pub source: Option<String>,
 }
@@ -91,7 +93,10 @@ pub(super) fn shared_factors(root: &Section<'_>) -> Result<Vec<SharedFactor>> {
         if matches!(&of, Shared::Keys(keys) if keys.is_empty()) {
             return Err(section.error_at("numbers", "there is no number here").help("name the keys that share the factor"));
         }
-        let deviation = match section.one_of(&["deviation", "limits"])? {
+        let kind = section.one_of(&["deviation", "limits", "offset"])?;
+        let is_offset = kind == Some("offset");
+        let deviation = match kind {
+            Some("offset") => section.quantity("offset", Dimension::DIFFERENCE)?,
             Some("deviation") => section.number("deviation")?,
             Some(_) => section.number("limits")? / 3f64.sqrt(),
             None => {
@@ -100,14 +105,17 @@ pub(super) fn shared_factors(root: &Section<'_>) -> Result<Vec<SharedFactor>> {
                     .help("write deviation = \"7 %\" (a standard deviation), or limits = \"12 %\" (all values within are alike)"));
             }
         };
-        if !(deviation > 0.0 && deviation < 1.0) {
+        if is_offset && matches!(of, Shared::All(_)) {
+            return Err(section.error_at("offset", "an offset is one of temperatures").help("name their keys: numbers = [\"KEY\", ...]"));
+        }
+        if !(deviation > 0.0 && (deviation < 1.0 || is_offset)) {
             return Err(section
                 .error("an uncertain factor deviates by more than nothing and less than all")
                 .help("write for example \"7 %\""));
         }
         let source = section.opt_text("source")?;
         section.finish()?;
-        found.push(SharedFactor { name, of, deviation, source });
+        found.push(SharedFactor { name, of, deviation, is_offset, source });
     }
     Ok(found)
 }

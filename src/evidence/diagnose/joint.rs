@@ -34,6 +34,8 @@ pub struct Joint {
     pub causes: Vec<Cause>,
     /// Numbers of the file that moved with them.
     pub others: Vec<Cause>,
+    /// Correlations of the causes, and behind them of these numbers.
+    pub correlations: Vec<Vec<f64>>,
     /// Predictions, K.
     pub values: Vec<f64>,
     /// Covariance without what was fitted.
@@ -55,7 +57,11 @@ pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison)
         return Ok(None);
     }
     let mut found = together(finals, &causes, &beside, best, view)?;
-    found.others.retain(|c| c.deviation < UNKNOWN * c.hypothesis.scale || c.amplitude.abs() > STILL * c.hypothesis.scale);
+    let is_known = |c: &Cause| c.deviation < UNKNOWN * c.hypothesis.scale || c.amplitude.abs() > STILL * c.hypothesis.scale;
+    let kept: Vec<bool> = found.causes.iter().map(|_| true).chain(found.others.iter().map(is_known)).collect();
+    let keep = |row: &Vec<f64>| row.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(c, _)| *c).collect();
+    found.correlations = found.correlations.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(row, _)| keep(row)).collect();
+    found.others.retain(is_known);
     Ok(Some(found))
 }
 
@@ -91,10 +97,10 @@ fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], b
         let whitener = errors.whitener(&learnt, &all);
         fitted = rested(&fitted.amplitudes, FitData { whitener: &whitener, level: learnt, ..used })?;
     }
-    let Fitted { amplitudes, deviations, values, level, .. } = fitted;
+    let Fitted { amplitudes, deviations, correlations, values, level, .. } = fitted;
     let cause = |j: usize| Cause { hypothesis: free[j].clone(), amplitude: amplitudes[j], deviation: deviations[j] };
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
-    Ok(Joint { causes: own, others, values, errors, level })
+    Ok(Joint { causes: own, others, correlations, values, errors, level })
 }
 
 /// A number that is fitted beside causes.

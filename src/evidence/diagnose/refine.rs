@@ -26,6 +26,8 @@ pub struct Fitted {
     pub amplitudes: Vec<f64>,
     /// Their standard deviations.
     pub deviations: Vec<f64>,
+    /// Their correlations; those of what has no amplitude are zero.
+    pub correlations: Vec<Vec<f64>>,
     /// Whitened misfit left.
     pub misfit: f64,
     /// Predictions, K.
@@ -193,8 +195,14 @@ impl<'a> Fit<'a> {
         let deviance = misfit + used.whitener.log_determinant() - used.without + used.level.price();
         let evidence = -0.5 * deviance - 0.5 * self.prior(&here.amplitudes) + 0.5 * covariance.determinant().max(1e-300).ln() - scale;
         let deviation = |j: usize| if members[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
+        let deviations: Vec<f64> = (0..members.len()).map(deviation).collect();
+        let correlation = |i: usize, j: usize| {
+            let both = deviations[i] * deviations[j];
+            if both > 0.0 { covariance[(i, j)] / both } else { 0.0 }
+        };
         Fitted {
-            deviations: (0..members.len()).map(deviation).collect(),
+            correlations: (0..members.len()).map(|i| (0..members.len()).map(|j| correlation(i, j)).collect()).collect(),
+            deviations,
             amplitudes: here.amplitudes,
             misfit,
             values: here.values,

@@ -29,6 +29,8 @@ pub struct Rung {
     pub causes: Vec<Cause>,
     /// Numbers of the file that were fitted beside it, with how far they moved.
     pub refitted: Vec<Cause>,
+    /// Correlations of the causes, and behind them of these numbers; none where nothing was fitted beside the causes.
+    pub correlations: Vec<Vec<f64>>,
     /// Root mean square residual with it in force, K.
     pub rms: f64,
     /// Share of the squared residual of the machine as it was given that is explained up to here.
@@ -255,6 +257,7 @@ fn rung(
     Ok(Some(Rung {
         causes: best.causes.clone(),
         refitted,
+        correlations: joint.map_or(Vec::new(), |joint| joint.correlations.clone()),
         rms: (square / left.len().max(1) as f64).sqrt(),
         share: 0.0,
         alone: Vec::new(),

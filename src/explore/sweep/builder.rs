@@ -12,6 +12,26 @@ use crate::foundation::table::Table;
 /// More conditions than anyone means to run.
 const MOST_CONDITIONS: usize = 1_000_000;
 
+/// Groups of conditions with held variables at other values: one of them, all, and all to check what is made of both.
+const FOLLOW: &str = "follow";
+const FOLLOW_TOGETHER: &str = "follow together";
+const FOLLOW_CHECK: &str = "follow check";
+/// Conditions at which all of them are moved, per variable.
+const JOINED_PER_VARIABLE: usize = 6;
+/// Conditions to check it, at least.
+const LEAST_CHECKS: usize = 10;
+/// Seed of the values there.
+const CHECK_SEED: u64 = 3;
+/// Prime steps from condition to condition, so that neighbours in a design do not get neighbouring values.
+const STRIDE: usize = 7;
+
+/// Values of a range, evenly apart from end to end; the end that is held already is left out.
+fn apart(held: f64, (low, high): (f64, f64), count: usize) -> Vec<f64> {
+    let (first, last) = (usize::from(held <= low), usize::from(held >= high));
+    let steps = (count + first + last - 1) as f64;
+    (first..count + first).map(|k| low + (high - low) * k as f64 / steps).collect()
+}
+
 /// Collects groups of conditions.
 #[derive(Debug)]
 pub(super) struct Builder {
@@ -37,6 +57,11 @@ impl Builder {
 
     pub(super) fn has_group(&self, name: &str) -> bool {
         self.plan.groups.iter().any(|g| g.name == name)
+    }
+
+    /// Whether any condition so far varies a variable.
+    pub(super) fn varies(&self, variable: usize) -> bool {
+        self.plan.groups.iter().any(|g| g.varied.contains(&variable))
     }
 
     /// A design with these variables (index, SI) held.
@@ -83,6 +108,75 @@ impl Builder {
         let description = format!("list of {} conditions", table.rows());
         space.groups.push((Group { name: "design".into(), purpose: Purpose::Fit, varied, degree: None, description, rows: 0..0 }, points));
         space.into_groups(self);
+        Ok(())
+    }
+
+    /// Adds conditions at which held variables (index, range in SI) have other values than in the first design: each of them alone,
+    /// at two values, at some of the design's conditions, and all of them together at others.
+    ///
+    /// # Errors
+    /// There is no design; a variable is varied, or its held value lies outside its range.
+    pub(super) fn follow(&mut self, followed: &[(usize, (f64, f64))], runs: Option<usize>) -> Result<()> {
+        let Some(design) = self.plan.groups.iter().find(|g| g.purpose == Purpose::Fit && g.varied.len() > 1).cloned() else {
+            return Err(Error::input("there is no design of several variables whose held ones could be followed")
+                .help("give two variables or more a range under [range], or remove [follow]"));
+        };
+        let variables = self.plan.variables.clone();
+        for (at, (low, high)) in followed {
+            let (name, held) = (&variables[*at].name, self.plan.conditions[design.rows.start][*at]);
+            if design.varied.contains(at) {
+                return Err(Error::input(format!("'{name}' is varied, not held")).help("remove it from [follow]"));
+            }
+            if !(*low..=*high).contains(&held) {
+                return Err(Error::input(format!("'{name}' is held outside its range"))
+                    .help("widen its range in the machine file, or hold another value"));
+            }
+        }
+        let runs = runs.unwrap_or(3 * (design.varied.len() + 1)).min(design.rows.len());
+        let chosen = |k: usize, of: usize| design.rows.start + (2 * k + 1) * design.rows.len() / (2 * of);
+        let moved = |row: usize, to: &[(usize, f64)]| {
+            let mut condition = self.plan.conditions[row].clone();
+            to.iter().for_each(|(at, value)| condition[*at] = *value);
+            condition
+        };
+        let mut alone = Vec::new();
+        for (at, range) in followed {
+            let held = self.plan.conditions[design.rows.start][*at];
+            let values = apart(held, *range, 2 * runs);
+            // The two values of a condition lie half the range apart; which condition has which is mixed.
+            let row = |j: usize| chosen((j % runs) * STRIDE % runs, runs);
+            alone.extend(values.iter().enumerate().map(|(j, value)| moved(row(j), &[(*at, *value)])));
+        }
+        let joined = |count: usize, units: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
+            let place = |((at, (low, high)), u): (&(usize, (f64, f64)), &f64)| (*at, low + u * (high - low));
+            let at = |(k, units): (usize, &Vec<f64>)| moved(chosen(k, count), &followed.iter().zip(units).map(place).collect::<Vec<_>>());
+            units.iter().enumerate().map(at).collect()
+        };
+        let pairs = if followed.len() > 1 { (JOINED_PER_VARIABLE * followed.len()).min(design.rows.len()) } else { 0 };
+        let together = if pairs > 0 { joined(pairs, design::latin_hypercube(pairs, followed.len(), CHECK_SEED + 1)) } else { Vec::new() };
+        let checks = LEAST_CHECKS.max(2 * followed.len()).min(design.rows.len());
+        let check = joined(checks, design::uniform(checks, followed.len(), CHECK_SEED));
+        let varied: Vec<usize> = followed.iter().map(|(at, _)| *at).collect();
+        let groups = [
+            (FOLLOW, format!("one at a time, at two values each, at {runs} conditions of the design"), alone),
+            (FOLLOW_TOGETHER, format!("all together, at {pairs} conditions of the design"), together),
+            (FOLLOW_CHECK, format!("all together, at {checks} conditions of the design, held out"), check),
+        ];
+        for (name, description, rows) in groups.into_iter().filter(|(_, _, rows)| !rows.is_empty()) {
+            let start = self.plan.shown.len();
+            for row in rows {
+                self.plan.push(row.iter().zip(&variables).map(|(si, variable)| typed(*si, variable)).collect());
+            }
+            let rows = start..self.plan.shown.len();
+            self.plan.groups.push(Group {
+                name: name.into(),
+                purpose: Purpose::Follow,
+                varied: varied.clone(),
+                degree: None,
+                description,
+                rows,
+            });
+        }
         Ok(())
     }
 

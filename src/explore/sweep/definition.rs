@@ -7,7 +7,7 @@ use super::design::Spacing;
 use super::plan::{Group, Plan, Purpose};
 use crate::describe::machine::Variable;
 use crate::error::{Error, Result};
-use crate::foundation::document::{Document, Section, Value};
+use crate::foundation::document::{Document, Section, Value, suggestion};
 use crate::units::Dimension;
 
 /// A sweep file, read as far as it can be without its machine.
@@ -133,6 +133,9 @@ impl Definition {
         if root.has("design") || sweeps.is_empty() {
             self.one_design(&root, variables, &mut builder)?;
         }
+        if let Some(section) = root.opt_section("follow")? {
+            follow(section, variables, &mut builder)?;
+        }
         let common = held(&root, variables)?;
         for sweep in sweeps {
             one_factor(sweep, variables, &common, &mut builder)?;
@@ -241,6 +244,42 @@ fn adaptive(design: &Section<'_>, space: &mut Space) -> Result<()> {
 
 fn seed(section: &Section<'_>) -> Result<Option<u64>> {
     Ok(section.opt_integer("seed", 0)?.map(|seed| seed as u64))
+}
+
+/// Reads `[follow]`: held variables of which a surrogate is to know how its answers follow them.
+fn follow(section: Section<'_>, variables: &[Variable], builder: &mut Builder) -> Result<()> {
+    let value = section.value("variables")?;
+    let named = if value.is_list() { Some(value.list()?.iter().map(Value::text).collect::<Result<Vec<_>>>()?) } else { None };
+    if named.is_none() && value.text()? != "all" {
+        return Err(value
+            .error("which held variables are followed is a list, or \"all\"")
+            .help("write variables = \"all\", or [\"NAME\", ..]"));
+    }
+    let mut followed = Vec::new();
+    match named {
+        None => {
+            followed.extend(variables.iter().enumerate().filter(|(at, _)| !builder.varies(*at)).filter_map(|(at, v)| Some((at, v.range?))))
+        }
+        Some(names) => {
+            for name in &names {
+                let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+                let at = known.iter().position(|own| own == name);
+                let at = at.ok_or_else(|| value.error(format!("there is no variable '{name}'")).help(suggestion(name, &known)))?;
+                let range = variables[at].range.ok_or_else(|| {
+                    value.error(format!("'{name}' has no range in the machine file")).help("give it one there: range = [\"LOW\", \"HIGH\"]")
+                })?;
+                followed.push((at, range));
+            }
+        }
+    }
+    followed.sort_by_key(|(at, _)| *at);
+    followed.dedup_by_key(|(at, _)| *at);
+    if followed.is_empty() {
+        return Err(value.error("no held variable has a range in the machine file").help("give one a range there, or remove [follow]"));
+    }
+    let runs = section.opt_integer("runs", 1)?;
+    section.finish()?;
+    builder.follow(&followed, runs).map_err(|e| value.place(e))
 }
 
 /// One `[[one_factor]]`: a variable runs over its range, the others are held.

@@ -103,6 +103,8 @@ pub struct Swept {
     pub table: Table,
     /// The held-out conditions, in the same columns, where the sweep has any.
     pub validation: Option<Table>,
+    /// Outputs at conditions with held variables at other values, where the sweep file asks for them.
+    pub followed: Option<Table>,
     /// The slopes of every output along all that is open, at the conditions to be fitted, where anything is.
     pub slopes: Option<Table>,
     /// Conditions without a result; they are in neither table.
@@ -201,8 +203,8 @@ pub fn execute_growing(
             .help("solve one of them with `coldplate solve`; the reasons of all are in this file"));
     }
     let table = results(plan, subject, &outcomes, Purpose::Fit);
-    let validation = plan.groups.iter().any(|g| g.purpose == Purpose::Validation);
-    let validation = validation.then(|| results(plan, subject, &outcomes, Purpose::Validation));
+    let of = |purpose: Purpose| plan.groups.iter().any(|g| g.purpose == purpose).then(|| results(plan, subject, &outcomes, purpose));
+    let (validation, followed) = (of(Purpose::Validation), of(Purpose::Follow));
     let slopes = match slopes.is_empty() {
         true => None,
         false => {
@@ -211,7 +213,9 @@ pub fn execute_growing(
             Some(tabulated(plan, &outcomes, |row| plan.is_sloped(row), subject.outputs.len(), &slopes, origin))
         }
     };
-    for (name, table) in [("sweep", Some(&table)), ("slopes", slopes.as_ref()), ("validation", validation.as_ref())] {
+    let tables =
+        [("sweep", Some(&table)), ("slopes", slopes.as_ref()), ("validation", validation.as_ref()), ("followed", followed.as_ref())];
+    for (name, table) in tables {
         for extension in ["csv", "parquet"] {
             let path = folder.join(name).with_extension(extension);
             match table {
@@ -232,6 +236,7 @@ pub fn execute_growing(
         plan,
         table,
         validation,
+        followed,
         slopes,
         failures,
         resumed,

@@ -15,6 +15,8 @@ pub enum Purpose {
     Fit,
     /// Held out: only to check a fit.
     Validation,
+    /// Conditions of the design with held variables at other values: how the answers follow these.
+    Follow,
 }
 
 /// Conditions that belong together: a design, a one-factor sweep, the held-out ones.

@@ -109,7 +109,7 @@ fn finished(folder: &Path, plan: &Plan, machine: &Machine) -> Result<Option<Tabl
             .help("remove the folder, or look for results elsewhere with --results DIR"));
     }
     let beside = |name: &str| Some(folder.join(name)).filter(|path| path.exists()).map(Table::read).transpose();
-    let (validation, slopes) = (beside("validation.csv")?, beside("slopes.csv")?);
-    let rows = fitted.rows() + validation.as_ref().map_or(0, Table::rows);
-    Ok((rows == plan.conditions.len()).then_some(Tables { fitted, validation, slopes }))
+    let (validation, slopes, followed) = (beside("validation.csv")?, beside("slopes.csv")?, beside("followed.csv")?);
+    let rows = fitted.rows() + [&validation, &followed].into_iter().flatten().map(Table::rows).sum::<usize>();
+    Ok((rows == plan.conditions.len()).then_some(Tables { fitted, validation, slopes, followed }))
 }

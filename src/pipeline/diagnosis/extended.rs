@@ -2,14 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use super::deviations;
 use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::evidence::diagnose::{Diagnosis, Problem, Scales, Verdict, sentence};
 use crate::evidence::identify::model_error_line;
 use crate::foundation::document::{Document, Leaf, name_of};
-use crate::foundation::numbers::{TWO_SIDED_90, significant};
-use crate::solve::sensitivity::Kind;
-use crate::units;
+use crate::foundation::numbers::significant;
 
 /// The file as it is to be written.
 #[derive(Debug)]
@@ -71,8 +70,10 @@ impl ExtendedMachine {
         let left = found.rungs.last().map_or(0.0, |rung| rung.left.wandering);
         let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(problem.discrepancy.model);
         let error = model_error_line(&problem.study.model.machine, &problem.data, deviation)?;
-        let refitted = |set: &(String, String)| (set.0.clone(), refitted(problem, found, set).unwrap_or_else(|| set.1.clone()));
-        let lines: Vec<(String, String)> = sets.iter().map(refitted).chain([error]).collect();
+        let lines: Vec<(String, String)> = sets.iter().cloned().chain([error]).collect();
+        let extended = Document::parse(&document.rewritten(&lines, &remarks)?, path)?;
+        let sure = deviations::lines(problem, found, &extended)?;
+        let lines: Vec<(String, String)> = lines.into_iter().chain(sure).collect();
         let text = document.rewritten(&lines, &remarks)?;
         // It must be a machine.
         Machine::from_document(&Document::parse(&text, path)?)?;
@@ -88,17 +89,6 @@ impl ExtendedMachine {
         let changes = sets.iter().map(change).collect::<Result<Vec<_>>>()?;
         Ok(Some(Self { path: path.to_path_buf(), text, changes }))
     }
-}
-
-/// A number that was refitted beside the causes, with the standard deviation it has now, as TOML; `None` of what is no such number.
-fn refitted(problem: &Problem, found: &Diagnosis, (key, value): &(String, String)) -> Option<String> {
-    let cause = found.rungs.iter().rev().flat_map(|rung| &rung.refitted).find(|cause| cause.hypothesis.place == *key)?;
-    let parameter = problem.study.parameter(key).ok().filter(|p| p.kind == Kind::Quantity)?;
-    let (number, unit, _) = units::quantity(value.trim_matches('"'))?;
-    let (low, high) = cause.interval();
-    let deviation = (high - low).abs() / (2.0 * TWO_SIDED_90) / parameter.per_unit(1.0).abs();
-    let is_plain = deviation > 0.0 && deviation.is_finite() && unit != "1" && !parameter.dimension.is_absolute();
-    is_plain.then(|| format!("\"{number:?} +- {} {unit}\"", significant(deviation, 3)))
 }
 
 /// What every key would be at both ends of its part's interval.

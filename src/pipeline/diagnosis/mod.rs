@@ -3,6 +3,7 @@
 //!
 //! [`examine`] does all of it and writes nothing; [`Findings`] holds what came out, and writes files where asked to.
 
+mod deviations;
 pub mod energy;
 pub mod extended;
 mod figures;

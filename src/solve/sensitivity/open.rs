@@ -152,20 +152,25 @@ impl Study {
                     keys.iter().for_each(|key| covered.add(self.kind_of(key), key));
                     let act = |key: &String| {
                         let p = self.parameter(key)?;
-                        if p.kind == Kind::Offset || p.dimension.is_absolute() {
-                            return Err(Error::input("a temperature has no factor").help("state its own uncertainty: \"20 degC +- 0.3 K\""));
+                        match (p.kind == Kind::Offset || p.dimension.is_absolute(), factor.is_offset) {
+                            (true, true) => self.act(&p, factor.deviation),
+                            (false, false) => self.act(&p, factor.deviation * p.value),
+                            (true, false) => Err(Error::input("a temperature has no factor")
+                                .help("state what it is off by: offset = \"0.3 K\", or its own uncertainty: \"20 degC +- 0.3 K\"")),
+                            (false, true) => Err(Error::input("this is no temperature").help("write deviation = \"7 %\" for a factor")),
                         }
-                        self.act(&p, factor.deviation * p.value)
                     };
                     let place = |e: Error| e.at_key(format!("uncertain.{}", factor.name)).in_file(self.document().file());
                     keys.iter().map(act).collect::<Result<_>>().map_err(place)?
                 }
             };
+            let is_offset = factor.is_offset;
             let scale = match &factor.of {
                 Shared::All(kind) => scale_of_kind(*kind),
                 Shared::Keys(keys) => keys.first().map_or(Scale::Linear, |key| self.scale_of(key)),
             };
-            all.push(Self::factor(factor.name.clone(), factor.deviation, scale, Origin::Stated, acts));
+            let factor = Self::factor(factor.name.clone(), factor.deviation, scale, Origin::Stated, acts);
+            all.push(if is_offset { factor.into_offset() } else { factor });
         }
         for kind in NumberKind::ALL.into_iter().filter(|kind| with_assumed && !covered.kinds.contains(kind)) {
             let but: Vec<String> = covered.things.iter().filter(|(of, _)| *of == kind).map(|(_, name)| name.clone()).collect();
@@ -276,6 +281,12 @@ impl Study {
 }
 
 impl OpenParameter {
+    /// An offset of temperatures in the place of a factor of the same deviation.
+    fn into_offset(self) -> Self {
+        let reach = REACH * self.deviation;
+        Self { unit: "K".into(), nominal: 0.0, low: -reach, high: reach, scale: Scale::Linear, ..self }
+    }
+
     /// Whether a value of it can be set in a network and its load without making them anew.
     pub fn is_direct(&self) -> bool {
         self.acts.iter().all(|act| !matches!(act.way, Way::Along(_)))

@@ -7,6 +7,7 @@ use std::path::Path;
 use coldplate_runtime as runtime;
 use runtime::format;
 
+use super::followed::section as section_of_followed;
 use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Uncertainty, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
@@ -89,6 +90,7 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
         Some(Limit { name: limit.name.to_owned(), kind, maximum: limit.maximum })
     });
     let variables = file.variables().map(|v| Variable { name: v.name.to_owned(), unit: v.unit.to_owned(), low: v.low, high: v.high });
+    let counts = [file.variable_count(), file.point_count(), file.held().count(), file.limits().count()];
     Ok(Surrogate {
         variables: variables.collect(),
         held: file.held().map(|h| Held { name: h.name.to_owned(), unit: h.unit.to_owned(), value: h.value }).collect(),
@@ -96,6 +98,7 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
         points: points.collect(),
         limits: limits.collect(),
         uncertainty: file.uncertainty().map(|own| Uncertainty::of(&own)),
+        followed: section_of_followed::read(file.followed(), counts)?,
         provenance: file.provenance().map(|(key, value)| (key.to_owned(), value.to_owned())).collect(),
     })
 }
@@ -352,6 +355,10 @@ impl Layout {
         }
         if let Some(uncertainty) = &surrogate.uncertainty {
             section(&mut sections, before_sections, format::UNCERTAIN, &uncertainty.section(surrogate, &tests)?)?;
+            count += 1;
+        }
+        if let Some(followed) = &surrogate.followed {
+            section(&mut sections, before_sections, format::FOLLOWED, &section_of_followed::content(followed, surrogate)?)?;
             count += 1;
         }
         let length = before_sections + sections.len() + format::TRAILER;

@@ -9,6 +9,7 @@ pub mod dense;
 pub mod double_double;
 pub mod evaluate;
 pub mod file;
+mod followed;
 mod group;
 pub mod least_squares;
 pub mod model;

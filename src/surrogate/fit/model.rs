@@ -150,6 +150,57 @@ pub struct Uncertainty {
     pub states: Option<States>,
 }
 
+/// Key in the provenance, before its name, of a held variable that was moved; the text says from where.
+pub const MOVED: &str = "moved ";
+
+/// How the answers follow a variable that was held.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FollowedVariable {
+    /// Index into [`Surrogate::held`].
+    pub held: usize,
+    /// Smallest value that may be stated for it.
+    pub low: f64,
+    /// Largest value that may be stated for it.
+    pub high: f64,
+    /// Point by point, term by term: what t and its square add to the point, where t is the change of the variable over
+    /// `high - low`.
+    pub coefficients: Vec<Vec<[f64; 2]>>,
+    /// Standard deviation of each point's change, per t, where this variable alone is moved.
+    pub errors: Vec<f64>,
+}
+
+/// How the change with one held variable follows another one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Interaction {
+    /// The point.
+    pub point: usize,
+    /// Whose change it is: index into [`Followed::variables`].
+    pub of: usize,
+    /// The other variable, likewise.
+    pub by: usize,
+    /// The change is multiplied by one plus this times the other's t.
+    pub factor: f64,
+}
+
+/// How the answers follow variables that were held.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Followed {
+    /// How the other variables enter.
+    pub transforms: Vec<Transform>,
+    /// Exponents of the terms.
+    pub terms: Vec<Vec<u8>>,
+    /// Those that may be stated.
+    pub variables: Vec<FollowedVariable>,
+    /// What moving several at a time adds to their sum.
+    pub interactions: Vec<Interaction>,
+    /// By what the deviations of the variables' own changes, taken together, are multiplied at each point where several are moved:
+    /// what conditions gave that took no part in the fit.
+    pub errors: Vec<f64>,
+    /// Limits over the temperature that a held variable is, with that variable's index in [`Surrogate::held`]: their maximum moves
+    /// with it.
+    pub limits: Vec<(usize, usize)>,
+}
+
 /// Everything a surrogate file holds, except the self-test vectors, which the writer computes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surrogate {
@@ -165,6 +216,8 @@ pub struct Surrogate {
     pub limits: Vec<Limit>,
     /// What the answers leave open, where that is known.
     pub uncertainty: Option<Uncertainty>,
+    /// How the answers follow held variables, where that was found out.
+    pub followed: Option<Followed>,
     /// Provenance: key and value, both text.
     pub provenance: Vec<(String, String)>,
 }

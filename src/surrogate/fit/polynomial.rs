@@ -216,7 +216,7 @@ impl Search<'_> {
         let most = ((rows.len() as f64 * MOST_TERMS) as usize).max(1);
         let terms = self.terms(degree);
         let columns = self.columns(rows, &transforms, &terms);
-        let picked = forward(&columns, y, most);
+        let picked = forward(&columns, y, most, true);
         solve(&columns, &terms, &picked, y, &transforms)
     }
 
@@ -233,7 +233,7 @@ impl Search<'_> {
 }
 
 /// Forward search by the corrected leave-one-out error. Returns the columns of the best length, in order.
-fn forward(columns: &[Vec<f64>], y: &[f64], most: usize) -> Vec<usize> {
+pub(super) fn forward(columns: &[Vec<f64>], y: &[f64], most: usize, has_level: bool) -> Vec<usize> {
     let n = y.len();
     let mut rest: Vec<Option<Vec<f64>>> = columns.iter().map(|c| Some(c.clone())).collect();
     let sizes: Vec<f64> = columns.iter().map(|c| dot(c, c)).collect();
@@ -246,8 +246,8 @@ fn forward(columns: &[Vec<f64>], y: &[f64], most: usize) -> Vec<usize> {
             // A column almost spent by those before it would bring in rounding errors.
             if left > 1e-10 * size { dot(column, &residual).powi(2) / left } else { -1.0 }
         };
-        // The constant comes first: every model has a level.
-        let next = if picked.is_empty() {
+        // The constant comes first where there is one: every model of temperatures has a level.
+        let next = if has_level && picked.is_empty() {
             Some((0, 0.0))
         } else {
             let gains = rest.iter().enumerate().filter_map(|(j, c)| c.as_ref().map(|c| (j, gain(c, sizes[j]))));

@@ -2,7 +2,7 @@
 
 use coldplate_runtime::{self as runtime, format};
 
-use super::model::{Miss, Parameter, States, Surrogate, Uncertainty};
+use super::model::{Miss, Origin, Parameter, Scale, States, Surrogate, Uncertainty};
 use crate::error::{Error, Result};
 
 impl Uncertainty {
@@ -90,6 +90,46 @@ impl Uncertainty {
         content.extend(self.terms.iter().flat_map(|t| t.chunks(2)).map(|pair| pair[0] | pair.get(1).map_or(0, |odd| odd << 4)));
         content.extend(text.as_bytes());
         Ok(content)
+    }
+}
+
+impl Uncertainty {
+    /// Adds a parameter of which everything is known: its value is one, and `changes` (point by point, term by term of `terms`) is
+    /// what it adds.
+    pub(super) fn add_known(&mut self, name: &str, terms: &[Vec<u8>], changes: &[Vec<f64>]) {
+        let count = self.parameters.len();
+        for term in terms {
+            if !self.terms.contains(term) {
+                self.terms.push(term.clone());
+                self.slopes.iter_mut().for_each(|rows| rows.push(vec![0.0; count]));
+            }
+        }
+        let place: Vec<Option<usize>> = self.terms.iter().map(|term| terms.iter().position(|own| own == term)).collect();
+        for (rows, changes) in self.slopes.iter_mut().zip(changes) {
+            rows.iter_mut().zip(&place).for_each(|(row, place)| row.push(place.map_or(0.0, |t| changes[t])));
+        }
+        let before = count + self.misses.len() + 1;
+        let known = self.states.take().unwrap_or_else(|| States {
+            mean: vec![0.0; before],
+            covariance: (0..before).flat_map(|i| (0..=i).map(move |j| f64::from(u8::from(i == j)))).collect(),
+        });
+        let mut mean = known.mean;
+        mean.insert(count, 1.0);
+        // The new state has no variance: a row and a column of zeros.
+        let old = |i: usize| if i < count { Some(i) } else { i.checked_sub(1).filter(|_| i > count) };
+        let entry = |i: usize, j: usize| old(i).zip(old(j)).map_or(0.0, |(i, j)| known.covariance[i * (i + 1) / 2 + j]);
+        let covariance = (0..=before).flat_map(|i| (0..=i).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        self.states = Some(States { mean, covariance });
+        self.parameters.push(Parameter {
+            name: name.into(),
+            unit: "1".into(),
+            nominal: 0.0,
+            deviation: 1.0,
+            low: 0.0,
+            high: 1.0,
+            scale: Scale::Linear,
+            origin: Origin::Stated,
+        });
     }
 }
 

@@ -13,6 +13,40 @@ pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
     surrogate.uncertainty().is_some_and(|own| own.parameters().any(|p| p.name == name))
 }
 
+/// The surrogate file of the machine at other values of variables that it holds and follows; what is stated of other variables, or
+/// outside the range that is followed, comes back as it is.
+///
+/// # Errors
+/// As [`Surrogate::moved`](crate::surrogate::fit::model::Surrogate::moved); a value without its unit.
+pub fn with_moved(bytes: &[u8], given: &[(String, String)]) -> Result<(Vec<u8>, Vec<(String, String)>)> {
+    let surrogate = file::decode(bytes)?;
+    let (mut to, mut rest): (Vec<(usize, f64)>, Vec<(String, String)>) = (Vec::new(), Vec::new());
+    for (name, text) in given {
+        let plain = name.trim().replace('-', "_");
+        let own = surrogate.followed.iter().flat_map(|f| &f.variables);
+        let found = own.map(|v| (v, &surrogate.held[v.held])).find(|(_, held)| held.name == name.trim() || held.name == plain);
+        let value = match found {
+            Some((v, held)) => {
+                let variable = Variable { name: &held.name, unit: &held.unit, low: v.low, high: v.high };
+                Some(condition::value_of(&variable, text).map_err(|e| e.at_key(name))?)
+            }
+            None => None,
+        };
+        match (found, value) {
+            (Some((v, held)), Some(value))
+                if value != held.value && (v.low..=v.high).contains(&value) && to.iter().all(|(k, _)| *k != v.held) =>
+            {
+                to.push((v.held, value));
+            }
+            _ => rest.push((name.clone(), text.clone())),
+        }
+    }
+    if to.is_empty() {
+        return Ok((bytes.to_vec(), rest));
+    }
+    Ok((file::encode(&surrogate.moved(&to)?)?, rest))
+}
+
 /// The surrogate file of the machine whose parameters have these values (name and text with its unit).
 ///
 /// # Errors

@@ -28,12 +28,13 @@ const fn report(name: &'static str, form: Form, doc: &'static str) -> Key {
 
 /// `[uncertain.NAME]`
 pub(super) const FACTOR: Table = Table {
-    doc: "a factor of about one on several numbers at once",
+    doc: "a factor of about one on several numbers at once, or a common offset of several temperatures",
     keys: &[&[
         report("all", Form::Word(&KINDS), "the numbers: all of a kind"),
         report("numbers", Form::List(&Form::Text, None), "or those under these keys: `[\"contact.foot.conductance\", ...]`"),
         report("deviation", Form::Number, "standard deviation of the factor: `\"7 %\"`"),
         report("limits", Form::Number, "or half the width of a range whose values are all alike: `\"12 %\"`"),
+        report("offset", Form::Quantity(KELVIN), "of temperatures: standard deviation of what they all are off by, `\"0.2 K\"`"),
         report("source", Form::Text, "where that is from"),
     ]],
     one_of: &["all", "numbers"],
