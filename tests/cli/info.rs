@@ -38,7 +38,7 @@ fn machines_and_sweeps_say_what_they_have() {
     assert_eq!((&found["variables"][2]["name"], &found["variables"][2]["used"]), (&Value::from("motor_speed"), &Value::from(true)));
     assert!(text(&machine).contains("1 circuits: water"));
     let found = info(&root().join("sweeps/five_axis.toml"));
-    assert_eq!((&found["kind"], found["groups"].as_array().map(Vec::len)), (&Value::from("sweep"), Some(6)));
+    assert_eq!((&found["kind"], found["groups"].as_array().map(Vec::len)), (&Value::from("sweep"), Some(9)));
     assert_eq!((found["variables"][2]["low"].as_f64(), found["variables"][2]["high"].as_f64()), (Some(250.0), Some(2500.0)));
 }
 

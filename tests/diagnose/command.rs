@@ -376,3 +376,32 @@ node = "middle"
     stands_alone(&page);
     assert!(page.contains("time [s]"));
 }
+
+/// The machine that is written says how sure each cause is, so that a sweep of it carries that on.
+#[test]
+fn a_written_cause_carries_its_deviation() {
+    let folder = scratch("deviations");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let out = folder.join("extended.toml");
+    let tutorial = |name: &str| root.join("examples/tutorial").join(name).display().to_string();
+    let found = json(&["diagnose", &tutorial("machine.toml"), &tutorial("readings.csv"), "--out", out.to_str().unwrap()]);
+    let study = coldplate::solve::sensitivity::Study::read(&out, &[], Some(400)).unwrap();
+    let stated = study.open_parameters(false).unwrap();
+    let causes = found["rungs"].as_array().unwrap().iter().flat_map(|rung| rung["causes"].as_array().unwrap());
+    let mut seen = 0;
+    for cause in causes {
+        let place = cause["place"].as_str().unwrap();
+        let own = stated.iter().find(|p| p.name.contains(place)).unwrap_or_else(|| panic!("{place} is not among {stated:?}"));
+        let [low, value, high] = ["low", "value", "high"].map(|k| cause["amplitude"][k].as_f64().unwrap());
+        // Both are factors, or shares of the number: of 1 + a, where the amplitude is a.
+        let share = own.deviation / own.nominal;
+        let expected = (high - low) / (2.0 * 1.6449) / (1.0 + value);
+        println!("{}: {:.3} %, amplitude {value:.4} ({low:.4} to {high:.4})", own.name, 100.0 * share);
+        assert!(share > 0.5 * expected && share < 2.0 * expected, "{share} {expected}");
+        seen += 1;
+    }
+    assert!(seen > 0);
+    // And what was fitted together is correlated.
+    let correlations = study.correlations(&stated).unwrap();
+    assert!(correlations.iter().enumerate().any(|(i, row)| row.iter().enumerate().any(|(j, c)| i != j && c.abs() > 0.02)));
+}

@@ -75,7 +75,7 @@ impl Plan {
         let before: usize = self.groups.iter().take_while(|g| g.rows != group.rows).filter(|g| is_fitted(g)).map(|g| g.rows.len()).sum();
         let place = before + row - group.rows.start;
         // Of the third degree, two and a half rows per term.
-        let n = (0..self.variables.len()).filter(|v| self.groups.iter().any(|g| g.varied.contains(v))).count();
+        let n = (0..self.variables.len()).filter(|v| self.groups.iter().any(|g| is_fitted(g) && g.varied.contains(v))).count();
         let enough = (5 * (n + 1) * (n + 2) * (n + 3) / 12).max(LEAST_SLOPED);
         if is_added(group) {
             return place < enough;

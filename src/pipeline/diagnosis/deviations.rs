@@ -1,10 +1,10 @@
 //! How sure the causes are that stand in an extended machine file: standard deviations of the numbers and factors they became.
 
-use crate::discretise::network::Load;
 use crate::error::Result;
 use crate::evidence::diagnose::{Cause, Diagnosis, Problem, Scales};
 use crate::foundation::document::{Document, Leaf, quoted};
 use crate::foundation::numbers::significant;
+use crate::solve::meshed::source_powers;
 use crate::solve::sensitivity::{Kind, Study};
 use crate::units;
 
@@ -190,7 +190,7 @@ impl Moved {
         let Some(source) = high.sources.iter().position(|s| s.name == name) else { return Ok(None) };
         let (mut change, mut size) = (0.0, 0.0);
         for row in &problem.data.rows {
-            let power = |machine: &_| Load::at(machine, &row.condition).map(|load| load.powers[source]);
+            let power = |machine: &_| source_powers(machine, &row.condition).map(|powers| powers[source]);
             let (low, high) = (power(&low)?, power(&high)?);
             change += ((high - low) / self.deviations).powi(2);
             size += (0.5 * (low + high)).powi(2);

@@ -126,6 +126,14 @@ pub struct ChannelEntry {
     pub pressure_drop: Option<f64>,
 }
 
+/// Power of every source at a condition, W.
+///
+/// # Errors
+/// A formula fails there.
+pub fn source_powers(machine: &Machine, condition: &Condition) -> Result<Vec<f64>> {
+    Ok(Load::at(machine, condition)?.powers)
+}
+
 /// Counts what `model` consists of; films and heats at `condition` where one is given.
 ///
 /// # Errors

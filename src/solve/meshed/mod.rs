@@ -11,7 +11,7 @@ pub mod record;
 
 pub use boundaries::BoundaryEntry;
 pub use flows::{Flows, Named, NamedRoute, OutletSensor};
-pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory};
+pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory, source_powers};
 pub use limits::{LimitState, limit_states};
 pub use mesh_error::MeshErrors;
 pub use record::{MeshRecord, SolveRecord};
