@@ -43,6 +43,10 @@ pub struct Args {
     /// Most conditions to solve in full
     #[arg(long, value_name = "N", default_value_t = 400)]
     max_runs: usize,
+    /// Follow the machine in time too (`coldplate simulate MODEL.cpr`): so many random histories are run in full for it, and
+    /// two more to calibrate its bound
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "4", default_value_t = 0)]
+    histories: usize,
     /// Seed of the conditions
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -76,7 +80,19 @@ struct Record {
     varied: Vec<String>,
     parameters: Vec<String>,
     parameters_left_out: Vec<String>,
+    /// In time, where the model was made for that.
+    in_time: Option<TimeRecord>,
     seconds: f64,
+}
+
+/// How it does in time.
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct TimeRecord {
+    histories: usize,
+    checks: usize,
+    largest_error_K: f64,
+    largest_bound_K: f64,
 }
 
 /// Runs the command.
@@ -104,7 +120,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let study = Study::new(document, args.cells)?;
     let variables = &study.model.machine.variables;
     let ranges = ranges(args, variables)?;
-    let settings = Settings { accuracy, ranges, with_parameters: args.uncertain, most: args.max_runs, seed: args.seed };
+    let settings =
+        Settings { accuracy, ranges, with_parameters: args.uncertain, most: args.max_runs, histories: args.histories, seed: args.seed };
     let model = reduce(&study, &settings, &progress)?;
     drop(progress);
     let bytes = model.to_bytes(study.document())?;
@@ -130,6 +147,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         varied,
         parameters: model.parameters.iter().map(|p| p.name.clone()).collect(),
         parameters_left_out: model.left_out.clone(),
+        in_time: model.in_time.as_ref().map(|own| TimeRecord {
+            histories: own.histories,
+            checks: own.checks,
+            largest_error_K: own.largest_error,
+            largest_bound_K: own.largest_bound,
+        }),
         seconds: made.seconds,
     };
     out.report(&text(&model, &record), &record);
@@ -202,6 +225,15 @@ fn text(model: &ReducedModel, record: &Record) -> String {
         kelvin(made.largest_error),
         kelvin(made.largest_bound)
     );
+    if let Some(own) = &record.in_time {
+        text += &format!(
+            "in time   made of {} histories in full; at {} further ones: largest error {} K, largest bound {} K\n",
+            own.histories,
+            own.checks,
+            kelvin(own.largest_error_K),
+            kelvin(own.largest_bound_K)
+        );
+    }
     if !record.reached {
         let asked = kelvin(record.accuracy_K);
         text += &format!("warning: the bound is larger than the {asked} K asked for; allow more --max-runs, or vary less\n");

@@ -12,6 +12,7 @@ use super::text::table;
 use crate::describe::machine::Condition;
 use crate::error::{Error, Result};
 use crate::foundation::document::suggestion;
+use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::reduce::{Answer, ReducedModel};
 use crate::solve::meshed::limit_states;
@@ -49,6 +50,21 @@ struct Limit {
     name: String,
     margin_K: f64,
     kept: bool,
+}
+
+/// The bytes of a file, if it is a reduced model; with it, options that are given (name, whether) mean nothing.
+///
+/// # Errors
+/// One of these is given, or the file cannot be read.
+pub fn bytes(path: &Path, options: &[(&str, bool)]) -> Result<Option<Vec<u8>>> {
+    if !input::begins_with(path, ReducedModel::FAMILY) {
+        return Ok(None);
+    }
+    if let Some((option, _)) = options.iter().find(|(_, is_given)| *is_given) {
+        let error = Error::input("a reduced model has its machine and its mesh built in").at_key(*option).in_file(path);
+        return Err(error.help("take the machine file itself, or make another model with `coldplate reduce`"));
+    }
+    input::read(path).map(Some)
 }
 
 /// Answers one condition.

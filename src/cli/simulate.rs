@@ -12,13 +12,14 @@ use crate::describe::machine::Machine;
 use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
-use crate::explore::simulate::{self, Crossing, History, Start, Watch};
+use crate::explore::simulate::{self, Crossing, History, Start, Subject, Watch};
 use crate::figures::chart::draw_as;
 use crate::figures::chart::history::{Course, HistoryFigure};
 use crate::figures::chart::output::check_name;
 use crate::figures::chart::style::Quantity;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
+use crate::reduce::ReducedModel;
 use crate::solve::meshed::MeshedMachine;
 use crate::units::{Dimension, celsius, express, parse};
 
@@ -28,7 +29,7 @@ use crate::units::{Dimension, celsius, express, parse};
 /// example `coolant_flow [L/min]`. Values move in straight lines from row to row; a time in two rows is a step.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Machine file
+    /// Machine file, or a reduced model of one that was made with histories
     machine: PathBuf,
     /// Schedule: time and conditions, as CSV
     schedule: PathBuf,
@@ -96,7 +97,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let mut options = options(args)?;
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let machine = Machine::read(&args.machine, &sets)?;
+    let reduced = super::reduced::bytes(&args.machine, &[("--set", !args.set.is_empty()), ("--cells", args.cells.is_some())])?;
+    let reduced = reduced.map(|bytes| ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(&args.machine))).transpose()?;
+    let machine = match &reduced {
+        Some(model) => model.machine.clone(),
+        None => Machine::read(&args.machine, &sets)?,
+    };
     options.watched = args.passes.iter().map(|text| watch(text, &machine)).collect::<Result<_>>()?;
     let until = args.until.as_deref().map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("--until"))).transpose()?;
     if args.repeat == 0 {
@@ -105,6 +111,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let rows = schedule::ScheduleOptions { hold: args.hold, repeat: args.repeat, until };
     let schedule = Schedule::read(&args.schedule, &machine, &args.condition.values()?, rows)?;
     notes(&machine, &schedule, out);
+    if let Some(model) = &reduced {
+        let history = simulate::run_reduced(model, &schedule, &options)?;
+        return tell(&Subject::from(model), &history, args, start, out);
+    }
     if args.resume && options.checkpoint.as_ref().is_some_and(|path| !path.exists()) {
         out.note("note: there is no checkpoint yet; beginning at the beginning");
     }
@@ -118,18 +128,23 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(time) = history.resumed_at {
         out.note(&format!("went on from the checkpoint at {}", duration(time)));
     }
+    tell(&Subject::from(&model), &history, args, start, out)
+}
+
+/// Writes, draws and reports a history.
+fn tell(model: &Subject<'_>, history: &History, args: &Args, start: Instant, out: Output) -> Result<u8> {
     history.notes.iter().for_each(|note| out.note(&format!("warning: {note}")));
-    let series = history.table(&model)?;
+    let series = history.table(model)?;
     if let Some(path) = &args.out {
         write_table(path, &series, &args.schedule)?;
         out.note(&format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.chart {
-        draw_as(path, &figure(&model, &history, &args.schedule))?;
+        draw_as(path, &figure(model, history, &args.schedule))?;
         out.note(&format!("wrote {}", path.display()));
     }
     let seconds = start.elapsed().as_secs_f64();
-    out.report(&text(&model, &history, seconds), &history.record(&model, seconds));
+    out.report(&text(model, history, seconds), &history.record(model, seconds));
     Ok(0)
 }
 
@@ -207,7 +222,7 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) { series.write_parquet(path) } else { series.write_csv(path) }
 }
 
-fn figure(model: &MeshedMachine, history: &History, schedule: &Path) -> HistoryFigure {
+fn figure(model: &Subject<'_>, history: &History, schedule: &Path) -> HistoryFigure {
     let courses = model
         .network
         .sensor_names
@@ -228,7 +243,7 @@ fn figure(model: &MeshedMachine, history: &History, schedule: &Path) -> HistoryF
     }
 }
 
-fn text(model: &MeshedMachine, history: &History, seconds: f64) -> String {
+fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.machine.name, duration(end - start), duration(start), duration(end));
     let near = history.within;
@@ -274,6 +289,11 @@ fn text(model: &MeshedMachine, history: &History, seconds: f64) -> String {
             format!("not reached: {late} of {of} sensors do not stay within {near} K of the steady state of the last condition\n")
         }
     };
+    if let Some(bounds) = &history.bounds {
+        let largest = bounds.iter().flatten().fold(0.0, |most: f64, b| most.max(*b));
+        text += &format!("largest bound {} K, against the full model on {} cells\n", significant(largest, 2), model.cells);
+        return text + &format!("{} time steps of both reduced networks, {:.3} s\n", history.steps, seconds);
+    }
     let energy = &history.energy;
     text += &format!(
         "heat entered {} J, left {} J, stored {} J, open {:.1e}\n",

@@ -10,10 +10,8 @@ use crate::describe::machine::{Condition, Machine};
 use crate::discretise::mesh::vtu;
 use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result};
-use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
-use crate::reduce::ReducedModel;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats};
 use crate::solve::meshed::{MeshErrors, MeshRecord, MeshedMachine, SteadyState};
 use crate::units::{self, Celsius, Dimension, Kelvin, express};
@@ -48,7 +46,8 @@ pub struct Args {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
-    if let Some(bytes) = reduced_model(args)? {
+    let options = [("--set", !args.set.is_empty()), ("--cells", args.cells.is_some()), ("--vtu", args.vtu.is_some())];
+    if let Some(bytes) = super::reduced::bytes(&args.machine, &options)? {
         return super::reduced::run(&args.machine, &bytes, &args.condition, out);
     }
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
@@ -95,19 +94,6 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     record.mesh = mesh.as_ref().map(|mesh| MeshRecord::of(&model, mesh, tolerance));
     out.report(&text(&model, &state, mesh.as_ref(), &contacts, seconds), &record);
     Ok(0)
-}
-
-/// The bytes of the file, if it is a reduced model.
-fn reduced_model(args: &Args) -> Result<Option<Vec<u8>>> {
-    if !input::begins_with(&args.machine, ReducedModel::MAGIC) {
-        return Ok(None);
-    }
-    let refused = [("--set", !args.set.is_empty()), ("--cells", args.cells.is_some()), ("--vtu", args.vtu.is_some())];
-    if let Some((option, _)) = refused.iter().find(|(_, is_given)| *is_given) {
-        let error = Error::input("a reduced model has its machine and its mesh built in").at_key(*option).in_file(&args.machine);
-        return Err(error.help("solve the machine file itself, or make another model with `coldplate reduce`"));
-    }
-    input::read(&args.machine).map(Some)
 }
 
 /// What the mesh leaves open, or a note why that is not known.

@@ -118,6 +118,7 @@ impl Assembly<'_> {
             center_held: self.load.fixed.clone(),
             conduction: DMatrix::from_fn(n, n + 1, |i, j| columns[j][i]),
             capacity: self.capacity(modes),
+            stored: self.stored(modes),
             held: self.held(modes),
             sources: self.sources(modes),
             contacts: self.contacts(modes),
@@ -184,6 +185,15 @@ impl Assembly<'_> {
             |mode: &Vec<f64>| -> Vec<f64> { (0..mode.len()).map(|i| mode[i] * self.network.capacity_at(i, self.center[i])).collect() };
         let images: Vec<Vec<f64>> = modes.par_iter().map(weighted).collect();
         DMatrix::from_fn(modes.len(), modes.len(), |i, j| dot(&modes[i], &images[j]))
+    }
+
+    /// What the modes store where everything is a kelvin warmer, and at the temperatures of the middle.
+    fn stored(&self, modes: &[Vec<f64>]) -> DMatrix<f64> {
+        let of = |mode: &Vec<f64>, column: usize| -> f64 {
+            let capacity = |i: usize| self.network.capacity_at(i, self.center[i]);
+            (0..mode.len()).map(|i| mode[i] * capacity(i) * if column == 0 { 1.0 } else { self.center[i] }).sum()
+        };
+        DMatrix::from_fn(modes.len(), 2, |i, column| of(&modes[i], column))
     }
 
     fn held(&self, modes: &[Vec<f64>]) -> DMatrix<f64> {

@@ -45,4 +45,18 @@ impl Basis {
         let modes = order.par_iter().map(mode).collect();
         Self { modes }
     }
+
+    /// States less what these modes hold of them.
+    pub fn without(&self, states: &[Vec<f64>], energy: &Symmetric<'_>) -> Vec<Vec<f64>> {
+        let left = |state: &Vec<f64>| {
+            let (mut image, mut left) = (vec![0.0; state.len()], state.clone());
+            energy.multiply(state, &mut image);
+            for mode in &self.modes {
+                let amplitude = dot(mode, &image);
+                left.iter_mut().zip(mode).for_each(|(l, m)| *l -= amplitude * m);
+            }
+            left
+        };
+        states.par_iter().map(left).collect()
+    }
 }

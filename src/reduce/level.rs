@@ -22,6 +22,8 @@ const STEP_TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
 /// A step that is not this much shorter than the last one asks for new derivatives.
 const SLOW: f64 = 0.2;
+/// Steps of the power iteration for the slowest time constant, of which two digits are wanted.
+const POWER_STEPS: usize = 40;
 
 /// A reduced network: `n` modes, `s` solid nodes of the sampled network, `c` chosen conductors.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -34,6 +36,8 @@ pub struct Level {
     pub conduction: DMatrix<f64>,
     /// Heat capacity, J/K: n x n.
     pub capacity: DMatrix<f64>,
+    /// What the modes store where everything is a kelvin warmer, J/K, and at the temperatures of the middle, J: n x 2.
+    pub stored: DMatrix<f64>,
     /// What a kelvin of each held temperature makes leave the modes, W/K: n x temperatures.
     pub held: DMatrix<f64>,
     /// Share of each source's power that reaches the modes: n x sources.
@@ -84,7 +88,7 @@ pub struct Reduced {
 }
 
 /// What does not change while a condition is solved.
-struct Given {
+pub(super) struct Given {
     /// All that is linear: n x n, W/K.
     linear: DMatrix<f64>,
     /// What leaves the modes at the temperatures of the middle, W.
@@ -134,6 +138,7 @@ impl Level {
             && conductors == count
             && square(&self.conduction, n + 1)
             && square(&self.capacity, n)
+            && square(&self.stored, 2)
             && square(&self.held, self.center_held.len())
             && square(&self.sources, net.sources.len())
             && square(&self.patterns, count)
@@ -220,7 +225,7 @@ impl Level {
     }
 
     /// What does not change while a condition is solved.
-    fn given(&self, network: &Network, load: &Load) -> Given {
+    pub(super) fn given(&self, network: &Network, load: &Load) -> Given {
         let n = self.len();
         let mut wide = self.conduction.clone();
         for contact in &self.contacts {
@@ -276,16 +281,10 @@ impl Level {
         t: &[f64],
         a: &DVector<f64>,
     ) -> DVector<f64> {
-        let mut residual = given.constant.clone();
-        residual.gemv(1.0, &given.linear, a, 1.0);
+        let mut residual = self.solid_residual(given, now, a);
         for (ring, state) in self.rings.iter().zip(streams) {
             ring.apply(ring.points.iter().map(|k| state.exchange[*k]), a, &mut residual);
         }
-        // What the chosen conductors deviate from their tangents.
-        let (rises_a, rises_b) = (self.ends[0].tr_mul(a), self.ends[1].tr_mul(a));
-        let apart = now.iter().zip(&given.tangents).zip(rises_a.iter().zip(rises_b.iter()));
-        let beyond = apart.map(|((now, tangent), (a, b))| now.heat - tangent.heat - tangent.slope_a * a + tangent.slope_b * b);
-        residual.gemv(1.0, &self.patterns, &DVector::from_iterator(now.len(), beyond), 1.0);
         let mut heats = DVector::zeros(self.walls.ncols());
         let mut at = 0;
         for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
@@ -300,8 +299,20 @@ impl Level {
         residual
     }
 
+    /// The same without the water and what it moves around its channels.
+    pub(super) fn solid_residual(&self, given: &Given, now: &[Conductor], a: &DVector<f64>) -> DVector<f64> {
+        let mut residual = given.constant.clone();
+        residual.gemv(1.0, &given.linear, a, 1.0);
+        // What the chosen conductors deviate from their tangents.
+        let (rises_a, rises_b) = (self.ends[0].tr_mul(a), self.ends[1].tr_mul(a));
+        let apart = now.iter().zip(&given.tangents).zip(rises_a.iter().zip(rises_b.iter()));
+        let beyond = apart.map(|((now, tangent), (a, b))| now.heat - tangent.heat - tangent.slope_a * a + tangent.slope_b * b);
+        residual.gemv(1.0, &self.patterns, &DVector::from_iterator(now.len(), beyond), 1.0);
+        residual
+    }
+
     /// Its derivatives with respect to the amplitudes, the streams' coefficients held as they are, W/K.
-    fn jacobian(&self, network: &Network, streams: &[StreamState], given: &Given, now: &[Conductor]) -> DMatrix<f64> {
+    pub(super) fn jacobian(&self, network: &Network, streams: &[StreamState], given: &Given, now: &[Conductor]) -> DMatrix<f64> {
         let n = self.len();
         let mut jacobian = given.linear.clone();
         let mut wide = DMatrix::zeros(n, n + 1);
@@ -344,8 +355,40 @@ impl Level {
 
     /// Readings of all sensors, K.
     pub fn read(&self, network: &Network, load: &Load, state: &Reduced) -> Vec<f64> {
-        let solids = &self.readings * &state.amplitudes;
+        self.readings_of(network, load, &state.amplitudes, &state.temperatures)
+    }
+
+    /// The same of amplitudes and temperatures of the sampled network.
+    pub(super) fn readings_of(&self, network: &Network, load: &Load, a: &DVector<f64>, t: &[f64]) -> Vec<f64> {
+        let solids = &self.readings * a;
         let all = network.sensors.iter().zip(solids.iter()).zip(&self.base);
-        all.map(|((sensor, rise), base)| base + rise + sensor.read(&state.temperatures, load)).collect()
+        all.map(|((sensor, rise), base)| base + rise + sensor.read(t, load)).collect()
+    }
+
+    /// Amplitudes of one temperature (K) everywhere; `None` where the modes store nothing.
+    pub(super) fn uniform(&self, temperature: f64) -> Option<DVector<f64>> {
+        let stored = self.stored.column(0) * temperature - self.stored.column(1);
+        self.capacity.clone().lu().solve(&stored)
+    }
+
+    /// Largest temperature in a combination of the modes, at the sampled nodes and in the readings, K.
+    pub(super) fn largest(&self, a: &DVector<f64>) -> f64 {
+        let most = |m: &DMatrix<f64>| (m * a).iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        most(&self.rows).max(most(&self.readings))
+    }
+
+    /// The slowest time constant at a condition, s.
+    pub(super) fn slowest(&self, load: &Load) -> Result<f64> {
+        let state = self.steady(&self.network, load, &DVector::zeros(self.len()))?;
+        let given = self.given(&self.network, load);
+        let acting = conductors(&self.network, load, &state.temperatures);
+        let lu = self.jacobian(&self.network, &state.streams, &given, &acting).lu();
+        let mut a = DVector::from_element(self.len(), 1.0);
+        let mut time = 0.0;
+        for _ in 0..POWER_STEPS {
+            let Some(next) = lu.solve(&(&self.capacity * &a)) else { break };
+            (time, a) = (next.norm() / a.norm().max(f64::MIN_POSITIVE), next.normalize());
+        }
+        Ok(time)
     }
 }

@@ -3,14 +3,18 @@
 mod assemble;
 mod basis;
 mod conductors;
+mod course;
 mod cubature;
 mod family;
+mod histories;
 mod level;
 mod model;
+mod motion;
 mod offline;
 mod split;
 mod stored;
 
+pub use course::{Beginning, Course, InTime, Stretch};
 pub use level::{Level, Reduced};
 pub use model::{Answer, Made, ReducedModel};
 pub use offline::{Settings, reduce};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::course::InTime;
 use super::level::{Level, Reduced};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
@@ -27,6 +28,8 @@ pub struct ReducedModel {
     pub margin: f64,
     /// The least bound, K.
     pub floor: f64,
+    /// How it does in time, where it was made for that.
+    pub in_time: Option<InTime>,
     /// How it was made.
     pub made: Made,
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::assemble::{Assembly, Snapshot};
 use super::basis::Basis;
+use super::histories::{Plan, Run, calibrated};
 use super::model::{Answer, Made, ReducedModel};
 use super::split::Split;
 use crate::describe::machine::Condition;
@@ -36,6 +37,12 @@ const SAFETY: (f64, f64) = (3.0, 0.5);
 /// Share of the accuracy that the bounds of the choice must keep with the least margin: the calibrated one is larger, and
 /// conditions that were not tried may be worse.
 const AIM: f64 = 0.4;
+/// Histories in full that the bound in time is calibrated on.
+const HISTORY_CHECKS: usize = 2;
+/// Modes that histories add.
+const MODES_IN_TIME: usize = 48;
+/// Their conditions are others than those of the steady states.
+const HISTORIES: u64 = 0x7131;
 /// What the full solver itself leaves open, K.
 const FLOOR: f64 = 1e-5;
 
@@ -50,6 +57,8 @@ pub struct Settings {
     pub with_parameters: bool,
     /// Most conditions that may be solved in full, those of the calibration aside.
     pub most: usize,
+    /// Histories in full that it shall follow in time; none: it is steady only.
+    pub histories: usize,
     /// Seed of the conditions.
     pub seed: u64,
 }
@@ -104,7 +113,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     let mut snapshots = Vec::new();
     take(draw(count), &mut snapshots);
     let mut pool = draw(POOL);
-    let model = loop {
+    let (model, basis) = loop {
         if snapshots.len() < 4 {
             return Err(Error::numerics("hardly any condition of the ranges has a steady state").help("narrow the ranges with --range"));
         }
@@ -125,6 +134,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
             fine: assembly.level(&basis.modes, &snapshots, TOLERANCES[1]),
             margin: SAFETY.1,
             floor: FLOOR,
+            in_time: None,
             made: Made::default(),
         };
         // Where the bound is largest, or nothing is found at all, a full solve tells most.
@@ -136,7 +146,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let worst = bounds.iter().fold(0.0, |m: f64, b| m.max(*b));
         progress.at(&format!("{} conditions solved in full, {fine} modes: largest bound {worst:.1e} K", snapshots.len()));
         if worst <= AIM * settings.accuracy || snapshots.len() + ROUND > settings.most || pool.len() < ROUND {
-            break model;
+            break (model, basis);
         }
         let mut order: Vec<usize> = (0..pool.len()).collect();
         order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
@@ -145,6 +155,40 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let mut at = 0..;
         pool.retain(|_| !at.next().is_some_and(|i| order.contains(&i)));
         take(next, &mut snapshots);
+    };
+    let mut checks = Vec::new();
+    let model = if settings.histories == 0 {
+        model
+    } else {
+        let slowest = model.fine.slowest(&load)?;
+        let mut random = Random::new(settings.seed ^ HISTORIES);
+        let condition = |random: &mut Random| {
+            let mut place = offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>());
+            place.parameters.clear();
+            place.condition
+        };
+        let plan = |number: usize| Plan::random(number, slowest, &mut random, condition, machine);
+        let plans: Vec<Plan> = (0..settings.histories + HISTORY_CHECKS).map(plan).collect::<Result<_>>()?;
+        progress.at(&format!("running {} histories in full", plans.len()));
+        let states = Some((&split.rest, center.temperatures.as_slice()));
+        let one = |(number, plan): (usize, &Plan)| plan.run(machine, network, states.filter(|_| number < settings.histories));
+        let mut runs: Vec<Run> = plans.par_iter().enumerate().map(one).collect::<Result<_>>()?;
+        let tests = runs.split_off(settings.histories);
+        checks = plans[settings.histories..].iter().cloned().zip(tests).collect();
+        // What histories add to the modes of the steady states.
+        let histories: Vec<Snapshot> = runs.into_iter().flat_map(|run| run.snapshots).collect();
+        let rises: Vec<Vec<f64>> = histories.iter().map(|s| s.rise.clone()).collect();
+        let enriched = |steady: Vec<Vec<f64>>, most: usize| {
+            let steady = Basis { modes: steady };
+            let moving = Basis::of(&steady.without(&rises, &energy), &energy, most).modes;
+            [steady.modes, moving].concat()
+        };
+        let few = |count: usize| ((count as f64 * COARSE) as usize).max(1);
+        let coarse = enriched(basis.modes[..few(basis.modes.len()).min(basis.modes.len())].to_vec(), few(MODES_IN_TIME));
+        let fine = enriched(basis.modes, MODES_IN_TIME);
+        let all: Vec<Snapshot> = snapshots.iter().cloned().chain(histories).collect();
+        progress.at(&format!("{} states in all, {} modes: choosing conductors", all.len(), fine.len()));
+        ReducedModel { coarse: assembly.level(&coarse, &all, TOLERANCES[0]), fine: assembly.level(&fine, &all, TOLERANCES[1]), ..model }
     };
     progress.at(&format!("comparing with {CHECKS} further conditions solved in full"));
     let places = draw(CHECKS);
@@ -184,7 +228,8 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         conductors: split.conductors(),
         seconds: clock.elapsed().as_secs_f64(),
     };
-    Ok(ReducedModel { margin, made, ..model })
+    let in_time = if checks.is_empty() { None } else { Some(calibrated(&model, &checks, settings.histories)?) };
+    Ok(ReducedModel { margin, in_time, made, ..model })
 }
 
 struct Offline<'a> {

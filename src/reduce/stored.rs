@@ -1,4 +1,4 @@
-//! The file of a reduced model: `COLDPLATE-REDUCED 1`, SHA-256 of what follows, and that in postcard's encoding.
+//! The file of a reduced model: `COLDPLATE-REDUCED 2`, SHA-256 of what follows, and that in postcard's encoding.
 //!
 //! Laws are not stored but read from the machine file's text, which is part of it: materials, contact laws, channels, circuits and
 //! sources of the sampled network are the machine's own.
@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::course::InTime;
 use super::level::Level;
 use super::model::{Made, ReducedModel};
 use crate::describe::machine::Machine;
@@ -31,6 +32,7 @@ struct StoredModel {
     fine: StoredLevel,
     margin: f64,
     floor: f64,
+    in_time: Option<InTime>,
     made: Made,
 }
 
@@ -79,8 +81,10 @@ struct StoredStream {
 }
 
 impl ReducedModel {
+    /// First bytes of the file, whatever its version.
+    pub const FAMILY: &[u8] = b"COLDPLATE-REDUCED ";
     /// First bytes of the file.
-    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 1\n";
+    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 2\n";
 
     /// The file's bytes; `document` is the machine file the model was made of.
     ///
@@ -99,6 +103,7 @@ impl ReducedModel {
             fine: level(&self.fine),
             margin: self.margin,
             floor: self.floor,
+            in_time: self.in_time.clone(),
             made: self.made.clone(),
         };
         let body = postcard::to_stdvec(&stored).map_err(|e| Error::numerics(format!("the reduced model cannot be written: {e}")))?;
@@ -135,6 +140,7 @@ impl ReducedModel {
             ranges: stored.ranges,
             margin: stored.margin,
             floor: stored.floor,
+            in_time: stored.in_time,
             made: stored.made,
         })
     }

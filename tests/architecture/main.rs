@@ -55,7 +55,17 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("explore::schedule", &["error", "units", "foundation::table", "describe::machine"]),
     (
         "explore::simulate",
-        &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::meshed", "explore::schedule"],
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "describe::machine",
+            "discretise::network",
+            "solve",
+            "solve::meshed",
+            "reduce",
+            "explore::schedule",
+        ],
     ),
     ("explore::sweep", &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::*"]),
     ("surrogate::fit", &["error", "units", "foundation::*"]),

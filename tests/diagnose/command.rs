@@ -384,7 +384,8 @@ fn a_written_cause_carries_its_deviation() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let out = folder.join("extended.toml");
     let tutorial = |name: &str| root.join("examples/tutorial").join(name).display().to_string();
-    let found = json(&["diagnose", &tutorial("machine.toml"), &tutorial("readings.csv"), "--out", out.to_str().unwrap()]);
+    let found =
+        json(&coldplate(&["diagnose", &tutorial("machine.toml"), &tutorial("readings.csv"), "--json", "--out", out.to_str().unwrap()]));
     let study = coldplate::solve::sensitivity::Study::read(&out, &[], Some(400)).unwrap();
     let stated = study.open_parameters(false).unwrap();
     let causes = found["rungs"].as_array().unwrap().iter().flat_map(|rung| rung["causes"].as_array().unwrap());

@@ -3,6 +3,7 @@
 mod checkpoint;
 mod passing;
 pub mod record;
+mod reduced;
 mod settle;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment, TIME};
 use crate::foundation::table::{Column, Table};
+use crate::reduce::ReducedModel;
 use crate::solve::heat_flow::heat_flows_at;
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::{Energy, Settings, Transient, TransientState};
@@ -21,6 +23,7 @@ use crate::units::{Celsius, Kelvin, express};
 use checkpoint::{Identity, Progress};
 use passing::Passing;
 pub use passing::{Crossing, Watch};
+pub use reduced::run_reduced;
 use settle::Settling;
 
 /// Largest relative part of the energy that may be unaccounted for over a whole run.
@@ -119,6 +122,29 @@ pub struct Seen<'a> {
     pub load: &'a Load,
 }
 
+/// What a history is of: a machine with its mesh, or a reduced model.
+#[derive(Debug, Clone, Copy)]
+pub struct Subject<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// Its network, or the sampled one of a reduced model.
+    pub network: &'a Network,
+    /// Cells of the mesh.
+    pub cells: usize,
+}
+
+impl<'a> From<&'a MeshedMachine> for Subject<'a> {
+    fn from(model: &'a MeshedMachine) -> Self {
+        Self { machine: &model.machine, network: &model.network, cells: model.mesh.cells }
+    }
+}
+
+impl<'a> From<&'a ReducedModel> for Subject<'a> {
+    fn from(model: &'a ReducedModel) -> Self {
+        Self { machine: &model.machine, network: &model.fine.network, cells: model.made.cells }
+    }
+}
+
 /// What came out of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct History {
@@ -146,6 +172,8 @@ pub struct History {
     pub rejected: usize,
     /// Heat that went in and out, and what the machine has stored.
     pub energy: Energy,
+    /// How far each reading may be from that of the full model, K, where a reduced one was run.
+    pub bounds: Option<Vec<Vec<f64>>>,
     /// Time at which a checkpoint was taken up, s.
     pub resumed_at: Option<f64>,
     /// What is doubtful about it, from there or from the start, one sentence each.
@@ -162,7 +190,7 @@ impl History {
     ///
     /// # Errors
     /// A variable's unit cannot be expressed.
-    pub fn table(&self, model: &MeshedMachine) -> Result<Table> {
+    pub fn table(&self, model: &Subject<'_>) -> Result<Table> {
         let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
         let mut columns = vec![column(TIME, "s", self.times.clone())];
         for (v, variable) in model.machine.variables.iter().enumerate().filter(|(_, v)| v.name != TIME) {
@@ -176,6 +204,11 @@ impl History {
             let values = self.readings.iter().map(|r| Celsius::from(Kelvin(r[s])).0).collect();
             columns.push(column(&name, "degC", values));
         }
+        for (s, name) in model.network.sensor_names.iter().enumerate() {
+            if let Some(bounds) = &self.bounds {
+                columns.push(column(&format!("{name} bound"), "K", bounds.iter().map(|row| row[s]).collect()));
+            }
+        }
         for (m, meter) in model.network.meters.iter().enumerate() {
             let is_taken = columns.iter().any(|c| c.name == meter.name);
             let name = if is_taken { format!("{} (heat flow)", meter.name) } else { meter.name.clone() };
@@ -184,7 +217,7 @@ impl History {
         let provenance = vec![
             ("machine".to_string(), model.machine.name.clone()),
             ("machine_hash".to_string(), model.machine.hash.clone()),
-            ("cells".to_string(), model.mesh.cells.to_string()),
+            ("cells".to_string(), model.cells.to_string()),
             ("program".to_string(), concat!("coldplate ", env!("CARGO_PKG_VERSION")).to_string()),
         ];
         Ok(Table { texts: Vec::new(), columns, inputs, provenance })
@@ -312,6 +345,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         steps: state.steps,
         rejected: state.rejected,
         energy: state.energy,
+        bounds: None,
         resumed_at,
         notes: boiling.iter().enumerate().filter_map(|(s, wall)| Some(boiling_note(&model.network, s, (*wall)?))).collect(),
     })

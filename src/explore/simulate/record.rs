@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::{Crossing, History};
-use crate::solve::meshed::MeshedMachine;
+use super::{Crossing, History, Subject};
 use crate::units::celsius;
 
 /// Temperatures over time.
@@ -20,6 +19,9 @@ pub struct HistoryRecord {
     pub within_s: Option<f64>,
     /// `time_s`, and readings by sensor, degC.
     pub series: BTreeMap<String, Vec<f64>>,
+    /// How far each reading may be from that of the full model; of reduced models alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds_K: Option<BTreeMap<String, Vec<f64>>>,
     /// Heat by heat-flow sensor, W, at the same times; left out where there is none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub heat_flows: BTreeMap<String, Vec<f64>>,
@@ -69,7 +71,7 @@ pub struct EnergyRecord {
 
 impl History {
     /// The history of `model` for other programs; `seconds` is the time it took.
-    pub fn record(&self, model: &MeshedMachine, seconds: f64) -> HistoryRecord {
+    pub fn record(&self, model: &Subject<'_>, seconds: f64) -> HistoryRecord {
         let names = || model.network.sensor_names.iter().enumerate();
         let course = |(s, name): (usize, &String)| {
             let of = |readings: Option<&Vec<f64>>| readings.map(|r| celsius(r[s]));
@@ -95,6 +97,8 @@ impl History {
             within_K: self.within,
             within_s: self.settled_overall(),
             series,
+            bounds_K: (self.bounds.as_ref())
+                .map(|all| names().map(|(s, name)| (name.clone(), all.iter().map(|row| row[s]).collect())).collect()),
             heat_flows: (model.network.meters.iter().enumerate())
                 .map(|(m, meter)| (meter.name.clone(), self.heat_flows.iter().map(|heats| heats[m]).collect()))
                 .collect(),

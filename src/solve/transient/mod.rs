@@ -16,21 +16,23 @@ pub mod water;
 use super::balance::balance;
 use super::steady::Solver;
 use super::system::System;
-use crate::discretise::network::{Load, Network};
+use crate::discretise::mesh::path::Station;
+use crate::discretise::network::{Load, Network, Stream, StreamState};
 use crate::error::{Error, Result, Stop};
 use lumped::Lumped;
 use modes::Modes;
 use parcels::{Parcel, Parcels};
 use stage::Stage;
+pub(crate) use stage::{inflows, streams_of};
 
 /// Where the first stage ends, as a share of the step: 2 - sqrt 2.
-const GAMMA: f64 = 0.585_786_437_626_905;
+pub(crate) const GAMMA: f64 = 0.585_786_437_626_905;
 /// Weight of each stage's own heat flow: gamma / 2, the same in both.
-const OWN: f64 = GAMMA / 2.0;
+pub(crate) const OWN: f64 = GAMMA / 2.0;
 /// Weights of the first two heat flows in the whole step: sqrt 2 / 4.
-const EARLIER: f64 = std::f64::consts::SQRT_2 / 4.0;
+pub(crate) const EARLIER: f64 = std::f64::consts::SQRT_2 / 4.0;
 /// Constant of the local error h³ T''': (3 gamma² - 4 gamma + 2) / (12 (2 - gamma)).
-const LOCAL_ERROR: f64 = 0.040_440_114_519_881;
+pub(crate) const LOCAL_ERROR: f64 = 0.040_440_114_519_881;
 /// Steps between two hierarchies of the preconditioner.
 const RENEWAL: usize = 100;
 const MOST_REJECTIONS: usize = 60;
@@ -175,19 +177,7 @@ impl<'a> Transient<'a> {
     pub fn from_steady(&self, load: &Load) -> Result<TransientState> {
         let solver = Solver::new(self.network, load)?;
         let solution = solver.steady(load)?;
-        let mut water = Vec::with_capacity(self.network.streams.len());
-        for (s, stream) in self.network.streams.iter().enumerate() {
-            let entering = super::system::entering_temperature(self.network, load, &solution.streams, s, &solution.temperatures);
-            let area = std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter;
-            let mut above = entering;
-            let mut parcels = Parcels::new();
-            for (k, station) in stream.stations.iter().enumerate() {
-                let below = solution.temperatures[stream.first_node as usize + k];
-                parcels.push(Parcel { volume: area * station.length, upstream: above, downstream: below });
-                above = below;
-            }
-            water.push(parcels);
-        }
+        let water = steady_water(self.network, load, &solution.streams, &solution.temperatures);
         Ok(TransientState {
             time: 0.0,
             temperatures: solution.temperatures,
@@ -205,11 +195,7 @@ impl<'a> Transient<'a> {
         for (node, index) in &self.network.fixed {
             temperatures[*node as usize] = load.fixed[*index as usize];
         }
-        let area = |diameter: f64| std::f64::consts::PI / 4.0 * diameter * diameter;
-        let fill = |s: &crate::discretise::network::Stream| {
-            s.stations.iter().map(|k| Parcel::even(area(s.diameter) * k.length, temperature)).collect()
-        };
-        let water = self.network.streams.iter().map(fill).collect();
+        let water = even_water(self.network, temperature);
         TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
     }
 
@@ -433,6 +419,30 @@ impl<'a> Transient<'a> {
         let stores = |i: &usize| self.network.capacity[*i] > 0.0;
         (0..self.network.solids).filter(stores).map(of_node).fold(0.0, f64::max)
     }
+}
+
+/// The water of a steady state: a parcel per station, between the ends of its neighbours.
+pub(crate) fn steady_water(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<Parcels> {
+    let of = |(s, stream): (usize, &Stream)| {
+        let mut above = super::system::entering_temperature(network, load, streams, s, temperatures);
+        let parcel = |(k, station): (usize, &Station)| {
+            let below = temperatures[stream.first_node as usize + k];
+            Parcel { volume: area(stream) * station.length, upstream: std::mem::replace(&mut above, below), downstream: below }
+        };
+        stream.stations.iter().enumerate().map(parcel).collect()
+    };
+    network.streams.iter().enumerate().map(of).collect()
+}
+
+/// Water of one temperature (K).
+pub(crate) fn even_water(network: &Network, temperature: f64) -> Vec<Parcels> {
+    let of = |s: &Stream| s.stations.iter().map(|k| Parcel::even(area(s) * k.length, temperature)).collect();
+    network.streams.iter().map(of).collect()
+}
+
+/// Cross-section of a channel, m².
+fn area(stream: &Stream) -> f64 {
+    std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter
 }
 
 /// A step that was taken.

@@ -96,7 +96,7 @@ pub(super) struct Water {
 }
 
 /// The streams during a stage, for a given coefficient of each.
-struct Streams<'n> {
+pub(crate) struct Streams<'n> {
     network: &'n Network,
     passages: Vec<Passage>,
     /// Weight of each upstream stream in the inlet mixture.
@@ -110,7 +110,7 @@ impl Streams<'_> {
     }
 
     /// Carries the water of every stream, upstream ones first.
-    fn carry(&self, wall: &dyn Fn(usize) -> f64, parcels: &[Parcels], inflows: &[Flow]) -> Vec<Carried> {
+    pub(crate) fn carry(&self, wall: &dyn Fn(usize) -> f64, parcels: &[Parcels], inflows: &[Flow]) -> Vec<Carried> {
         let mut found: Vec<Carried> = vec![Carried::default(); self.passages.len()];
         for (tree, inflow) in self.network.circuits.iter().zip(inflows) {
             for s in crate::discretise::network::stream::members(&tree.layout) {
@@ -121,6 +121,20 @@ impl Streams<'_> {
             }
         }
         found
+    }
+
+    /// The parcels as the streams see them: as many cubic metres as each channel holds.
+    pub(crate) fn fitted(&self, water: &[Parcels]) -> Vec<Parcels> {
+        self.passages.iter().zip(water).map(|(passage, parcels)| fitted(passage, parcels)).collect()
+    }
+
+    /// Sets the water nodes to the ends of their stations.
+    pub(crate) fn place(&self, temperatures: &mut [f64], carried: &[Carried]) {
+        for ((stream, passage), carried) in self.network.streams.iter().zip(&self.passages).zip(carried) {
+            let ends = passage.at_ends(&carried.parcels, &carried.outflow);
+            let first = stream.first_node as usize;
+            temperatures[first..first + ends.len()].copy_from_slice(&ends);
+        }
     }
 
     /// What enters a stream: what its circuit takes in, or what those upstream of it gave off.
@@ -216,8 +230,8 @@ impl Transient<'_> {
         (0..solids).for_each(|n| expected[n] = effective(n, temperatures[n]));
         let states = network.stream_states(stage.middle, &expected)?;
         let streams = streams_of(network, &states, stage.duration);
-        let inflows = inflows(stage);
-        let water = streams.passages.iter().zip(&state.water).map(|(passage, parcels)| fitted(passage, parcels)).collect::<Vec<_>>();
+        let inflows = inflows(stage.begin, stage.load);
+        let water = streams.fitted(&state.water);
         let mut preconditioner = match self.preconditioner.take() {
             Some(known) => known,
             None => Preconditioner::new(network, &self.system, stage.load, &state.temperatures)?,
@@ -272,7 +286,7 @@ impl Transient<'_> {
             last = imbalance;
             if imbalance <= RESIDUAL_TOLERANCE * through || is_spent {
                 self.preconditioner = Some(preconditioner);
-                self.place(&mut temperatures, &streams, &carried);
+                streams.place(&mut temperatures, &carried);
                 return Ok((temperatures, gathered(&streams, &water, &inflows, carried)));
             }
             if newton == MOST_NEWTON {
@@ -307,18 +321,10 @@ impl Transient<'_> {
         }
         Err(Error::stopped(Stop::MostNewtonSteps, "a time step does not converge"))
     }
-
-    /// Sets the water nodes to the ends of their stations.
-    fn place(&self, temperatures: &mut [f64], streams: &Streams<'_>, carried: &[Carried]) {
-        for ((stream, passage), carried) in self.network.streams.iter().zip(&streams.passages).zip(carried) {
-            let ends = passage.at_ends(&carried.parcels, &carried.outflow);
-            let first = stream.first_node as usize;
-            temperatures[first..first + ends.len()].copy_from_slice(&ends);
-        }
-    }
 }
 
-fn streams_of<'n>(network: &'n Network, states: &[StreamState], duration: f64) -> Streams<'n> {
+/// The streams for a duration (s).
+pub(crate) fn streams_of<'n>(network: &'n Network, states: &[StreamState], duration: f64) -> Streams<'n> {
     Streams {
         network,
         passages: network.streams.iter().zip(states).map(|(stream, state)| Passage::new(stream, state, duration)).collect(),
@@ -334,9 +340,9 @@ fn fitted(passage: &Passage, parcels: &Parcels) -> Parcels {
 }
 
 /// What enters each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
-fn inflows(stage: &Stage<'_>) -> Vec<Flow> {
+pub(crate) fn inflows(begin: &Load, end: &Load) -> Vec<Flow> {
     let of_circuit = |(first, last): (&f64, &f64)| vec![Share { share: 1.0, first: *first, last: *last }];
-    stage.begin.inlets.iter().zip(&stage.load.inlets).map(of_circuit).collect()
+    begin.inlets.iter().zip(&end.inlets).map(of_circuit).collect()
 }
 
 /// Sums up what the water did.

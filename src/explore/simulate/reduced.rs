@@ -1,0 +1,96 @@
+//! A schedule run through a reduced model: the same history, with a bound on every reading.
+
+use super::passing::Passing;
+use super::settle::Settling;
+use super::{History, SimulateOptions, Start, condition_at, own_starts, shown, stops};
+use crate::error::{Error, Result};
+use crate::explore::schedule::{Schedule, Segment};
+use crate::reduce::{Beginning, ReducedModel, Stretch};
+use crate::solve::transient::Energy;
+
+/// Runs `schedule` through a reduced model. When something settles or passes is known from the outputs alone.
+///
+/// # Errors
+/// The model was not made for histories; the machine file states temperatures at the start; a checkpoint is asked for; a condition
+/// cannot be evaluated, or the reduced network cannot follow it.
+pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &SimulateOptions) -> Result<History> {
+    let Some(in_time) = &model.in_time else {
+        return Err(Error::input("this reduced model knows steady states only").help("make it with `coldplate reduce MACHINE --histories`"));
+    };
+    if options.checkpoint.is_some() {
+        return Err(Error::input("a reduced model is run anew sooner than a checkpoint is read")
+            .at_key("--checkpoint")
+            .help("leave it out"));
+    }
+    if !own_starts(&model.machine, &schedule.stated(0))?.is_empty() || !options.places.is_empty() {
+        return Err(Error::input("parts of this machine begin at temperatures of their own, which a reduced model cannot")
+            .help("simulate the machine file"));
+    }
+    let beginning = match options.start {
+        Start::Steady => Beginning::Steady,
+        Start::Uniform(temperature) => Beginning::Uniform(temperature),
+        Start::Readings | Start::Parts => {
+            return Err(Error::input("a schedule has no readings to begin with").at_key("--from").help("give a temperature"));
+        }
+    };
+    let stops = stops(schedule, options.every)?;
+    let mut stretches: Vec<Stretch<'_>> = Vec::new();
+    let mut last: Option<Segment> = None;
+    for stop in &stops[1..] {
+        if last != Some(stop.segment) {
+            let segment = stop.segment;
+            last = Some(segment);
+            stretches.push(Stretch {
+                until: segment.until,
+                condition: Box::new(move |time| schedule.condition(segment, time)),
+                at_end: Some(schedule.stated(segment.row + 1)),
+                outputs: Vec::new(),
+            });
+        }
+        if let Some(stretch) = stretches.last_mut() {
+            stretch.outputs.push(stop.time);
+        }
+    }
+    let course = model.course(beginning, schedule.start(), &stretches)?;
+    let bounds = in_time.bounds(&course.readings, &course.finer);
+    let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
+    let steady = model.steady(&schedule.last_condition(), &[]).map(|answer| answer.readings).map_err(|e| e.what().to_string());
+    let mut settling = Settling::new(options.within, model.machine.sensors.len());
+    let mut passing = Passing::new(&options.watched);
+    for ((stop, before), readings) in stops.iter().zip([&stops[0]].into_iter().chain(&stops)).zip(&course.readings) {
+        if stop.segment != before.segment {
+            passing.corner();
+        }
+        settling.see(stop.time, readings, steady.as_deref().ok());
+        passing.see(stop.time, readings);
+    }
+    passing.corner();
+    let is_outside = |row: &crate::explore::schedule::Row| {
+        row.values.iter().zip(&model.ranges).any(|(x, (low, high))| {
+            let slack = 1e-9 * (high - low).abs().max(high.abs());
+            !(low - slack..=high + slack).contains(x)
+        })
+    };
+    let mut notes = Vec::new();
+    if schedule.rows().iter().any(is_outside) {
+        notes.push("the schedule leaves the ranges that the model was made for; the bounds do not hold there".to_string());
+    }
+    let shows = |t: Vec<f64>| model.machine.sensors.iter().zip(t).map(|(s, t)| s.shows.settled(t)).collect();
+    Ok(History {
+        readings: shown(&model.machine, &times, &course.readings),
+        heat_flows: vec![Vec::new(); times.len()],
+        times,
+        conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
+        settled: settling.settled(schedule.start(), steady.is_ok()),
+        temperatures: course.readings,
+        steady: steady.map(shows),
+        within: options.within,
+        passes: passing.found,
+        steps: course.steps,
+        rejected: 0,
+        energy: Energy::default(),
+        bounds: Some(bounds),
+        resumed_at: None,
+        notes,
+    })
+}

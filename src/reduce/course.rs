@@ -1,0 +1,127 @@
+//! A reduced model over time, each reading with a bound.
+
+use serde::{Deserialize, Serialize};
+
+use super::level::Level;
+use super::model::ReducedModel;
+use super::motion::Motion;
+use crate::describe::machine::Condition;
+use crate::discretise::network::Load;
+use crate::error::{Error, Result};
+
+/// Error allowed in a step of the coarser and of the finer network, K: their difference knows of it then.
+const TOLERANCES: [f64; 2] = [0.002, 0.0005];
+
+/// The state at the beginning.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Beginning {
+    /// The steady state of the first condition.
+    Steady,
+    /// One temperature everywhere, K.
+    Uniform(f64),
+}
+
+/// A stretch of time with a smooth condition.
+pub struct Stretch<'s> {
+    /// Its end, s; it begins where the one before ends.
+    pub until: f64,
+    /// The condition at a time, s.
+    pub condition: Box<dyn Fn(f64) -> Condition + Sync + 's>,
+    /// The condition that sensors of the water that enters see at its end, where that is another one: that behind a step.
+    pub at_end: Option<Condition>,
+    /// Ascending times at which readings are taken, s, behind its beginning and not behind its end.
+    pub outputs: Vec<f64>,
+}
+
+/// How a reduced model does in time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InTime {
+    /// What the bound adds to the difference of the two networks: a share of the largest difference so far.
+    pub margin: f64,
+    /// The least bound, K.
+    pub floor: f64,
+    /// Histories that the modes are from.
+    pub histories: usize,
+    /// Further ones that the bound was calibrated on.
+    pub checks: usize,
+    /// Largest error at those, K.
+    pub largest_error: f64,
+    /// Largest bound at those, K.
+    pub largest_bound: f64,
+}
+
+impl InTime {
+    /// How far readings of the coarser network may be from those of the full model, K, time by time.
+    pub fn bounds(&self, readings: &[Vec<f64>], finer: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut largest: f64 = 0.0;
+        let at = |(coarse, fine): (&Vec<f64>, &Vec<f64>)| {
+            let differences: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c - f).abs()).collect();
+            largest = differences.iter().copied().fold(largest, f64::max);
+            differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
+        };
+        readings.iter().zip(finer).map(at).collect()
+    }
+}
+
+/// Readings over time.
+#[derive(Debug, Clone)]
+pub struct Course {
+    /// Readings of all sensors at the beginning and at every output, K.
+    pub readings: Vec<Vec<f64>>,
+    /// The same of the finer network, K.
+    pub finer: Vec<Vec<f64>>,
+    /// Time steps of both networks.
+    pub steps: usize,
+}
+
+impl ReducedModel {
+    /// Readings over stretches of time that begin at `from` (s), with the file's values of all parameters.
+    ///
+    /// # Errors
+    /// No stretch; a condition cannot be evaluated; the reduced network cannot follow it.
+    pub fn course(&self, beginning: Beginning, from: f64, stretches: &[Stretch<'_>]) -> Result<Course> {
+        let (coarse, fine) = rayon::join(
+            || self.of_level(&self.coarse, TOLERANCES[0], beginning, from, stretches),
+            || self.of_level(&self.fine, TOLERANCES[1], beginning, from, stretches),
+        );
+        let ((readings, steps), (finer, more)) = (coarse?, fine?);
+        Ok(Course { readings, finer, steps: steps + more })
+    }
+
+    fn of_level(
+        &self,
+        level: &Level,
+        tolerance: f64,
+        beginning: Beginning,
+        from: f64,
+        stretches: &[Stretch<'_>],
+    ) -> Result<(Vec<Vec<f64>>, usize)> {
+        let Some(first) = stretches.first() else { return Err(Error::input("there is no time to follow")) };
+        let network = &level.network;
+        let load = Load::at(&self.machine, &(first.condition)(from))?;
+        let mut motion = match beginning {
+            Beginning::Steady => {
+                let state = level.steady(network, &load, &nalgebra::DVector::zeros(level.len()))?;
+                Motion::from_steady(level, &load, state, from, tolerance)
+            }
+            Beginning::Uniform(temperature) => {
+                let amplitudes = level.uniform(temperature);
+                let amplitudes = amplitudes.ok_or_else(|| Error::numerics("this machine stores no heat: it is steady at once"))?;
+                Motion::from_uniform(level, &load, amplitudes, temperature, from, tolerance)
+            }
+        };
+        let mut readings = vec![motion.read(&load)];
+        for stretch in stretches {
+            let load = |time: f64| Load::at(&self.machine, &(stretch.condition)(time));
+            let ends = stretch.outputs.iter().copied().map(Some).chain([None]);
+            for output in ends {
+                motion.advance(output.unwrap_or(stretch.until), &load)?;
+                if let Some(time) = output {
+                    let behind = stretch.at_end.as_ref().filter(|_| time >= stretch.until);
+                    readings.push(motion.read(&behind.map_or_else(|| load(time), |condition| Load::at(&self.machine, condition))?));
+                }
+            }
+        }
+        Ok((readings, motion.steps))
+    }
+}
