@@ -95,6 +95,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "reduce.uncertain",
             "accuracy",
             "max_runs",
+            "histories",
             "map",
             "within",
             "passes",
