@@ -31,6 +31,7 @@
 
 mod assess;
 mod belief;
+mod bound;
 mod bytes;
 mod direction;
 mod evaluate;

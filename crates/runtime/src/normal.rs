@@ -75,7 +75,7 @@ pub fn probability_above_chi_square(chi_square: f64, degrees: usize) -> f64 {
 }
 
 /// exp(x) for either sign.
-fn exp_minus_signed(x: f64) -> f64 {
+pub(crate) fn exp_minus_signed(x: f64) -> f64 {
     if x < 0.0 { exp_minus(-x) } else { 1.0 / exp_minus(x) }
 }
 

@@ -1,17 +1,18 @@
 //! Several limits kept together.
 
 use crate::assess::{Chance, LimitChance};
+use crate::bound::Breaking;
 use crate::math::sqrt;
 use crate::normal::{density, probability_below};
 use crate::surrogate::Surrogate;
 use crate::verdict::{Acceptability, judged};
 
 /// Limits whose dependence on each other is followed; of more, those that are most likely broken.
-const MOST_LIMITS: usize = 8;
+pub(crate) const MOST_LIMITS: usize = 8;
 /// Probability below which a limit that may be broken needs no company.
 const NEGLIGIBLE: f64 = 1e-12;
 /// Correlation from which on two limits are of one quantity.
-const SAME: f64 = 1.0 - 1e-9;
+pub(crate) const SAME: f64 = 1.0 - 1e-9;
 
 impl Surrogate<'_> {
     /// The verdict on all limits together, from each of them and from the covariance of two.
@@ -80,15 +81,37 @@ impl Critical {
     const NONE: Self = Self { index: usize::MAX, slack: f64::INFINITY, broken: 0.0, variance: 0.0 };
 }
 
-/// Probability that all of some limits are kept: one after the other, each given those before, as if what is left stayed normal
-/// (Mendell and Elston 1974), and never outside what their own probabilities allow.
-fn all_kept(limits: &[Critical], mut correlation: [[f64; MOST_LIMITS]; MOST_LIMITS]) -> f64 {
+/// Margin over its standard deviation beyond which more of it changes nothing.
+const FAR: f64 = 40.0;
+/// Limits of which the bound is exact.
+const FEW: usize = 3;
+/// Where the bound is below the first, the estimate counts in full, and above the second not at all.
+const UNLIKELY: f64 = 0.7;
+const LIKELY: f64 = 0.9;
+
+/// Probability that all of some limits are kept: a bound that is never too large, so that "acceptable" is not said too early.
+/// Of more than three limits it is loose where it is far below one: there an estimate that is closer takes over.
+fn all_kept(limits: &[Critical], correlation: [[f64; MOST_LIMITS]; MOST_LIMITS]) -> f64 {
+    let (mut bound, mut broken) = ([0.0; MOST_LIMITS], [0.0; MOST_LIMITS]);
+    for (i, limit) in limits.iter().enumerate() {
+        (bound[i], broken[i]) = ((-limit.slack).clamp(-FAR, FAR), limit.broken);
+    }
+    let least = Breaking::new(&bound[..limits.len()], &broken[..limits.len()], &correlation).least_kept();
+    if limits.len() <= FEW || least >= LIKELY {
+        return least;
+    }
+    let most = limits.iter().fold(1.0, |most, limit| f64::min(most, 1.0 - limit.broken));
+    let more = f64::min(one_by_one(limits, correlation), most) - least;
+    least + if more > 0.0 { more * f64::min(1.0, (LIKELY - least) / (LIKELY - UNLIKELY)) } else { 0.0 }
+}
+
+/// About the probability that all of some limits are kept: one after the other, each given those before, as if what is left
+/// stayed normal (Mendell and Elston 1974).
+fn one_by_one(limits: &[Critical], mut correlation: [[f64; MOST_LIMITS]; MOST_LIMITS]) -> f64 {
     let mut slack = [0.0; MOST_LIMITS];
     slack.iter_mut().zip(limits).for_each(|(slack, limit)| *slack = limit.slack);
-    let (mut together, mut least, mut broken) = (1.0, 1.0, 0.0);
-    for (i, limit) in limits.iter().enumerate() {
-        least = f64::min(least, 1.0 - limit.broken);
-        broken += limit.broken;
+    let mut together = 1.0;
+    for i in 0..limits.len() {
         if slack[i] == f64::INFINITY {
             continue;
         }
@@ -121,5 +144,103 @@ fn all_kept(limits: &[Critical], mut correlation: [[f64; MOST_LIMITS]; MOST_LIMI
             }
         }
     }
-    together.clamp(if broken < 1.0 { 1.0 - broken } else { 0.0 }, least)
+    together
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::vec::Vec;
+
+    use super::*;
+    use crate::normal::density;
+
+    /// Probability that all of some standard normal numbers l z + sqrt(1 - l²) e are below their slacks, by a fine sum over z.
+    fn exact(slack: &[f64], loads: &[f64]) -> f64 {
+        let steps = 2_000;
+        let width = 16.0 / f64::from(steps);
+        let kept = |z: f64| slack.iter().zip(loads).map(|(s, l)| probability_below((s - l * z) / (1.0 - l * l).sqrt())).product::<f64>();
+        (0..=steps).map(|k| -8.0 + f64::from(k) * width).map(|z| width * density(z) * kept(z)).sum()
+    }
+
+    fn found(slack: &[f64], correlation: impl Fn(usize, usize) -> f64) -> f64 {
+        let critical = |(index, slack): (usize, &f64)| Critical { index, slack: *slack, broken: probability_below(-*slack), variance: 1.0 };
+        let limits: Vec<Critical> = slack.iter().enumerate().map(critical).collect();
+        let mut r = [[0.0; MOST_LIMITS]; MOST_LIMITS];
+        for (i, row) in r.iter_mut().enumerate().take(slack.len()) {
+            for (j, r) in row.iter_mut().enumerate().take(slack.len()) {
+                *r = if i == j { 1.0 } else { correlation(i, j) };
+            }
+        }
+        all_kept(&limits, r)
+    }
+
+    /// Largest errors, too low and too high, at slacks and correlations of many kinds, by where the truth is.
+    fn errors(count: usize, ranges: [f64; 2]) -> [(f64, f64); 3] {
+        let mut errors = [(0.0_f64, 0.0_f64); 3];
+        for r in [0.0, 0.3, 0.6, 0.9, 0.99, 0.999] {
+            for (second, slope) in [(1.0, 0.0), (-0.95, 0.0), (1.0, 0.1)] {
+                let load = |i: usize| f64::sqrt(r) * if i.is_multiple_of(2) { 1.0 } else { second } * (1.0 - slope * i as f64);
+                let loads: Vec<f64> = (0..count).map(load).collect();
+                let nearest = [0.0, 0.5, 1.0, 1.5, 2.0, 2.5].into_iter();
+                for (nearest, step) in nearest.flat_map(|nearest| [0.0, 0.05, 0.3].map(|step| (nearest, step))) {
+                    let slack: Vec<f64> = (0..count).map(|i| nearest + step * i as f64).collect();
+                    let truth = exact(&slack, &loads);
+                    let error = found(&slack, |i, j| loads[i] * loads[j]) - truth;
+                    let own = &mut errors[ranges.iter().filter(|from| truth >= **from).count()];
+                    *own = (own.0.min(error), own.1.max(error));
+                }
+            }
+        }
+        errors
+    }
+
+    #[test]
+    fn two_and_three_limits_are_exact() {
+        let errors = [2, 3].map(|count| errors(count, [0.5, 0.9]));
+        assert!(errors[0].iter().all(|(low, high)| *low > -1e-11 && *high < 1e-11), "{:?}", errors[0]);
+        assert!(errors[1].iter().all(|(low, high)| *low > -2e-6 && *high < 2e-7), "{:?}", errors[1]);
+        // All above their mean: Sheppard's 1/4 + asin(r)/2 pi, and 1/8 and the sum of three angles over 4 pi.
+        for r in [-0.999, -0.9, -0.3, 0.0, 0.5, 0.9, 0.95, 0.999] {
+            let two = 0.25 + f64::asin(r) / core::f64::consts::TAU;
+            assert!((found(&[0.0; 2], |_, _| r) - two).abs() < 1e-11, "{r}");
+            let opposed = |i: usize, j: usize| if i + j == 3 { r * r } else { r };
+            let three = 0.125 + (2.0 * f64::asin(r) + f64::asin(r * r)) / (2.0 * core::f64::consts::TAU);
+            assert!((found(&[0.0; 3], opposed) - three).abs() < 2e-6, "{r}: {} {three}", found(&[0.0; 3], opposed));
+        }
+        // scipy.stats.multivariate_normal(cov=[[1, .6, -.4], [.6, 1, .3], [-.4, .3, 1]], abseps=1e-8).cdf([0.5, 1, 1.5])
+        let mixed = found(&[0.5, 1.0, 1.5], |i, j| [0.6, -0.4, 0.3][i + j - 1]);
+        assert!((mixed - 0.597_521_879).abs() < 1e-6, "{mixed}");
+    }
+
+    #[test]
+    fn more_limits_are_kept_with_no_less_than_is_said_where_they_are_likely_to_be() {
+        // Up to one half, up to 0.9, and above.
+        let [low, middle, high] = errors(5, [0.5, 0.9]);
+        assert!(low.0 > -0.015 && low.1 < 0.015 && middle.0 > -0.02 && middle.1 < 0.006, "{low:?} {middle:?}");
+        assert!(high.0 > -0.006 && high.1 < 1e-9, "{high:?}");
+        let [low, middle, high] = errors(8, [0.5, 0.9]);
+        assert!(low.0 > -0.035 && low.1 < 0.015 && middle.0 > -0.035 && middle.1 < 0.009, "{low:?} {middle:?}");
+        assert!(high.0 > -0.015 && high.1 < 1e-9, "{high:?}");
+        let [_, _, high] = errors(8, [0.5, 0.95]);
+        assert!(high.0 > -0.006 && high.1 < 1e-9, "{high:?}");
+        // scipy.stats.multivariate_normal(cov=..., abseps=1e-8).cdf([1.2, 1.4, 1.5, 1.7, 2.1])
+        let rows = [[0.878, -0.392, 0.390, 0.738], [0.0, -0.120, 0.120, 0.794], [0.0, 0.0, -0.803, 0.0], [0.0; 4]];
+        let mixed = found(&[1.2, 1.4, 1.5, 1.7, 2.1], |i, j| rows[i.min(j)][i.max(j) - 1]);
+        assert!(mixed < 0.771_533 && mixed > 0.771, "{mixed}");
+    }
+
+    #[test]
+    fn the_same_limit_again_changes_nothing() {
+        for slack in [-1.0, 0.0, 1.0, 3.0] {
+            for count in [2, 3, 5, 8] {
+                let kept = found(&[slack; 8][..count], |_, _| 1.0);
+                assert!((kept - probability_below(slack)).abs() < 1e-12, "{slack} {count}: {kept}");
+            }
+        }
+        // Nor one that cannot be broken, nor two that exclude each other.
+        assert!((found(&[1.0, 1.0, 50.0], |_, _| 0.0) - probability_below(1.0).powi(2)).abs() < 1e-12);
+        assert!((found(&[1.0, 1.0], |_, _| -1.0) - (2.0 * probability_below(1.0) - 1.0)).abs() < 1e-12);
+        assert_eq!(found(&[f64::INFINITY, 1e300, 1e300, -1e300], |_, _| 0.0), 0.0);
+    }
 }

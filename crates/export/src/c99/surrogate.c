@@ -724,14 +724,205 @@ static double surrogate_clamped(double value, double low, double high)
     return result;
 }
 
-/* Probability that all of some limits are kept: one after the other, each given those before (Mendell and Elston 1974). */
-static double surrogate_all_kept(const surrogate_critical *limits, int count, double correlation[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS])
+/* Nodes and weights of Gauss and Legendre's rule between 0 and 1. */
+#define SURROGATE_NODES 12
+static const double surrogate_rule[SURROGATE_NODES][2] = {
+    {0.009219682876640378, 0.023587668193255706}, {0.0479413718147626, 0.05346966299765953}, {0.11504866290284765, 0.08003916427167321},
+    {0.20634102285669126, 0.10158371336153287}, {0.31608425050090994, 0.1167462682691773}, {0.43738329574426554, 0.12457352290670134},
+    {0.5626167042557344, 0.12457352290670134}, {0.6839157494990901, 0.1167462682691773}, {0.7936589771433087, 0.10158371336153287},
+    {0.8849513370971523, 0.08003916427167321}, {0.9520586281852375, 0.05346966299765953}, {0.9907803171233596, 0.023587668193255706}
+};
+
+/* exp(x) for either sign. */
+static double surrogate_exp_signed(double x)
+{
+    return (x < 0.0) ? surrogate_exp_minus(-x) : (1.0 / surrogate_exp_minus(x));
+}
+
+/* The tangent of half the angle whose sine is r. */
+static double surrogate_half_tangent(double r)
+{
+    return r / (1.0 + sqrt((1.0 - r) * (1.0 + r)));
+}
+
+/* Correlation and its complement 1 - r^2 at a half tangent; the angle that a step of it adds. */
+static double surrogate_turned(double tangent, double *r, double *left)
+{
+    const double under = 1.0 + (tangent * tangent);
+    const double cosine = (1.0 - (tangent * tangent)) / under;
+    *r = (2.0 * tangent) / under;
+    *left = cosine * cosine;
+    return 2.0 / under;
+}
+
+/* The density of two standard normal numbers of a correlation, without its leading factors; left is 1 - r^2. */
+static double surrogate_density_of_two(double a, double b, double r, double left)
+{
+    return surrogate_exp_minus((0.5 * (((a * a) + (b * b)) - (((2.0 * r) * a) * b))) / left);
+}
+
+/* What a correlation that is not quite one takes from the probability that both are below. */
+static double surrogate_missing(double a, double b, double r)
+{
+    const double end = sqrt((1.0 - r) * (1.0 + r));
+    const double apart = (a > b) ? (a - b) : (b - a);
+    double result = 0.0;
+    int k;
+    if ((apart <= (8.0 * end)) && (end > 0.0)) {
+        const double square = apart * apart;
+        const double product = a * b;
+        /* At the narrow end the integrand is its first two terms times a factor whose integrals are known. */
+        const double lead = surrogate_exp_signed(-0.5 * product);
+        const double bend = 0.5 - (0.125 * product);
+        const double edge = surrogate_exp_minus((0.5 * square) / (end * end));
+        const double flat = (end * edge) - ((apart * 2.5066282746310007) * surrogate_probability_below(-apart / end));
+        const double curved = ((((end * end) * end) * edge) - (square * flat)) / 3.0;
+        double sum = 0.0;
+        for (k = 0; k < SURROGATE_NODES; k++) {
+            const double x = surrogate_rule[k][0] * end;
+            const double cosine = sqrt((1.0 - x) * (1.0 + x));
+            const double whole = surrogate_exp_signed(-product / (1.0 + cosine)) / cosine;
+            sum = sum + ((surrogate_rule[k][1] * surrogate_exp_minus((0.5 * square) / (x * x))) * (whole - (lead * (1.0 + ((bend * x) * x)))));
+        }
+        result = ((lead * (flat + (bend * curved))) + (end * sum)) / 6.283185307179586;
+    }
+    return result;
+}
+
+/* Probability that two standard normal numbers of correlation r are below a and b, each by itself with below_a and below_b
+   (Drezner and Wesolowsky 1990, Genz 2004). */
+static double surrogate_both_below(double a, double b, double r, double below_a, double below_b)
+{
+    double result;
+    int k;
+    if (r > 0.9) {
+        result = surrogate_lesser(below_a, below_b) - surrogate_missing(a, b, r);
+    } else if (r < -0.9) {
+        result = surrogate_greater((below_a + below_b) - 1.0, 0.0) + surrogate_missing(a, -b, -r);
+    } else {
+        const double end = surrogate_half_tangent(r);
+        double sum = 0.0;
+        for (k = 0; k < SURROGATE_NODES; k++) {
+            double here;
+            double left;
+            const double step = surrogate_turned(surrogate_rule[k][0] * end, &here, &left);
+            sum = sum + ((surrogate_rule[k][1] * step) * surrogate_density_of_two(a, b, here, left));
+        }
+        result = (below_a * below_b) + ((end * sum) / 6.283185307179586);
+    }
+    return result;
+}
+
+/* Limits, each the standard normal number below which it is broken, and what is known of one and of two. */
+typedef struct {
+    double bound[SURROGATE_MOST_LIMITS];
+    double broken[SURROGATE_MOST_LIMITS];
+    double both[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS];
+} surrogate_breaking;
+
+static double surrogate_size(double x)
+{
+    return (x < 0.0) ? -x : x;
+}
+
+/* Probability that three are broken (Plackett 1954); below zero where two of them are the same quantity. */
+static double surrogate_three(const surrogate_breaking *own, double correlation[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS], int i, int j, int k)
+{
+    const double ij = surrogate_size(correlation[i][j]);
+    const double ik = surrogate_size(correlation[i][k]);
+    const double jk = surrogate_size(correlation[j][k]);
+    double result = -1.0;
+    int first = k;
+    int second = i;
+    int third = j;
+    int n;
+    if ((jk >= ij) && (jk >= ik)) {
+        first = i;
+        second = j;
+        third = k;
+    } else if (ik >= ij) {
+        first = j;
+        second = i;
+        third = k;
+    }
+    if (surrogate_size(correlation[second][third]) <= (1.0 - 1e-9)) {
+        const double a = own->bound[first];
+        const double b = own->bound[second];
+        const double c = own->bound[third];
+        const double p = correlation[second][third];
+        const double to_b = surrogate_half_tangent(correlation[first][second]);
+        const double to_c = surrogate_half_tangent(correlation[first][third]);
+        double sum = 0.0;
+        for (n = 0; n < SURROGATE_NODES; n++) {
+            double r;
+            double left_r;
+            double q;
+            double left_q;
+            const double step_r = surrogate_turned(surrogate_rule[n][0] * to_b, &r, &left_r);
+            const double step_q = surrogate_turned(surrogate_rule[n][0] * to_c, &q, &left_q);
+            const double left = surrogate_greater(((left_r - (q * q)) - (p * p)) + (((2.0 * p) * q) * r), 1e-14);
+            const double with_b = (((c * left_r) - ((q - (p * r)) * a)) - ((p - (q * r)) * b)) / sqrt(left_r * left);
+            const double with_c = (((b * left_q) - ((r - (p * q)) * a)) - ((p - (q * r)) * c)) / sqrt(left_q * left);
+            const double of_b = surrogate_density_of_two(a, b, r, left_r) * surrogate_probability_below(with_b);
+            const double of_c = surrogate_density_of_two(a, c, q, left_q) * surrogate_probability_below(with_c);
+            sum = sum + (surrogate_rule[n][1] * (((to_b * step_r) * of_b) + ((to_c * step_q) * of_c)));
+        }
+        result = surrogate_clamped((own->broken[first] * own->both[second][third]) + (sum / 6.283185307179586), 0.0,
+                                   surrogate_lesser(surrogate_lesser(own->both[i][j], own->both[i][k]), own->both[j][k]));
+    }
+    return result;
+}
+
+/* A probability that all are kept which is never too large (Hunter 1976, Worsley 1982; Bukszar and Prekopa 2001). */
+static double surrogate_least_kept(const surrogate_breaking *own, double correlation[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS], int count)
+{
+    int is_in[SURROGATE_MOST_LIMITS];
+    int first[SURROGATE_MOST_LIMITS];
+    int second[SURROGATE_MOST_LIMITS];
+    double kept = 1.0 - own->broken[0];
+    int round;
+    int k;
+    for (k = 0; k < SURROGATE_MOST_LIMITS; k++) {
+        is_in[k] = (k == 0) ? 1 : 0;
+        first[k] = 0;
+        second[k] = -1;
+    }
+    for (round = 1; round < count; round++) {
+        int next = -1;
+        double alone;
+        for (k = 0; k < count; k++) {
+            if ((is_in[k] == 0) && ((next < 0) || (own->both[k][first[k]] > (own->both[next][first[next]] + 1e-9)))) {
+                next = k;
+            }
+        }
+        alone = own->broken[next] - own->both[next][first[next]];
+        if ((second[next] >= 0) && (surrogate_lesser(alone, own->both[next][second[next]]) > 1e-6)) {
+            const double three = surrogate_three(own, correlation, next, first[next], second[next]);
+            if (three >= 0.0) {
+                alone = alone + (three - own->both[next][second[next]]);
+            }
+        }
+        kept = kept - surrogate_greater(alone, 0.0);
+        is_in[next] = 1;
+        for (k = 0; k < count; k++) {
+            if (own->both[k][next] > (own->both[k][first[k]] + 1e-9)) {
+                second[k] = first[k];
+                first[k] = next;
+            } else if ((second[k] < 0) || (own->both[k][next] > (own->both[k][second[k]] + 1e-9))) {
+                second[k] = next;
+            }
+        }
+    }
+    return surrogate_greater(kept, 0.0);
+}
+
+/* About the probability that all of some limits are kept: one after the other, each given those before, as if what is left
+   stayed normal (Mendell and Elston 1974). */
+static double surrogate_one_by_one(const surrogate_critical *limits, int count, double correlation[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS])
 {
     double slack[SURROGATE_MOST_LIMITS];
     int same[SURROGATE_MOST_LIMITS];
     double together = 1.0;
-    double least = 1.0;
-    double broken = 0.0;
     int none = 0;
     int i;
     int j;
@@ -741,8 +932,6 @@ static double surrogate_all_kept(const surrogate_critical *limits, int count, do
         same[i] = 0;
     }
     for (i = 0; i < count; i++) {
-        least = surrogate_lesser(1.0 - limits[i].broken, least);
-        broken = broken + limits[i].broken;
         if ((same[i] == 0) && (none == 0)) {
             const double own = surrogate_probability_below(slack[i]);
             together = together * own;
@@ -773,7 +962,36 @@ static double surrogate_all_kept(const surrogate_critical *limits, int count, do
             }
         }
     }
-    return (none != 0) ? 0.0 : surrogate_clamped(together, (broken < 1.0) ? (1.0 - broken) : 0.0, least);
+    return (none != 0) ? 0.0 : together;
+}
+
+/* Probability that all of some limits are kept: the bound, and of more than three limits an estimate where that is low. */
+static double surrogate_all_kept(const surrogate_critical *limits, int count, double correlation[SURROGATE_MOST_LIMITS][SURROGATE_MOST_LIMITS])
+{
+    surrogate_breaking own;
+    double most = 1.0;
+    double least;
+    int i;
+    int j;
+    for (i = 0; i < SURROGATE_MOST_LIMITS; i++) {
+        own.bound[i] = (i < count) ? surrogate_clamped(-limits[i].slack, -40.0, 40.0) : 0.0;
+        own.broken[i] = (i < count) ? limits[i].broken : 0.0;
+        most = surrogate_lesser(1.0 - own.broken[i], most);
+        for (j = 0; j <= i; j++) {
+            const double lesser = surrogate_lesser(own.broken[i], own.broken[j]);
+            own.both[i][j] = 0.0;
+            if ((j < i) && (lesser > 1e-7)) {
+                own.both[i][j] = surrogate_clamped(surrogate_both_below(own.bound[i], own.bound[j], correlation[i][j], own.broken[i], own.broken[j]), 0.0, lesser);
+            }
+            own.both[j][i] = own.both[i][j];
+        }
+    }
+    least = surrogate_least_kept(&own, correlation, count);
+    if ((count > 3) && (least < 0.9)) {
+        const double more = surrogate_lesser(surrogate_one_by_one(limits, count, correlation), most) - least;
+        least = least + (surrogate_greater(more, 0.0) * surrogate_lesser((0.9 - least) / (0.9 - 0.7), 1.0));
+    }
+    return least;
 }
 
 /* Puts a limit into the list of those most likely broken; returns the one that has no place there. */

@@ -146,8 +146,111 @@ function coldplate(s) {
     }
   }
 
-  /* Probability that all of some limits are kept: one after the other, each given those before (Mendell and Elston 1974). */
-  function allKept(slack, broken, correlation) {
+  /* Nodes and weights of Gauss and Legendre's rule between 0 and 1. */
+  const rule = [
+    [0.009219682876640378, 0.023587668193255706], [0.0479413718147626, 0.05346966299765953], [0.11504866290284765, 0.08003916427167321],
+    [0.20634102285669126, 0.10158371336153287], [0.31608425050090994, 0.1167462682691773], [0.43738329574426554, 0.12457352290670134],
+    [0.5626167042557344, 0.12457352290670134], [0.6839157494990901, 0.1167462682691773], [0.7936589771433087, 0.10158371336153287],
+    [0.8849513370971523, 0.08003916427167321], [0.9520586281852375, 0.05346966299765953], [0.9907803171233596, 0.023587668193255706],
+  ];
+
+  /* Correlation and 1 - r^2 at the tangent of half the angle whose sine is r; the angle that a step of it adds. */
+  const halfTangent = (r) => r / (1 + Math.sqrt((1 - r) * (1 + r)));
+  function turned(tangent) {
+    const under = 1 + tangent * tangent;
+    const cosine = (1 - tangent * tangent) / under;
+    return { r: (2 * tangent) / under, left: cosine * cosine, step: 2 / under };
+  }
+
+  const densityOfTwo = (a, b, r, left) => Math.exp((-0.5 * (a * a + b * b - 2 * r * a * b)) / left);
+
+  /* What a correlation that is not quite one takes from the probability that both are below. */
+  function missing(a, b, r) {
+    const end = Math.sqrt((1 - r) * (1 + r));
+    const apart = Math.abs(a - b);
+    if (apart > 8 * end || end === 0) return 0;
+    const square = apart * apart;
+    const lead = Math.exp(-0.5 * a * b);
+    const bend = 0.5 - 0.125 * a * b;
+    const edge = Math.exp((-0.5 * square) / (end * end));
+    const flat = end * edge - apart * 2.5066282746310007 * below(-apart / end);
+    const curved = (end ** 3 * edge - square * flat) / 3;
+    const sum = rule.reduce((total, [node, weight]) => {
+      const x = node * end;
+      const cosine = Math.sqrt((1 - x) * (1 + x));
+      const whole = Math.exp((-a * b) / (1 + cosine)) / cosine;
+      return total + weight * Math.exp((-0.5 * square) / (x * x)) * (whole - lead * (1 + bend * x * x));
+    }, 0);
+    return (lead * (flat + bend * curved) + end * sum) / (2 * Math.PI);
+  }
+
+  /* Probability that two standard normal numbers of correlation r are below a and b, each by itself with belowA and belowB
+     (Drezner and Wesolowsky 1990, Genz 2004). */
+  function bothBelow(a, b, r, belowA, belowB) {
+    if (r > 0.9) return Math.min(belowA, belowB) - missing(a, b, r);
+    if (r < -0.9) return Math.max(0, belowA + belowB - 1) + missing(a, -b, -r);
+    const end = halfTangent(r);
+    const sum = rule.reduce((total, [node, weight]) => {
+      const at = turned(node * end);
+      return total + weight * at.step * densityOfTwo(a, b, at.r, at.left);
+    }, 0);
+    return belowA * belowB + (end * sum) / (2 * Math.PI);
+  }
+
+  /* Probability that three are broken (Plackett 1954); nothing where two of them are the same quantity. */
+  function allBroken(bound, broken, both, correlation, i, j, k) {
+    const size = (m, n) => Math.abs(correlation[m][n]);
+    let [first, second, third] = [k, i, j];
+    if (size(j, k) >= size(i, j) && size(j, k) >= size(i, k)) [first, second, third] = [i, j, k];
+    else if (size(i, k) >= size(i, j)) [first, second, third] = [j, i, k];
+    if (size(second, third) > 1 - 1e-9) return null;
+    const [a, b, c] = [bound[first], bound[second], bound[third]];
+    const p = correlation[second][third];
+    const [toB, toC] = [halfTangent(correlation[first][second]), halfTangent(correlation[first][third])];
+    const sum = rule.reduce((total, [node, weight]) => {
+      const { r, left: leftR, step: stepR } = turned(node * toB);
+      const { r: q, left: leftQ, step: stepQ } = turned(node * toC);
+      const left = Math.max(1e-14, leftR - q * q - p * p + 2 * p * q * r);
+      const ofB = densityOfTwo(a, b, r, leftR) * below((c * leftR - (q - p * r) * a - (p - q * r) * b) / Math.sqrt(leftR * left));
+      const ofC = densityOfTwo(a, c, q, leftQ) * below((b * leftQ - (r - p * q) * a - (p - q * r) * c) / Math.sqrt(leftQ * left));
+      return total + weight * (toB * stepR * ofB + toC * stepQ * ofC);
+    }, 0);
+    const all = broken[first] * both[second][third] + sum / (2 * Math.PI);
+    return Math.min(both[i][j], both[i][k], both[j][k], Math.max(0, all));
+  }
+
+  /* A probability that all are kept which is never too large (Hunter 1976, Worsley 1982; Bukszar and Prekopa 2001). */
+  function leastKept(bound, broken, correlation) {
+    const both = bound.map((a, i) => bound.map((b, j) => {
+      const least = Math.min(broken[i], broken[j]);
+      if (i === j || !(least > 1e-7)) return 0;
+      return Math.min(least, Math.max(0, bothBelow(a, b, correlation[i][j], broken[i], broken[j])));
+    }));
+    const left = bound.map((_, k) => k).slice(1);
+    const beside = bound.map(() => [0, -1]);
+    let kept = 1 - broken[0];
+    while (left.length > 0) {
+      const next = left.reduce((best, k) => (both[k][beside[k][0]] > both[best][beside[best][0]] + 1e-9 ? k : best));
+      const [first, second] = beside[next];
+      let alone = broken[next] - both[next][first];
+      if (second >= 0 && Math.min(alone, both[next][second]) > 1e-6) {
+        const three = allBroken(bound, broken, both, correlation, next, first, second);
+        if (three !== null) alone += three - both[next][second];
+      }
+      kept -= Math.max(0, alone);
+      left.splice(left.indexOf(next), 1);
+      for (const k of left) {
+        const [one, two] = beside[k];
+        if (both[k][next] > both[k][one] + 1e-9) beside[k] = [next, one];
+        else if (two < 0 || both[k][next] > both[k][two] + 1e-9) beside[k] = [one, next];
+      }
+    }
+    return Math.max(0, kept);
+  }
+
+  /* About the probability that all of some limits are kept: one after the other, each given those before, as if what is left
+     stayed normal (Mendell and Elston 1974). */
+  function oneByOne(slack, correlation) {
     const count = slack.length;
     let together = 1;
     for (let i = 0; i < count; i += 1) {
@@ -173,8 +276,15 @@ function coldplate(s) {
         }
       }
     }
-    const sum = broken.reduce((total, b) => total + b, 0);
-    return Math.min(...broken.map((b) => 1 - b), Math.max(0, 1 - sum, together));
+    return together;
+  }
+
+  /* Probability that all of some limits are kept: the bound, and of more than three limits an estimate where that is low. */
+  function allKept(slack, broken, correlation) {
+    const least = leastKept(slack.map((z) => Math.min(40, Math.max(-40, -z))), broken, correlation);
+    if (slack.length <= 3 || least >= 0.9) return least;
+    const more = Math.min(oneByOne(slack, correlation), ...broken.map((b) => 1 - b)) - least;
+    return least + Math.max(0, more) * Math.min(1, (0.9 - least) / (0.9 - 0.7));
   }
 
   /* Everything at a condition: values, bands (standard deviations), limits, and the verdict at a confidence. */

@@ -263,8 +263,168 @@ function [limits, verdict] = surrogate_judge(s, x, confidence, values, direction
     end
 end
 
-% Probability that all of some limits are kept: one after the other, each given those before (Mendell and Elston 1974).
+% Probability that all of some limits are kept: the bound, and of more than three limits an estimate where that is low.
 function together = surrogate_all_kept(slack, broken, correlation)
+    together = surrogate_least_kept(min(40, max(-40, -slack)), broken, correlation);
+    if numel(slack) > 3 && together < 0.9
+        more = min(surrogate_one_by_one(slack, correlation), min(1 - broken)) - together;
+        together = together + max(0, more) * min(1, (0.9 - together) / (0.9 - 0.7));
+    end
+end
+
+% Nodes and weights of Gauss and Legendre's rule between 0 and 1.
+function [nodes, weights] = surrogate_rule()
+    nodes = [0.009219682876640378 0.0479413718147626 0.11504866290284765 0.20634102285669126 ...
+        0.31608425050090994 0.43738329574426554 0.5626167042557344 0.6839157494990901 ...
+        0.7936589771433087 0.8849513370971523 0.9520586281852375 0.9907803171233596];
+    weights = [0.023587668193255706 0.05346966299765953 0.08003916427167321 0.10158371336153287 ...
+        0.1167462682691773 0.12457352290670134 0.12457352290670134 0.1167462682691773 ...
+        0.10158371336153287 0.08003916427167321 0.05346966299765953 0.023587668193255706];
+end
+
+% The tangent of half the angle whose sine is r.
+function tangent = surrogate_half_tangent(r)
+    tangent = r / (1 + sqrt((1 - r) * (1 + r)));
+end
+
+% Correlation and its complement 1 - r^2 at a half tangent; the angle that a step of it adds.
+function [r, left, step] = surrogate_turned(tangent)
+    under = 1 + tangent ^ 2;
+    r = 2 * tangent / under;
+    left = ((1 - tangent ^ 2) / under) ^ 2;
+    step = 2 / under;
+end
+
+function density = surrogate_density_of_two(a, b, r, left)
+    density = exp(-0.5 * (a ^ 2 + b ^ 2 - 2 * r * a * b) / left);
+end
+
+% What a correlation that is not quite one takes from the probability that both are below.
+function lost = surrogate_missing(a, b, r)
+    lost = 0;
+    finish = sqrt((1 - r) * (1 + r));
+    apart = abs(a - b);
+    if apart > 8 * finish || finish == 0
+        return
+    end
+    lead = exp(-0.5 * a * b);
+    bend = 0.5 - 0.125 * a * b;
+    edge = exp(-0.5 * apart ^ 2 / finish ^ 2);
+    flat = finish * edge - apart * sqrt(2 * pi) * surrogate_below(-apart / finish);
+    curved = (finish ^ 3 * edge - apart ^ 2 * flat) / 3;
+    [nodes, weights] = surrogate_rule();
+    x = nodes * finish;
+    cosine = sqrt((1 - x) .* (1 + x));
+    whole = exp(-a * b ./ (1 + cosine)) ./ cosine;
+    total = sum(weights .* exp(-0.5 * apart ^ 2 ./ x .^ 2) .* (whole - lead * (1 + bend * x .^ 2)));
+    lost = (lead * (flat + bend * curved) + finish * total) / (2 * pi);
+end
+
+% Probability that two standard normal numbers of correlation r are below a and b, each by itself with below_a and below_b
+% (Drezner and Wesolowsky 1990, Genz 2004).
+function p = surrogate_both_below(a, b, r, below_a, below_b)
+    if r > 0.9
+        p = min(below_a, below_b) - surrogate_missing(a, b, r);
+        return
+    elseif r < -0.9
+        p = max(0, below_a + below_b - 1) + surrogate_missing(a, -b, -r);
+        return
+    end
+    finish = surrogate_half_tangent(r);
+    [nodes, weights] = surrogate_rule();
+    total = 0;
+    for n = 1:numel(nodes)
+        [here, left, step] = surrogate_turned(nodes(n) * finish);
+        total = total + weights(n) * step * surrogate_density_of_two(a, b, here, left);
+    end
+    p = below_a * below_b + finish * total / (2 * pi);
+end
+
+% Probability that three are broken (Plackett 1954); below zero where two of them are the same quantity.
+function all = surrogate_three(bound, broken, both, correlation, i, j, k)
+    all = -1;
+    far = abs([correlation(i, j), correlation(i, k), correlation(j, k)]);
+    if far(3) >= far(1) && far(3) >= far(2)
+        of = [i, j, k];
+    elseif far(2) >= far(1)
+        of = [j, i, k];
+    else
+        of = [k, i, j];
+    end
+    p = correlation(of(2), of(3));
+    if abs(p) > 1 - 1e-9
+        return
+    end
+    a = bound(of(1));
+    b = bound(of(2));
+    c = bound(of(3));
+    to_b = surrogate_half_tangent(correlation(of(1), of(2)));
+    to_c = surrogate_half_tangent(correlation(of(1), of(3)));
+    [nodes, weights] = surrogate_rule();
+    total = 0;
+    for n = 1:numel(nodes)
+        [r, left_r, step_r] = surrogate_turned(nodes(n) * to_b);
+        [q, left_q, step_q] = surrogate_turned(nodes(n) * to_c);
+        left = max(1e-14, left_r - q ^ 2 - p ^ 2 + 2 * p * q * r);
+        with_b = (c * left_r - (q - p * r) * a - (p - q * r) * b) / sqrt(left_r * left);
+        with_c = (b * left_q - (r - p * q) * a - (p - q * r) * c) / sqrt(left_q * left);
+        of_b = surrogate_density_of_two(a, b, r, left_r) * surrogate_below(with_b);
+        of_c = surrogate_density_of_two(a, c, q, left_q) * surrogate_below(with_c);
+        total = total + weights(n) * (to_b * step_r * of_b + to_c * step_q * of_c);
+    end
+    most = min([both(i, j), both(i, k), both(j, k)]);
+    all = min(most, max(0, broken(of(1)) * both(of(2), of(3)) + total / (2 * pi)));
+end
+
+% A probability that all are kept which is never too large (Hunter 1976, Worsley 1982; Bukszar and Prekopa 2001).
+function kept = surrogate_least_kept(bound, broken, correlation)
+    count = numel(bound);
+    both = zeros(count);
+    for i = 1:count
+        for j = 1:i - 1
+            least = min(broken(i), broken(j));
+            if least > 1e-7
+                p = surrogate_both_below(bound(i), bound(j), correlation(i, j), broken(i), broken(j));
+                both(i, j) = min(least, max(0, p));
+                both(j, i) = both(i, j);
+            end
+        end
+    end
+    first = ones(1, count);
+    second = zeros(1, count);
+    left = 2:count;
+    kept = 1 - broken(1);
+    while ~isempty(left)
+        next = left(1);
+        for k = left
+            if both(k, first(k)) > both(next, first(next)) + 1e-9
+                next = k;
+            end
+        end
+        alone = broken(next) - both(next, first(next));
+        if second(next) > 0 && min(alone, both(next, second(next))) > 1e-6
+            three = surrogate_three(bound, broken, both, correlation, next, first(next), second(next));
+            if three >= 0
+                alone = alone + (three - both(next, second(next)));
+            end
+        end
+        kept = kept - max(0, alone);
+        left(left == next) = [];
+        for k = left
+            if both(k, next) > both(k, first(k)) + 1e-9
+                second(k) = first(k);
+                first(k) = next;
+            elseif second(k) == 0 || both(k, next) > both(k, second(k)) + 1e-9
+                second(k) = next;
+            end
+        end
+    end
+    kept = max(0, kept);
+end
+
+% About the probability that all of some limits are kept: one after the other, each given those before, as if what is left
+% stayed normal (Mendell and Elston 1974).
+function together = surrogate_one_by_one(slack, correlation)
     count = numel(slack);
     together = 1;
     for i = 1:count
@@ -302,7 +462,6 @@ function together = surrogate_all_kept(slack, broken, correlation)
             end
         end
     end
-    together = min(min(1 - broken), max(max(0, 1 - sum(broken)), together));
 end
 
 function s = surrogate_numbers()

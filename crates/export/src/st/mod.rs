@@ -87,8 +87,14 @@ fn scratch(content: &Content) -> String {
         text += &array("slacks", limits);
         text += &array("slack", 8);
         text += &array("correlation", 64);
+        text += &array("both", 64);
+        text += &array("bounds", 8);
+        text += &array("broken", 8);
         text += &whole("worst", 8);
+        text += &whole("beside_first", 8);
+        text += &whole("beside_second", 8);
         text += &whole("follows", 8).replace("DINT", "BOOL");
+        text += &whole("is_left", 8).replace("DINT", "BOOL");
     }
     text
 }
