@@ -3,8 +3,10 @@
 //!
 //! The first-order index of a factor is the share of the variance that would go if the factor were known; the total index is the
 //! share that would be left if all others were known. Variables are even over their ranges, parameters normal. Parameters that
-//! are correlated count as one factor, since indices of dependent factors are not defined. The numbers are correlations between
-//! two latin hypercubes and their crossings (A. Janon et al., ESAIM: Probability and Statistics 18 (2014) 342).
+//! are correlated count as one factor, since indices of dependent factors are not defined. Nearly all of the variance is that of
+//! orthonormal polynomials fitted to the rows of a latin hypercube. What they leave is estimated from crossings with a second
+//! one, by products of differences for the first order and by their squares for the total (A. Saltelli et al., Computer Physics
+//! Communications 181 (2010) 259). What never changes a value has indices of zero.
 
 use coldplate_runtime::{Band, Origin, Surrogate};
 use nalgebra::DMatrix;
@@ -12,15 +14,14 @@ use rayon::prelude::*;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::chaos::{Chaos, Column};
 use crate::error::{Error, Result};
 use crate::foundation::random::Random;
 
-/// Rows of each hypercube.
+/// Rows of each hypercube, as many again per factor.
 const ROWS: usize = 16384;
 /// Rows at which bands are looked at.
 const BANDS: usize = 1024;
-/// Parts whose scatter tells how far the indices can be trusted.
-const PARTS: usize = 16;
 /// Correlations from here on join parameters to one factor.
 const CORRELATED: f64 = 0.01;
 
@@ -92,6 +93,13 @@ enum Drawn {
 }
 
 impl Drawn {
+    fn columns(&self) -> Vec<Column> {
+        match self {
+            Self::Variable { .. } => vec![Column::Even],
+            Self::Parameters { members, .. } => vec![Column::Normal; members.len()],
+        }
+    }
+
     fn width(&self) -> usize {
         match self {
             Self::Variable { .. } => 1,
@@ -134,28 +142,27 @@ pub fn indices(surrogate: &Surrogate<'_>, x: &[Option<f64>]) -> Result<Indices> 
     let (a, b) = (hypercube(&mut random, width), hypercube(&mut random, width));
     let sampler = Sampler { surrogate, drawn: &drawn, base };
     let at_a = sampler.all(|row| a[row].clone())?;
-    let at_b = sampler.all(|row| b[row].clone())?;
+    let chaos = Chaos::fit(drawn.iter().flat_map(Drawn::columns).collect(), &a, &at_a)?;
+    let left_a = left(&chaos, &at_a, |row| a[row].clone());
+    let left_b = left(&chaos, &sampler.all(|row| b[row].clone())?, |row| b[row].clone());
     let mut first = 0;
     let crossed = (drawn.iter())
         .map(|own| {
-            let taken = first..first + own.width();
-            first = taken.end;
-            let at = |row: usize| (0..width).map(|k| if taken.contains(&k) { b[row][k] } else { a[row][k] }).collect();
-            sampler.all(at)
+            let range = first..first + own.width();
+            first = range.end;
+            let at = |row: usize| (0..width).map(|k| if range.contains(&k) { b[row][k] } else { a[row][k] }).collect();
+            let values = sampler.all(at)?;
+            let moves = (0..at_a[0].len()).map(|q| values.iter().zip(&at_a).any(|(ab, a)| ab[q] != a[q])).collect();
+            Ok(Crossed { left: left(&chaos, &values, at), moves, range })
         })
         .collect::<Result<Vec<_>>>()?;
     let beside = sampler.beside(&a)?;
+    let sample = Sample { chaos, left: left_a, left_again: left_b, crossed, beside, width };
     let names = surrogate.points().map(|p| (p.name, false)).chain(surrogate.limits().map(|l| (l.name, true)));
     let mut error = 0.0_f64;
     let quantities = names.enumerate().map(|(q, (name, is_limit))| {
-        let estimate = |rows: std::ops::Range<usize>| shares(&at_a, &at_b, &crossed, &beside, q, rows);
-        let (deviation, indices) = estimate(0..ROWS);
-        let parts: Vec<Vec<Index>> = (0..PARTS).map(|k| estimate(k * ROWS / PARTS..(k + 1) * ROWS / PARTS).1).collect();
-        for place in 0..indices.len() {
-            for of in [|own: &Index| own.first_order, |own: &Index| own.total] {
-                error = error.max(scatter(parts.iter().map(|part| of(&part[place]))));
-            }
-        }
+        let (deviation, indices, own_error) = sample.shares(q);
+        error = error.max(own_error);
         Quantity { name: name.to_owned(), is_limit, deviation, indices }
     });
     let quantities = quantities.collect();
@@ -164,10 +171,18 @@ pub fn indices(surrogate: &Surrogate<'_>, x: &[Option<f64>]) -> Result<Indices> 
 }
 
 /// Standard error of the mean of some numbers.
-fn scatter(numbers: impl Iterator<Item = f64> + Clone) -> f64 {
-    let count = PARTS as f64;
-    let mean = numbers.clone().sum::<f64>() / count;
-    (numbers.map(|n| (n - mean).powi(2)).sum::<f64>() / (count - 1.0) / count).sqrt()
+fn scatter(numbers: impl Iterator<Item = f64>) -> f64 {
+    let (mut count, mut sum, mut squares) = (0.0_f64, 0.0, 0.0);
+    for n in numbers {
+        (count, sum, squares) = (count + 1.0, sum + n, squares + n * n);
+    }
+    ((squares - sum * sum / count).max(0.0) / (count - 1.0) / count).sqrt()
+}
+
+/// What the polynomials leave of every row.
+fn left(chaos: &Chaos, values: &[Vec<f64>], shares: impl Fn(usize) -> Vec<f64> + Sync) -> Vec<Vec<f64>> {
+    let row = |(row, own): (usize, &Vec<f64>)| own.iter().zip(chaos.at(&shares(row))).map(|(value, fitted)| value - fitted).collect();
+    values.par_iter().enumerate().map(row).collect()
 }
 
 /// The variables without a value, then the parameters, those that are correlated together.
@@ -269,40 +284,59 @@ impl Sampler<'_, '_> {
     }
 }
 
-/// Standard deviation of a quantity and its indices, from some of the rows: one per factor drawn, then what the model misses,
-/// then the fit.
-fn shares(
-    a: &[Vec<f64>],
-    b: &[Vec<f64>],
-    crossed: &[Vec<Vec<f64>>],
-    beside: &[Vec<Band>],
-    q: usize,
-    rows: std::ops::Range<usize>,
-) -> (f64, Vec<Index>) {
-    let count = rows.len() as f64;
-    let mean = rows.clone().map(|r| a[r][q] + b[r][q]).sum::<f64>() / (2.0 * count);
-    let square = |r: usize| (a[r][q] - mean).powi(2) + (b[r][q] - mean).powi(2);
-    let drawn = rows.clone().map(square).sum::<f64>() / (2.0 * count);
-    // An error of deviation s(x) adds s(x) e: its own share is that of the mean of s, its whole share that of the mean of s².
-    let error = |of: fn(&Band) -> f64| {
-        let sum = beside.iter().map(|bands| of(&bands[q])).sum::<f64>() / beside.len() as f64;
-        let squares = beside.iter().map(|bands| of(&bands[q]).powi(2)).sum::<f64>() / beside.len() as f64;
-        (sum * sum, squares)
-    };
-    let errors = [error(|band| band.misses), error(|band| band.fit)];
-    let variance = drawn + errors.iter().map(|own| own.1).sum::<f64>();
-    let share = |part: f64| if variance > 0.0 { part / variance } else { 0.0 };
-    // Rows of `b` and the crossing have the factor in common; rows of `a` and the crossing everything else.
-    let of = |ab: &Vec<Vec<f64>>| {
-        let correlation = |with: &[Vec<f64>]| {
-            let pairs = rows.clone().map(|r| (with[r][q] - mean, ab[r][q] - mean));
-            let centre = pairs.clone().map(|(p, q)| 0.5 * (p + q)).sum::<f64>() / count;
-            let together = pairs.clone().map(|(p, q)| p * q).sum::<f64>() / count - centre * centre;
-            let alone = pairs.map(|(p, q)| 0.5 * (p * p + q * q)).sum::<f64>() / count - centre * centre;
-            if alone > 0.0 { together / alone } else { 0.0 }
-        };
-        Index { first_order: share(drawn * correlation(b)), total: share(drawn * (1.0 - correlation(a))) }
-    };
-    let errors = errors.map(|(first, total)| Index { first_order: share(first), total: share(total) });
-    (variance.sqrt(), crossed.iter().map(of).chain(errors).collect())
+/// Rows of which one factor was drawn again.
+struct Crossed {
+    /// What the polynomials leave there.
+    left: Vec<Vec<f64>>,
+    /// Whether it moves each quantity at all.
+    moves: Vec<bool>,
+    range: std::ops::Range<usize>,
+}
+
+struct Sample {
+    chaos: Chaos,
+    /// What the polynomials leave of the rows, and of those with every factor drawn again.
+    left: Vec<Vec<f64>>,
+    left_again: Vec<Vec<f64>>,
+    crossed: Vec<Crossed>,
+    beside: Vec<Vec<Band>>,
+    width: usize,
+}
+
+impl Sample {
+    /// Standard deviation of a quantity, its indices (one per factor drawn, then what the model misses, then the fit), and their
+    /// largest standard error.
+    fn shares(&self, q: usize) -> (f64, Vec<Index>, f64) {
+        let rows = ROWS as f64;
+        let left = self.left.iter().map(|row| row[q].powi(2)).sum::<f64>() / rows;
+        let drawn = self.chaos.variances(q, &(0..self.width)).0 + left;
+        // An error of deviation s(x) adds s(x) e: its own share is that of the mean of s, its whole share that of the mean of s².
+        let errors = [|band: &Band| band.misses, |band: &Band| band.fit].map(|of| {
+            let mean = |of: &dyn Fn(&Band) -> f64| self.beside.iter().map(|bands| of(&bands[q])).sum::<f64>() / self.beside.len() as f64;
+            (mean(&|band| of(band)).powi(2), mean(&|band| of(band).powi(2)))
+        });
+        let variance = drawn + errors.iter().map(|own| own.1).sum::<f64>();
+        let share = |part: f64| if variance > 0.0 { part / variance } else { 0.0 };
+        let mut error = 0.0_f64;
+        let mut indices = Vec::with_capacity(self.crossed.len() + errors.len());
+        for own in &self.crossed {
+            if !own.moves[q] {
+                indices.push(Index { first_order: 0.0, total: 0.0 });
+                continue;
+            }
+            let (alone, any) = self.chaos.variances(q, &own.range);
+            let half_squares = self.left.iter().zip(&own.left).map(|(a, ab)| 0.5 * (a[q] - ab[q]).powi(2));
+            let not_fitted = half_squares.clone().sum::<f64>() / rows;
+            let pairs = self.left_again.iter().zip(self.left.iter().zip(&own.left));
+            let products = pairs.map(|(b, (a, ab))| b[q] * (ab[q] - a[q]));
+            let not_fitted_alone = products.clone().sum::<f64>() / rows;
+            // A coefficient errs by the root of what is left over the number of rows.
+            let of_coefficients = 2.0 * (share(any) * share(left) / rows).sqrt();
+            error = error.max(share(scatter(half_squares).max(scatter(products))).hypot(of_coefficients));
+            let total = share(any + not_fitted);
+            indices.push(Index { first_order: share(alone + not_fitted_alone).clamp(0.0, total), total });
+        }
+        indices.extend(errors.map(|(first, total)| Index { first_order: share(first), total: share(total) }));
+        (variance.sqrt(), indices, error)
+    }
 }

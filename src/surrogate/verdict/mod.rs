@@ -12,6 +12,7 @@
 
 pub mod batch;
 mod chances;
+mod chaos;
 pub mod columns;
 pub mod condition;
 pub mod indices;
