@@ -20,7 +20,7 @@ const FARTHEST: f64 = 300.0;
 /// What the leading explanation comes to with its law's number as the full solver has it.
 pub enum Settled {
     /// The law that replaces the one of a cause of the screen, and the fit with it.
-    At { cause: usize, hypothesis: Box<Hypothesis>, entry: Entry },
+    At { cause: usize, hypothesis: Box<Hypothesis>, entry: Box<Entry> },
     /// A law with a name is as good.
     Named { members: Vec<usize> },
 }
@@ -70,7 +70,7 @@ pub fn settle(finals: &Finalists<'_>, outcome: &Outcome, members: &[usize]) -> R
         }
     }
     let entry = (members.clone(), now.fitted);
-    Ok(Some(Settled::At { cause: *cause, hypothesis: Box::new(now.hypothesis), entry }))
+    Ok(Some(Settled::At { cause: *cause, hypothesis: Box::new(now.hypothesis), entry: Box::new(entry) }))
 }
 
 struct Now {

@@ -120,7 +120,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
             Some(Settled::At { cause, hypothesis, entry }) => {
                 settled[screened.visible[cause]] = *hypothesis;
                 prior_of_settled = probability::prior(&screened, &settled);
-                outcome = outcome.with(entry);
+                outcome = outcome.with(*entry);
                 Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals.clone() }.weigh(&mut outcome);
             }
             None => {}

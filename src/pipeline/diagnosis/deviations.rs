@@ -1,5 +1,6 @@
 //! How sure the causes are that stand in an extended machine file: standard deviations of the numbers and factors they became.
 
+use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::evidence::diagnose::{Cause, Diagnosis, Problem, Scales};
 use crate::foundation::document::{Document, Leaf, quoted};
@@ -185,7 +186,7 @@ impl Moved {
         let ["source", name, "power" | "power_density"] = names.iter().map(String::as_str).collect::<Vec<_>>()[..] else {
             return Ok(None);
         };
-        let [low, high] = [&self.low, &self.high].map(|document| crate::describe::machine::Machine::from_document(document));
+        let [low, high] = [&self.low, &self.high].map(Machine::from_document);
         let (low, high) = (low?, high?);
         let Some(source) = high.sources.iter().position(|s| s.name == name) else { return Ok(None) };
         let (mut change, mut size) = (0.0, 0.0);

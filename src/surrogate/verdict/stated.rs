@@ -8,6 +8,9 @@ use crate::foundation::numbers::significant;
 use crate::surrogate::fit::file;
 use crate::surrogate::fit::model::States;
 
+/// What is stated: a name, and a value with its unit.
+pub type Given = (String, String);
+
 /// Whether a name is that of an uncertain parameter of a surrogate.
 pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
     surrogate.uncertainty().is_some_and(|own| own.parameters().any(|p| p.name == name))
@@ -18,9 +21,10 @@ pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
 ///
 /// # Errors
 /// As [`Surrogate::moved`](crate::surrogate::fit::model::Surrogate::moved); a value without its unit.
-pub fn with_moved(bytes: &[u8], given: &[(String, String)]) -> Result<(Vec<u8>, Vec<(String, String)>)> {
+pub fn with_moved(bytes: &[u8], given: &[Given]) -> Result<(Vec<u8>, Vec<Given>)> {
     let surrogate = file::decode(bytes)?;
-    let (mut to, mut rest): (Vec<(usize, f64)>, Vec<(String, String)>) = (Vec::new(), Vec::new());
+    let mut to: Vec<(usize, f64)> = Vec::new();
+    let mut rest: Vec<Given> = Vec::new();
     for (name, text) in given {
         let plain = name.trim().replace('-', "_");
         let own = surrogate.followed.iter().flat_map(|f| &f.variables);
