@@ -1,7 +1,5 @@
 //! A reduced model over time, each reading with a bound.
 
-use serde::{Deserialize, Serialize};
-
 use super::level::Level;
 use super::model::ReducedModel;
 use super::motion::Motion;
@@ -31,36 +29,6 @@ pub struct Stretch<'s> {
     pub at_end: Option<Condition>,
     /// Ascending times at which readings are taken, s, behind its beginning and not behind its end.
     pub outputs: Vec<f64>,
-}
-
-/// How a reduced model does in time.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct InTime {
-    /// What the bound adds to the difference of the two networks: a share of the largest difference so far.
-    pub margin: f64,
-    /// The least bound, K.
-    pub floor: f64,
-    /// Histories that the modes are from.
-    pub histories: usize,
-    /// Further ones that the bound was calibrated on.
-    pub checks: usize,
-    /// Largest error at those, K.
-    pub largest_error: f64,
-    /// Largest bound at those, K.
-    pub largest_bound: f64,
-}
-
-impl InTime {
-    /// How far readings of the coarser network may be from those of the full model, K, time by time.
-    pub fn bounds(&self, readings: &[Vec<f64>], finer: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let mut largest: f64 = 0.0;
-        let at = |(coarse, fine): (&Vec<f64>, &Vec<f64>)| {
-            let differences: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c - f).abs()).collect();
-            largest = differences.iter().copied().fold(largest, f64::max);
-            differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
-        };
-        readings.iter().zip(finer).map(at).collect()
-    }
 }
 
 /// Readings over time.

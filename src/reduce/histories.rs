@@ -1,8 +1,8 @@
 //! Histories of the full model: what the modes are enriched with, and what the bound in time is calibrated on.
 
 use super::assemble::Snapshot;
-use super::course::{Beginning, Course, InTime, Stretch};
-use super::model::ReducedModel;
+use super::course::{Beginning, Course, Stretch};
+use super::model::{InTime, ReducedModel};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::{Load, Network};
 use crate::error::Result;

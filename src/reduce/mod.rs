@@ -14,7 +14,7 @@ mod offline;
 mod split;
 mod stored;
 
-pub use course::{Beginning, Course, InTime, Stretch};
+pub use course::{Beginning, Course, Stretch};
 pub use level::{Level, Reduced};
-pub use model::{Answer, Made, ReducedModel};
+pub use model::{Answer, InTime, Made, ReducedModel};
 pub use offline::{Settings, reduce};

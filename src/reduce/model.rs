@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::course::InTime;
 use super::level::{Level, Reduced};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::Load;
@@ -55,6 +54,36 @@ pub struct Made {
     pub conductors: usize,
     /// Seconds that it took.
     pub seconds: f64,
+}
+
+/// How a reduced model does in time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InTime {
+    /// What the bound adds to the difference of the two networks: a share of the largest difference so far.
+    pub margin: f64,
+    /// The least bound, K.
+    pub floor: f64,
+    /// Histories that the modes are from.
+    pub histories: usize,
+    /// Further ones that the bound was calibrated on.
+    pub checks: usize,
+    /// Largest error at those, K.
+    pub largest_error: f64,
+    /// Largest bound at those, K.
+    pub largest_bound: f64,
+}
+
+impl InTime {
+    /// How far readings of the coarser network may be from those of the full model, K, time by time.
+    pub fn bounds(&self, readings: &[Vec<f64>], finer: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut largest: f64 = 0.0;
+        let at = |(coarse, fine): (&Vec<f64>, &Vec<f64>)| {
+            let differences: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c - f).abs()).collect();
+            largest = differences.iter().copied().fold(largest, f64::max);
+            differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
+        };
+        readings.iter().zip(finer).map(at).collect()
+    }
 }
 
 /// The readings at one condition.

@@ -8,9 +8,8 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::course::InTime;
 use super::level::Level;
-use super::model::{Made, ReducedModel};
+use super::model::{InTime, Made, ReducedModel};
 use crate::describe::machine::Machine;
 use crate::discretise::mesh::path::Station;
 use crate::discretise::network::stream::CircuitTree;

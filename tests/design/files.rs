@@ -187,3 +187,44 @@ fn mistakes_name_line_key_and_remedy() {
         assert!(needles.iter().all(|n| message.contains(n)), "{text}\n{message}");
     }
 }
+
+/// Every followed variable is moved alone at as many conditions as asked for, however many that are, and all together at others.
+#[test]
+fn followed_variables_are_moved_alone_and_together() {
+    for runs in [5, 7, 14, 21] {
+        let text = format!(
+            "name = \"f\"\nmachine = \"m.toml\"\n[range]\ncoolant_flow = [\"2 L/min\", \"8 L/min\"]\nmotor_speed = [\"500 rpm\", \"3000 rpm\"]\n\
+             [design]\nkind = \"sobol\"\nruns = 32\n[follow]\nvariables = \"all\"\nruns = {runs}\n"
+        );
+        let machine = coldplate::describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
+        let definition =
+            coldplate::explore::sweep::Definition::new(coldplate::foundation::document::Document::parse(&text, "f.toml").unwrap()).unwrap();
+        let plan = definition.plan(&machine.variables).unwrap();
+        let group = |name: &str| plan.groups.iter().find(|g| g.name == name).unwrap().rows.clone();
+        let alone = group("follow");
+        assert_eq!(alone.len(), 2 * 2 * runs);
+        for (own, held) in [(1, 293.15), (3, 295.15)] {
+            let moved: Vec<&Vec<f64>> = plan.conditions[alone.clone()].iter().filter(|row| (row[own] - held).abs() > 1e-9).collect();
+            // The held value itself may be among those that lie evenly.
+            assert!(moved.len() + 2 >= 2 * runs, "{}", moved.len());
+            let mut at: Vec<u64> = moved.iter().map(|row| row[0].to_bits()).collect();
+            at.sort_unstable();
+            at.dedup();
+            assert_eq!(at.len(), runs, "every condition is met");
+        }
+        assert!(group("follow together").len() >= 12 && group("follow check").len() >= 10);
+    }
+    let machine = coldplate::describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
+    let refused = |follow: &str| {
+        let text = format!(
+            "name = \"f\"\nmachine = \"m.toml\"\n[range]\ncoolant_flow = [\"2 L/min\", \"8 L/min\"]\nmotor_speed = [\"500 rpm\", \"3000 rpm\"]\n\
+             [design]\nkind = \"sobol\"\nruns = 32\n[follow]\n{follow}\n"
+        );
+        let document = coldplate::foundation::document::Document::parse(&text, "f.toml").unwrap();
+        coldplate::explore::sweep::Definition::new(document).and_then(|d| d.plan(&machine.variables)).unwrap_err().to_string()
+    };
+    assert!(refused("variables = [\"motor_speed\"]").contains("is varied, not held"));
+    assert!(refused("variables = [\"motor_sped\"]").contains("did you mean 'motor_speed'"));
+    assert!(refused("variables = \"some\"").contains("is a list, or \"all\""));
+    assert!(refused("").contains("variables"));
+}

@@ -22,8 +22,8 @@ const JOINED_PER_VARIABLE: usize = 6;
 const LEAST_CHECKS: usize = 10;
 /// Seed of the values there.
 const CHECK_SEED: u64 = 3;
-/// Prime steps from condition to condition, so that neighbours in a design do not get neighbouring values.
-const STRIDE: usize = 7;
+/// Prime steps from condition to condition, so that neighbours in a design do not get neighbouring values; the first that meets all.
+const STRIDES: [usize; 3] = [7, 11, 13];
 
 /// Values of a range, evenly apart from end to end; the end that is held already is left out.
 fn apart(held: f64, (low, high): (f64, f64), count: usize) -> Vec<f64> {
@@ -127,7 +127,8 @@ impl Builder {
             if design.varied.contains(at) {
                 return Err(Error::input(format!("'{name}' is varied, not held")).help("remove it from [follow]"));
             }
-            if !(*low..=*high).contains(&held) {
+            // What has no value at all is told with all others that have none.
+            if !held.is_nan() && !(*low..=*high).contains(&held) {
                 return Err(Error::input(format!("'{name}' is held outside its range"))
                     .help("widen its range in the machine file, or hold another value"));
             }
@@ -144,7 +145,8 @@ impl Builder {
             let held = self.plan.conditions[design.rows.start][*at];
             let values = apart(held, *range, 2 * runs);
             // The two values of a condition lie half the range apart; which condition has which is mixed.
-            let row = |j: usize| chosen((j % runs) * STRIDE % runs, runs);
+            let stride = STRIDES.into_iter().find(|stride| !runs.is_multiple_of(*stride)).unwrap_or(1);
+            let row = |j: usize| chosen((j % runs) * stride % runs, runs);
             alone.extend(values.iter().enumerate().map(|(j, value)| moved(row(j), &[(*at, *value)])));
         }
         let joined = |count: usize, units: Vec<Vec<f64>>| -> Vec<Vec<f64>> {

@@ -16,7 +16,6 @@ pub mod water;
 use super::balance::balance;
 use super::steady::Solver;
 use super::system::System;
-use crate::discretise::mesh::path::Station;
 use crate::discretise::network::{Load, Network, Stream, StreamState};
 use crate::error::{Error, Result, Stop};
 use lumped::Lumped;
@@ -425,11 +424,13 @@ impl<'a> Transient<'a> {
 pub(crate) fn steady_water(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<Parcels> {
     let of = |(s, stream): (usize, &Stream)| {
         let mut above = super::system::entering_temperature(network, load, streams, s, temperatures);
-        let parcel = |(k, station): (usize, &Station)| {
+        let mut parcels = Parcels::new();
+        for (k, station) in stream.stations.iter().enumerate() {
             let below = temperatures[stream.first_node as usize + k];
-            Parcel { volume: area(stream) * station.length, upstream: std::mem::replace(&mut above, below), downstream: below }
-        };
-        stream.stations.iter().enumerate().map(parcel).collect()
+            let upstream = std::mem::replace(&mut above, below);
+            parcels.push(Parcel { volume: area(stream) * station.length, upstream, downstream: below });
+        }
+        parcels
     };
     network.streams.iter().enumerate().map(of).collect()
 }
