@@ -1,6 +1,6 @@
 //! How sure the causes are that stand in an extended machine file: standard deviations of the numbers and factors they became.
 
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Condition, Machine, Variable};
 use crate::error::Result;
 use crate::evidence::diagnose::{Cause, Diagnosis, Problem, Scales};
 use crate::foundation::document::{Document, Leaf, quoted};
@@ -191,8 +191,15 @@ impl Moved {
         let Some(source) = high.sources.iter().position(|s| s.name == name) else { return Ok(None) };
         let (mut change, mut size) = (0.0, 0.0);
         for row in &problem.data.rows {
-            let power = |machine: &_| source_powers(machine, &row.condition).map(|powers| powers[source]);
-            let (low, high) = (power(&low)?, power(&high)?);
+            let power = |machine: &Machine| {
+                // The data may know the time as a variable that the file does not have.
+                let given = &problem.study.model.machine.variables;
+                let value =
+                    |v: &Variable| given.iter().position(|own| own.name == v.name).and_then(|at| row.condition.si().get(at)).copied();
+                let values: Option<Vec<f64>> = machine.variables.iter().map(value).collect();
+                source_powers(machine, &Condition::from_si(values?)).ok().map(|powers| powers[source])
+            };
+            let (Some(low), Some(high)) = (power(&low), power(&high)) else { return Ok(None) };
             change += ((high - low) / self.deviations).powi(2);
             size += (0.5 * (low + high)).powi(2);
         }
