@@ -10,7 +10,8 @@ use crate::error::{Error, Result};
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::pipeline::fitting::{self, FitRecord};
-use crate::pipeline::model_text;
+use crate::pipeline::{model_text, moving};
+use crate::reduce::ReducedModel;
 use crate::surrogate::fit::{FitOptions, file};
 
 /// A surrogate from any table of conditions and outputs
@@ -38,6 +39,9 @@ pub struct Args {
     /// sweep); none leaves them where they are held
     #[arg(long, value_name = "FILE|none")]
     followed: Option<PathBuf>,
+    /// Reduced model that was made with histories, of the same machine: the surrogate then moves over time too
+    #[arg(long, value_name = "MODEL.cpr")]
+    dynamics: Option<PathBuf>,
     /// Largest total degree of a polynomial
     #[arg(long, value_name = "N", default_value_t = FitOptions::default().max_degree)]
     max_degree: usize,
@@ -77,6 +81,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(path) = &followed {
         fitting::with_followed(&mut fit, machine.as_ref(), Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
     }
+    if let Some(path) = &args.dynamics {
+        let bytes = super::reduced::bytes(path, &[])?.ok_or_else(|| Error::input("this is no reduced model").in_file(path))?;
+        let model = ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(path))?;
+        moving::with_dynamics(&mut fit.surrogate, &model, &out.progress()).map_err(|e| e.in_file(path))?;
+    }
     let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
     file::write(&fit.surrogate, &path)?;
     let bytes = std::fs::metadata(&path).map_or(0, |m| m.len());
@@ -97,7 +106,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         })
         .collect();
     let heading = ["point", "model", "rows", "leave-one-out rms", "k-fold rms", "k-fold max", "band +-"];
-    let text = format!("{}\nwrote {} ({bytes} bytes)\n", table(&heading, &rows), path.display());
+    let moves = fit.surrogate.in_time.as_ref().map(|own| {
+        let (least, most) = own.errors.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
+        format!("over time: {} states, points within {} to {} K\n", own.states, significant(least, 2), significant(most, 2))
+    });
+    let text = format!("{}\n{}wrote {} ({bytes} bytes)\n", table(&heading, &rows), moves.unwrap_or_default(), path.display());
     out.report(&text, &FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64()));
     Ok(0)
 }

@@ -17,10 +17,13 @@ use crate::figures::chart::draw_as;
 use crate::figures::chart::history::{Course, HistoryFigure};
 use crate::figures::chart::output::check_name;
 use crate::figures::chart::style::Quantity;
+use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
+use crate::pipeline::moving::Moving;
 use crate::reduce::ReducedModel;
 use crate::solve::meshed::MeshedMachine;
+use crate::surrogate::fit::file::open;
 use crate::units::{Dimension, celsius, express, parse};
 
 /// Temperatures over time, through a schedule of conditions
@@ -29,7 +32,7 @@ use crate::units::{Dimension, celsius, express, parse};
 /// example `coolant_flow [L/min]`. Values move in straight lines from row to row; a time in two rows is a step.
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Machine file, or a reduced model of one that was made with histories
+    /// Machine file, a reduced model of one that was made with histories, or a surrogate that was fitted with dynamics
     machine: PathBuf,
     /// Schedule: time and conditions, as CSV
     schedule: PathBuf,
@@ -96,6 +99,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         Table::check_name(path).map_err(|e| e.at_key("--out"))?;
     }
     let mut options = options(args)?;
+    if let Some(bytes) = surrogate_bytes(&args.machine)? {
+        return of_surrogate(&bytes, args, options, start, out);
+    }
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let reduced = super::reduced::bytes(&args.machine, &[("--set", !args.set.is_empty()), ("--cells", args.cells.is_some())])?;
     let reduced = reduced.map(|bytes| ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(&args.machine))).transpose()?;
@@ -103,13 +109,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         Some(model) => model.machine.clone(),
         None => Machine::read(&args.machine, &sets)?,
     };
-    options.watched = args.passes.iter().map(|text| watch(text, &machine)).collect::<Result<_>>()?;
-    let until = args.until.as_deref().map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("--until"))).transpose()?;
-    if args.repeat == 0 {
-        return Err(Error::input("the schedule would not be run at all").at_key("--repeat").read(0).help("give 1 or more"));
-    }
-    let rows = schedule::ScheduleOptions { hold: args.hold, repeat: args.repeat, until };
-    let schedule = Schedule::read(&args.schedule, &machine, &args.condition.values()?, rows)?;
+    let names: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
+    options.watched = args.passes.iter().map(|text| watch(text, &names)).collect::<Result<_>>()?;
+    let schedule = Schedule::read(&args.schedule, &machine, &args.condition.values()?, rows(args)?)?;
     notes(&machine, &schedule, out);
     if let Some(model) = &reduced {
         let history = simulate::run_reduced(model, &schedule, &options)?;
@@ -129,6 +131,35 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         out.note(&format!("went on from the checkpoint at {}", duration(time)));
     }
     tell(&Subject::from(&model), &history, args, start, out)
+}
+
+/// The bytes of a surrogate file, if it is one.
+fn surrogate_bytes(path: &Path) -> Result<Option<Vec<u8>>> {
+    if input::begins_with(path, &coldplate_runtime::format::MAGIC) { input::read(path).map(Some) } else { Ok(None) }
+}
+
+/// A schedule run through a surrogate.
+fn of_surrogate(bytes: &[u8], args: &Args, mut options: simulate::SimulateOptions, start: Instant, out: Output) -> Result<u8> {
+    if !args.set.is_empty() || args.cells.is_some() {
+        let option = if args.cells.is_some() { "--cells" } else { "--set" };
+        return Err(Error::input("a surrogate has its machine built in").at_key(option).in_file(&args.machine));
+    }
+    let surrogate = open(bytes).map_err(|e| e.in_file(&args.machine))?;
+    let mut model = Moving::new(&surrogate).map_err(|e| e.in_file(&args.machine))?;
+    let quantities = model.quantities();
+    options.watched = args.passes.iter().map(|text| watch(text, &quantities.sensors)).collect::<Result<_>>()?;
+    let schedule = Schedule::read(&args.schedule, quantities, &args.condition.values()?, rows(args)?)?;
+    let history = simulate::run_stepped(&mut model, &schedule, &options)?;
+    tell(&model.subject(), &history, args, start, out)
+}
+
+/// What is asked of the schedule's rows.
+fn rows(args: &Args) -> Result<schedule::ScheduleOptions> {
+    let until = args.until.as_deref().map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("--until"))).transpose()?;
+    if args.repeat == 0 {
+        return Err(Error::input("the schedule would not be run at all").at_key("--repeat").read(0).help("give 1 or more"));
+    }
+    Ok(schedule::ScheduleOptions { hold: args.hold, repeat: args.repeat, until })
 }
 
 /// Writes, draws and reports a history.
@@ -174,12 +205,11 @@ fn options(args: &Args) -> Result<simulate::SimulateOptions> {
 }
 
 /// `SENSOR=TEMPERATURE`
-fn watch(text: &str, machine: &Machine) -> Result<Watch> {
+fn watch(text: &str, sensors: &[&str]) -> Result<Watch> {
     let (name, value) = pair_of(text, "--passes")?;
-    let Some(sensor) = machine.sensors.iter().position(|s| s.name == name) else {
-        let known: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
-        let help = did_you_mean(&name, known.iter().copied())
-            .map_or_else(|| format!("sensors here: {}", known.join(", ")), |near| format!("did you mean '{near}'?"));
+    let Some(sensor) = sensors.iter().position(|s| *s == name) else {
+        let help = did_you_mean(&name, sensors.iter().copied())
+            .map_or_else(|| format!("sensors here: {}", sensors.join(", ")), |near| format!("did you mean '{near}'?"));
         return Err(Error::input(format!("there is no sensor '{name}'")).at_key("--passes").read(text).help(help));
     };
     Ok(Watch { sensor, value: parse(&value, Dimension::TEMPERATURE).map_err(|e| e.at_key("--passes"))? })
@@ -224,14 +254,13 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
 
 fn figure(model: &Subject<'_>, history: &History, schedule: &Path) -> HistoryFigure {
     let courses = model
-        .network
-        .sensor_names
+        .sensors
         .iter()
         .enumerate()
         .map(|(s, name)| Course { name: name.clone(), values: history.readings.iter().map(|r| celsius(r[s])).collect() });
     let start = history.times.first().copied().unwrap_or(0.0);
     HistoryFigure {
-        title: model.machine.name.clone(),
+        title: model.name.to_string(),
         times: history.times.clone(),
         quantity: Quantity::new("temperature", "degC"),
         courses: courses.collect(),
@@ -245,10 +274,10 @@ fn figure(model: &Subject<'_>, history: &History, schedule: &Path) -> HistoryFig
 
 fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
-    let mut text = format!("{}\n{} from {} to {}\n\n", model.machine.name, duration(end - start), duration(start), duration(end));
+    let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
     let near = history.within;
     let mut rows = Vec::new();
-    for (s, name) in model.network.sensor_names.iter().enumerate() {
+    for (s, name) in model.sensors.iter().enumerate() {
         let at = |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}", celsius(r[s])));
         rows.push(vec![
             name.clone(),
@@ -263,7 +292,7 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
         let at = |heats: Option<&Vec<f64>>| heats.map_or(String::new(), |heats| format!("{:+.3}", heats[m]));
         vec![meter.name.clone(), at(history.heat_flows.first()), at(history.heat_flows.last())]
     };
-    let flows: Vec<Vec<String>> = model.network.meters.iter().enumerate().map(row).collect();
+    let flows: Vec<Vec<String>> = model.meters.iter().enumerate().map(row).collect();
     if !flows.is_empty() {
         text += "\n";
         text += &table(&["heat flow", "start W", "end W"], &flows);
@@ -272,7 +301,7 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let pass = |c: &Crossing| {
         let at = |time: Option<f64>| time.map_or("never".into(), |t| format!("{} ({} s)", duration(t), significant(t, 6)));
         let value = significant(celsius(c.watch.value), 4);
-        vec![model.network.sensor_names[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]
+        vec![model.sensors[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]
     };
     if !history.passes.is_empty() {
         text += &table(&["passes", "degC", "rising at", "falling at"], &history.passes.iter().map(pass).collect::<Vec<_>>());
@@ -291,8 +320,9 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     };
     if let Some(bounds) = &history.bounds {
         let largest = bounds.iter().flatten().fold(0.0, |most: f64, b| most.max(*b));
-        text += &format!("largest bound {} K, against the full model on {} cells\n", significant(largest, 2), model.cells);
-        return text + &format!("{} time steps of both reduced networks, {:.3} s\n", history.steps, seconds);
+        let cells = if model.cells > 0 { format!(" on {} cells", model.cells) } else { String::new() };
+        text += &format!("largest bound {} K, against the full model{cells}\n", significant(largest, 2));
+        return text + &format!("{} time steps, {:.3} s\n", history.steps, seconds);
     }
     let energy = &history.energy;
     text += &format!(
@@ -302,7 +332,6 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
         significant(energy.stored, 6),
         energy.relative()
     );
-    text +=
-        &format!("{} unknowns, {} time steps, {} tried again, {:.2} s\n", model.network.nodes, history.steps, history.rejected, seconds);
+    text += &format!("{} unknowns, {} time steps, {} tried again, {:.2} s\n", model.nodes, history.steps, history.rejected, seconds);
     text
 }

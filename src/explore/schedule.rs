@@ -11,7 +11,7 @@ use std::path::Path;
 
 use sha2::{Digest, Sha256};
 
-use crate::describe::machine::{Condition, Machine};
+use crate::describe::machine::{Condition, Machine, Variable};
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::table::Table;
 use crate::units::Dimension;
@@ -66,24 +66,24 @@ pub struct Segment {
 }
 
 impl Schedule {
-    /// Reads a file for `machine`; `given` are values (name, text with unit) of variables without a column.
+    /// Reads a file for a machine, or what has its variables; `given` are values (name, text with unit) of variables without a column.
     ///
     /// # Errors
     /// The file is no table or has no `time` column; a column that is neither condition nor sensor, such as a misspelt one; times that fall; a value that is missing, out of bounds or in a
     /// unit of another kind; a variable with neither column, value nor default; no duration. Each names its line.
-    pub fn read(path: &Path, machine: &Machine, given: &[(String, String)], options: ScheduleOptions) -> Result<Self> {
+    pub fn read<'a>(path: &Path, of: impl Into<Quantities<'a>>, given: &[(String, String)], options: ScheduleOptions) -> Result<Self> {
         let (table, lines) = Table::read_with_lines(path)?;
-        Self::from_table(&table, &lines, machine, given, options).map_err(|e| e.in_file(path))
+        Self::from_table(&table, &lines, of, given, options).map_err(|e| e.in_file(path))
     }
 
     /// The same from a table; `lines` are those of its header and rows, for errors, as far as they are known.
     ///
     /// # Errors
     /// As [`Schedule::read`].
-    pub fn from_table(
+    pub fn from_table<'a>(
         table: &Table,
         lines: &[usize],
-        machine: &Machine,
+        of: impl Into<Quantities<'a>>,
         given: &[(String, String)],
         options: ScheduleOptions,
     ) -> Result<Self> {
@@ -92,7 +92,8 @@ impl Schedule {
             None => e,
         };
         let times = times(table).map_err(|e| place(e, None))?;
-        let columns = Columns::of(table, machine, given).map_err(|e| place(e, None))?;
+        let quantities = of.into();
+        let columns = Columns::of(table, &quantities, given).map_err(|e| place(e, None))?;
         let mut rows: Vec<Row> = Vec::with_capacity(times.len());
         for (r, time) in times.iter().enumerate() {
             if time.is_nan() {
@@ -281,9 +282,30 @@ fn times(table: &Table) -> Result<Vec<f64>> {
     table.column_si(TIME, Dimension::TIME)
 }
 
+/// What a schedule may speak of: the variables that it sets, and sensors and heat flows that it may hold readings of.
+#[derive(Debug, Clone)]
+pub struct Quantities<'a> {
+    /// Variables, in the order of a condition.
+    pub variables: &'a [Variable],
+    /// Names of sensors.
+    pub sensors: Vec<&'a str>,
+    /// Names of heat-flow sensors.
+    pub heat_flows: Vec<&'a str>,
+}
+
+impl<'a> From<&'a Machine> for Quantities<'a> {
+    fn from(machine: &'a Machine) -> Self {
+        Self {
+            variables: &machine.variables,
+            sensors: machine.sensors.iter().map(|s| s.name.as_str()).collect(),
+            heat_flows: machine.heat_flows.iter().map(|h| h.name.as_str()).collect(),
+        }
+    }
+}
+
 /// Which columns set which variables, and what sets the others.
 struct Columns<'a> {
-    machine: &'a Machine,
+    quantities: &'a Quantities<'a>,
     columns: Vec<&'a crate::foundation::table::Column>,
     given: &'a [(String, String)],
     time: Option<usize>,
@@ -291,13 +313,13 @@ struct Columns<'a> {
 }
 
 impl<'a> Columns<'a> {
-    fn of(table: &'a Table, machine: &'a Machine, given: &'a [(String, String)]) -> Result<Self> {
-        let is_variable = |name: &str| machine.variables.iter().any(|v| v.name == name);
+    fn of(table: &'a Table, quantities: &'a Quantities<'a>, given: &'a [(String, String)]) -> Result<Self> {
+        let is_variable = |name: &str| quantities.variables.iter().any(|v| v.name == name);
         if let Some(text) = table.texts.iter().find(|t| is_variable(&t.name)) {
             table.column(&text.name)?;
         }
-        let time = machine.variables.iter().position(|v| v.name == TIME);
-        if let Some(variable) = time.map(|t| &machine.variables[t])
+        let time = quantities.variables.iter().position(|v| v.name == TIME);
+        if let Some(variable) = time.map(|t| &quantities.variables[t])
             && variable.dimension != Dimension::TIME
         {
             return Err(Error::input(format!("the machine's variable 'time' is in {}, not a time", variable.unit))
@@ -306,7 +328,7 @@ impl<'a> Columns<'a> {
         }
         let (columns, others): (Vec<_>, Vec<_>) = table.columns.iter().filter(|c| c.name != TIME).partition(|c| is_variable(&c.name));
         for column in &columns {
-            let variable = machine.variables.iter().find(|v| v.name == column.name);
+            let variable = quantities.variables.iter().find(|v| v.name == column.name);
             variable.map_or(Ok(0.0), |v| crate::units::convert(300.0, &column.unit, v.dimension)).map_err(|e| e.at_key(column.header()))?;
         }
         if let Some((name, text)) = given.iter().find(|(name, _)| name == TIME || columns.iter().any(|c| c.name == *name)) {
@@ -318,23 +340,23 @@ impl<'a> Columns<'a> {
         // Readings and remarks are no conditions; anything else was meant to be one.
         let is_called = |own: &str, kind: &str, name: &str| own == name || name.strip_suffix(kind).is_some_and(|n| n == own);
         let is_reading = |name: &str| {
-            machine.sensors.iter().any(|s| is_called(&s.name, " (sensor)", name))
-                || machine.heat_flows.iter().any(|h| is_called(&h.name, " (heat flow)", name))
+            quantities.sensors.iter().any(|s| is_called(s, " (sensor)", name))
+                || quantities.heat_flows.iter().any(|h| is_called(h, " (heat flow)", name))
         };
         let names = others.iter().map(|c| c.name.as_str()).chain(table.texts.iter().map(|t| t.name.as_str()));
         if let Some(name) = names.into_iter().find(|name| !is_reading(name) && !REMARKS.contains(name)) {
-            let known: Vec<&str> = machine.variables.iter().map(|v| v.name.as_str()).chain([TIME]).collect();
+            let known: Vec<&str> = quantities.variables.iter().map(|v| v.name.as_str()).chain([TIME]).collect();
             let what = format!("the column '{name}' is neither a condition nor a sensor of this machine");
             let meant = did_you_mean(name, known.iter().copied()).map_or(String::new(), |meant| format!("did you mean '{meant}'? "));
             return Err(Error::input(what).at_key(name).help(format!("{meant}known here: {}", known.join(", "))));
         }
         let ignored = others.iter().map(|c| c.header()).chain(table.texts.iter().map(|t| t.name.clone())).collect();
-        Ok(Self { machine, columns, given, time, ignored })
+        Ok(Self { quantities, columns, given, time, ignored })
     }
 
     /// The condition row `row` states.
     fn condition(&self, row: usize, time: f64) -> Result<Condition> {
-        let mut values: Vec<(&str, String)> = Vec::with_capacity(self.machine.variables.len());
+        let mut values: Vec<(&str, String)> = Vec::with_capacity(self.quantities.variables.len());
         for column in &self.columns {
             let value = column.values[row];
             if value.is_nan() {
@@ -349,6 +371,6 @@ impl<'a> Columns<'a> {
             values.push((TIME, format!("{time} s")));
         }
         let pairs: Vec<(&str, &str)> = values.iter().map(|(name, text)| (*name, text.as_str())).collect();
-        self.machine.condition(&pairs)
+        Condition::given(self.quantities.variables, &pairs)
     }
 }

@@ -9,6 +9,7 @@ pub mod fitting;
 pub mod gallery;
 pub mod info;
 pub mod measured;
+pub mod moving;
 mod pages;
 pub mod refit;
 mod usual;

@@ -251,7 +251,7 @@ impl Level {
     }
 
     /// Water temperatures that follow from those of the wall, by one pass downstream.
-    fn follow(&self, network: &Network, load: &Load, streams: &[StreamState], t: &mut [f64]) {
+    pub(super) fn follow(&self, network: &Network, load: &Load, streams: &[StreamState], t: &mut [f64]) {
         for tree in &network.circuits {
             for s in members(&tree.layout) {
                 let (stream, state) = (&network.streams[s], &streams[s]);

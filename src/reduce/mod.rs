@@ -11,6 +11,7 @@ mod level;
 mod model;
 mod motion;
 mod offline;
+mod slow;
 mod split;
 mod stored;
 
@@ -18,3 +19,4 @@ pub use course::{Beginning, Course, Stretch};
 pub use level::{Level, Reduced};
 pub use model::{Answer, InTime, Made, ReducedModel};
 pub use offline::{Settings, reduce};
+pub use slow::{Slow, SlowSample};

@@ -125,13 +125,13 @@ impl ReducedModel {
         let (_, readings) = solve(&self.coarse)?;
         let (state, finer) = solve(&self.fine)?;
         let bounds = self.bounds(&readings, &finer, self.margin);
-        let within = |(x, (low, high)): (&f64, &(f64, f64))| {
-            let slack = 1e-9 * (high - low).abs().max(high.abs());
-            (low - slack..=high + slack).contains(x)
-        };
-        let in_range = condition.si().iter().zip(&self.ranges).all(within)
-            && parameters.iter().zip(&self.parameters).all(|(x, p)| within((x, &(p.low, p.high))));
+        let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, (p.low, p.high)));
         Ok(Answer { readings, bounds, in_range, state, finer })
+    }
+
+    /// Whether a condition is within the ranges of the training.
+    pub fn is_inside(&self, condition: &Condition) -> bool {
+        condition.si().iter().zip(&self.ranges).all(|(x, range)| is_within(*x, *range))
     }
 
     /// How far the readings of the coarser network may be from those of the full model, K.
@@ -140,4 +140,10 @@ impl ReducedModel {
         let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
         differences.iter().map(|d| (d + margin * largest).max(self.floor)).collect()
     }
+}
+
+/// Whether a value is in a range, but for rounding.
+fn is_within(x: f64, (low, high): (f64, f64)) -> bool {
+    let slack = 1e-9 * (high - low).abs().max(high.abs());
+    (low - slack..=high + slack).contains(&x)
 }

@@ -90,34 +90,24 @@ pub struct Motion<'a> {
 impl<'a> Motion<'a> {
     /// From a steady state at `time` (s).
     pub fn from_steady(level: &'a Level, load: &Load, state: Reduced, time: f64, tolerance: f64) -> Self {
-        let network = &level.network;
-        let water = steady_water(network, load, &state.streams, &state.temperatures);
-        let (amplitudes, temperatures) = (state.amplitudes, state.temperatures);
-        Self {
-            level,
-            network,
-            tolerance,
-            time,
-            amplitudes,
-            temperatures,
-            water,
-            step: 0.0,
-            now: None,
-            factors: None,
-            before: None,
-            steps: 0,
-        }
+        let water = steady_water(&level.network, load, &state.streams, &state.temperatures);
+        Self::new(level, (state.amplitudes, state.temperatures, water), time, tolerance)
     }
 
     /// From one temperature (K) everywhere, in amplitudes.
     pub fn from_uniform(level: &'a Level, load: &Load, amplitudes: DVector<f64>, temperature: f64, time: f64, tolerance: f64) -> Self {
         let network = &level.network;
-        let water = even_water(network, temperature);
         let still = vec![temperature; network.nodes];
         let temperatures = level.temperatures(network, load, &amplitudes, Some(&still));
+        Self::new(level, (amplitudes, temperatures, even_water(network, temperature)), time, tolerance)
+    }
+
+    /// From amplitudes, the temperatures that follow from them, and the water in the streams.
+    fn new(level: &'a Level, start: (DVector<f64>, Vec<f64>, Vec<Parcels>), time: f64, tolerance: f64) -> Self {
+        let (amplitudes, temperatures, water) = start;
         Self {
             level,
-            network,
+            network: &level.network,
             tolerance,
             time,
             amplitudes,

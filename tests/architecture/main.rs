@@ -126,7 +126,18 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ),
     (
         "pipeline",
-        &["error", "units", "foundation::*", "describe::machine", "solve", "solve::*", "explore::*", "surrogate::*", "figures::*"],
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "describe::machine",
+            "solve",
+            "solve::*",
+            "reduce",
+            "explore::*",
+            "surrogate::*",
+            "figures::*",
+        ],
     ),
     (
         "pipeline::diagnosis",

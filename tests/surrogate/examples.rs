@@ -67,6 +67,7 @@ pub fn small() -> Surrogate {
         ],
         uncertainty: None,
         followed: None,
+        in_time: None,
         provenance: vec![("made by".into(), "tests/surrogate/examples.rs".into()), ("noté".into(), String::new())],
     }
 }
@@ -165,6 +166,7 @@ pub fn ten_polynomials() -> Surrogate {
         limits: limits_of_ten(),
         uncertainty: None,
         followed: None,
+        in_time: None,
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -225,6 +227,7 @@ pub fn ten_radial(kernel: Kernel, shared: bool) -> Surrogate {
         limits: limits_of_ten(),
         uncertainty: None,
         followed: None,
+        in_time: None,
         provenance: vec![("machine".into(), "none".into())],
     }
 }
@@ -274,6 +277,7 @@ pub fn mixed() -> Surrogate {
         ],
         uncertainty: None,
         followed: None,
+        in_time: None,
         provenance: vec![("program".into(), "coldplate".into())],
     }
 }

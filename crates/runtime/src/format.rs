@@ -53,6 +53,12 @@ pub const HELD: [u8; 4] = *b"HELD";
 pub const UNCERTAIN: [u8; 4] = *b"UNCT";
 /// Tag of the section on how answers follow held variables; readers that state none pass over it.
 pub const FOLLOWED: [u8; 4] = *b"held";
+/// Tag of the section on the machine over time.
+pub const IN_TIME: [u8; 4] = *b"time";
+/// Bytes before the numbers of that section.
+pub const IN_TIME_HEADER: usize = 32;
+/// Most states that a machine has over time.
+pub const MAX_STATES: usize = 32;
 /// Bytes before the records of the section of what the answers leave open.
 pub const UNCERTAIN_HEADER: usize = 24;
 /// Bytes of the checksum that ends the file.

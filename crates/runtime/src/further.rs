@@ -3,6 +3,7 @@
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::direction::Band;
 use crate::format::*;
+use crate::in_time::{InTime, Shared};
 use crate::open::{Checked, OpenError, check_name, ensure, records, within};
 use crate::surrogate::{Held, Surrogate};
 use crate::uncertain::{Scale, Uncertainty, packed};
@@ -16,6 +17,7 @@ pub(crate) struct Further<'a> {
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
     /// How answers follow held variables, unread.
     pub(crate) followed: &'a [u8],
+    pub(crate) in_time: Option<InTime<'a>>,
 }
 
 impl<'a> Further<'a> {
@@ -40,6 +42,7 @@ impl<'a> Further<'a> {
                 HELD => (further.held, further.held_text) = held(content)?,
                 UNCERTAIN => further.uncertainty = Some(uncertain(content, variables, points)?),
                 FOLLOWED => further.followed = content,
+                IN_TIME => further.in_time = Some(in_time(content, variables, points)?),
                 _ if tag[0].is_ascii_uppercase() => return Err(OpenError::Section(tag)),
                 _ => {}
             }
@@ -113,7 +116,97 @@ fn uncertain(mut content: &[u8], variables: usize, points: usize) -> Result<Unce
     })
 }
 
+/// The machine over time, cut into its parts; all its numbers are finite afterwards.
+fn in_time(mut content: &[u8], variables: usize, points: usize) -> Result<InTime<'_>, OpenError> {
+    let head: &[[u8; IN_TIME_HEADER]] = records(&mut content, 1)?;
+    let head: &[u8; IN_TIME_HEADER] = head.first().ok_or(OpenError::Length)?;
+    let [states, steady_terms, moving_terms, test_count] = [0, 2, 4, 6].map(|at| u16_at(head, at));
+    let [steady_degree, moving_degree] = [24, 26].map(|at| u16_at(head, at));
+    within(states, 1, MAX_STATES, "states")?;
+    within(steady_terms, 1, MAX_SLOPE_TERMS, "terms of the steady states")?;
+    within(moving_terms, 1, MAX_SLOPE_TERMS, "terms of the dynamics")?;
+    within(test_count, 0, MAX_SELF_TESTS, "self-tests over time")?;
+    within(steady_degree, 0, MAX_DEGREE, "degree of the steady states")?;
+    within(moving_degree, 0, MAX_DEGREE, "degree of the dynamics")?;
+    ensure(u32_at(head, 28) == 0, OpenError::Reserved)?;
+    let counts = [
+        points,
+        states,
+        2 * states,
+        packed(states, 0),
+        steady_terms * states,
+        moving_terms * states * states,
+        points * moving_terms * states,
+        test_count * (2 * variables + 1 + points),
+    ];
+    let numbers = Numbers(records(&mut content, counts.iter().sum())?);
+    ensure(numbers.iter().all(f64::is_finite), OpenError::Number("number of the dynamics"))?;
+    let mut from = 0;
+    let [errors, reach, uniform, spread, steady_coefficients, rates, outputs, tests] = counts.map(|count| {
+        from += count;
+        numbers.part(from - count, count)
+    });
+    let pair = variables.div_ceil(2);
+    let [steady, moving]: [&[[u8; 1]]; 2] = [records(&mut content, steady_terms * pair)?, records(&mut content, moving_terms * pair)?];
+    ensure(content.is_empty(), OpenError::Length)?;
+    Ok(InTime {
+        states,
+        steady: Shared {
+            transforms: part(head, 8, MAX_VARIABLES),
+            exponents: steady.as_flattened(),
+            terms: steady_terms,
+            degree: steady_degree,
+        },
+        moving: Shared {
+            transforms: part(head, 16, MAX_VARIABLES),
+            exponents: moving.as_flattened(),
+            terms: moving_terms,
+            degree: moving_degree,
+        },
+        errors,
+        reach,
+        uniform,
+        spread,
+        steady_coefficients,
+        rates,
+        outputs,
+        tests,
+        test_count,
+        numbers,
+    })
+}
+
 impl<'a> Surrogate<'a> {
+    /// Checks what the file says of the machine over time, and prepares the scaling of its variables.
+    pub(crate) fn check_in_time(mut self) -> Result<Self, OpenError> {
+        let Some(own) = self.in_time else { return Ok(self) };
+        for shared in [own.steady, own.moving] {
+            check_exponents(shared.exponents, self.variables.len(), shared.degree)?;
+            self.use_transforms(shared.transforms)?;
+        }
+        ensure(own.errors.iter().chain(own.reach.iter()).all(|e| e >= 0.0), OpenError::Number("error over time"))?;
+        check_covariance(own.states, own.spread)?;
+        let (variables, points) = (self.variables.len(), self.points.len());
+        let (mut x, mut values) = ([0.0; MAX_VARIABLES], [0.0; MAX_POINTS]);
+        let (x, values) = (&mut x[..variables.min(MAX_VARIABLES)], &mut values[..points.min(MAX_POINTS)]);
+        for vector in 0..own.test_count {
+            let test = own.tests.part(vector * (2 * variables + 1 + points), 2 * variables + 1 + points);
+            let set = |x: &mut [f64], from: usize| x.iter_mut().zip(test.part(from, variables).iter()).for_each(|(x, v)| *x = v);
+            let broken = |_| OpenError::Number("self-test over time");
+            set(x, 0);
+            let mut state = self.at_rest(x).map_err(broken)?;
+            set(x, variables);
+            self.step(&mut state, test.at(2 * variables), x).map_err(broken)?;
+            self.read(&state, x, values).map_err(broken)?;
+            for (point, value) in values.iter().enumerate() {
+                let stated = test.at(2 * variables + 1 + point);
+                let is_same = (value - stated).abs() <= SELF_TEST_TOLERANCE * stated.abs().max(1.0);
+                ensure(is_same, OpenError::SelfTest { vector, point })?;
+            }
+        }
+        Ok(self)
+    }
+
     pub(crate) fn check_held(&self) -> Checked {
         let mut end = 0;
         for (i, record) in self.held.iter().enumerate() {
@@ -159,8 +252,8 @@ impl<'a> Surrogate<'a> {
         ensure(end == uncertainty.text.len(), OpenError::Length)?;
         ensure((0..self.points.len()).all(|p| uncertainty.missed(p).0 >= 0.0), OpenError::Number("error of the model"))?;
         ensure(uncertainty.growth >= 0.0, OpenError::Number("growth of the model's error"))?;
-        check_exponents(&uncertainty)?;
-        check_covariance(&uncertainty)?;
+        check_exponents(uncertainty.exponents, uncertainty.variables, uncertainty.degree)?;
+        check_covariance(uncertainty.mean.len(), uncertainty.covariance)?;
         ensure(uncertainty.tests.len() == self.self_tests * self.points.len(), OpenError::Length)?;
         self.use_transforms(uncertainty.transforms)?;
         Ok(self)
@@ -191,23 +284,22 @@ fn check_texts(text: &str, end: usize, [start, name, unit]: [usize; 3], what: [&
     Ok(start + name.len() + unit.len())
 }
 
-fn check_exponents(uncertainty: &Uncertainty<'_>) -> Checked {
-    let bytes = uncertainty.variables.div_ceil(2);
+fn check_exponents(exponents: &[u8], variables: usize, stated: usize) -> Checked {
     let mut degree = 0;
-    for term in uncertainty.exponents.chunks_exact(bytes.max(1)) {
+    for term in exponents.chunks_exact(variables.div_ceil(2).max(1)) {
         let total = term.iter().map(|pair| usize::from(pair & 15) + usize::from(pair >> 4)).sum();
         ensure(total <= MAX_DEGREE, OpenError::Degree)?;
-        let unpaired = uncertainty.variables % 2 == 1 && term.last().is_some_and(|pair| pair >> 4 != 0);
+        let unpaired = variables % 2 == 1 && term.last().is_some_and(|pair| pair >> 4 != 0);
         ensure(!unpaired, OpenError::Reserved)?;
         degree = degree.max(total);
     }
-    ensure(degree == uncertainty.degree, OpenError::Degree)
+    ensure(degree == stated, OpenError::Degree)
 }
 
-/// Variances are none negative, and no covariance is larger than they allow.
-fn check_covariance(uncertainty: &Uncertainty<'_>) -> Checked {
-    let of = |i: usize, j: usize| uncertainty.covariance.at(packed(i, j));
-    for i in 0..uncertainty.mean.len() {
+/// Variances are none negative, and no covariance of so many quantities is larger than they allow.
+fn check_covariance(count: usize, covariance: Numbers<'_>) -> Checked {
+    let of = |i: usize, j: usize| covariance.at(packed(i, j));
+    for i in 0..count {
         ensure(of(i, i) >= 0.0, OpenError::Number("variance"))?;
         for j in 0..i {
             let most = of(i, i) * of(j, j);

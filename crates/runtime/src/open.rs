@@ -112,6 +112,7 @@ impl<'a> Surrogate<'a> {
         ensure(all_used, OpenError::Length)?;
         surrogate.check_held()?;
         let surrogate = surrogate.check_uncertainty()?;
+        let surrogate = surrogate.check_in_time()?;
         surrogate.check_self_tests()?;
         Ok(surrogate)
     }
@@ -377,6 +378,7 @@ fn sections(bytes: &[u8]) -> Result<Surrogate<'_>, OpenError> {
         held_text: further.held_text,
         uncertainty: further.uncertainty,
         followed: further.followed,
+        in_time: further.in_time,
         scaling,
     })
 }

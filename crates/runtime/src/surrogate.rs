@@ -2,6 +2,7 @@
 
 use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::format::{MAX_VARIABLES, MEDIUM_RECORD, POLYNOMIAL_RECORD, SMALL_RECORD};
+use crate::in_time::InTime;
 use crate::limit::LimitKind;
 use crate::uncertain::Uncertainty;
 
@@ -27,6 +28,7 @@ pub struct Surrogate<'a> {
     pub(crate) held_text: &'a str,
     pub(crate) uncertainty: Option<Uncertainty<'a>>,
     pub(crate) followed: &'a [u8],
+    pub(crate) in_time: Option<InTime<'a>>,
     /// Per transform and variable; `None` where no model asks for it.
     pub(crate) scaling: [[Option<Scaling>; MAX_VARIABLES]; 3],
 }

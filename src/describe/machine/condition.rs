@@ -23,6 +23,50 @@ impl Condition {
         Self { si }
     }
 
+    /// A condition of some variables from names and values with units; variables not named take their defaults.
+    ///
+    /// # Errors
+    /// An unknown or repeated name, a value that cannot be read, a variable without value and without default.
+    pub fn given(variables: &[Variable], given: &[(&str, &str)]) -> Result<Self> {
+        let mut values: Vec<Option<f64>> = vec![None; variables.len()];
+        for (name, text) in given {
+            let Some(at) = variables.iter().position(|v| v.name == *name) else {
+                let known: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
+                let error = Error::input(format!("'{name}' is not a variable of this machine")).at_key(*name).read(text);
+                return Err(error.help(crate::foundation::document::suggestion(name, &known)));
+            };
+            if values[at].is_some() {
+                return Err(Error::input("this variable is given twice").at_key(*name).read(text).help("give it once"));
+            }
+            let variable = &variables[at];
+            let value = units::parse(text, variable.dimension).map_err(|e| e.at_key(*name))?;
+            if !value.is_finite() {
+                return Err(Error::input("the number is too large").at_key(*name).read(text));
+            }
+            check_variable(name, value).map_err(|e| e.at_key(*name).read(text))?;
+            values[at] = Some(value);
+        }
+        let values: Vec<Option<f64>> = variables.iter().zip(values).map(|(variable, value)| value.or(variable.default)).collect();
+        let missing: Vec<&Variable> = variables.iter().zip(&values).filter(|(_, value)| value.is_none()).map(|(v, _)| v).collect();
+        if missing.is_empty() {
+            return Ok(Self { si: values.into_iter().flatten().collect() });
+        }
+        let example = |variable: &&Variable| {
+            let low = variable.range.and_then(|(low, _)| units::express(low, &variable.unit, variable.dimension).ok());
+            let example = low.map_or(variable.dimension.example().to_string(), |v| format!("\"{v} {}\"", variable.unit));
+            format!("{} {example}", variable.name)
+        };
+        let names: Vec<String> = missing.iter().map(|v| format!("'{}'", v.name)).collect();
+        let (word, one) = if missing.len() == 1 { ("a value", "one") } else { ("values", "them") };
+        Err(Error::input(format!("the condition needs {word} for {}", names.join(", ")))
+            .at_key(missing.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", "))
+            .help(format!(
+                "give {one}, for example {}, or a default under [variables.{}] in the machine file",
+                missing.iter().map(example).collect::<Vec<_>>().join(", "),
+                missing[0].name
+            )))
+    }
+
     /// The SI values in the order of [`Machine::variables`].
     pub fn si(&self) -> &[f64] {
         &self.si
@@ -140,43 +184,7 @@ impl Machine {
     /// # Errors
     /// An unknown or repeated name, a value that cannot be read, a variable without value and without default.
     pub fn condition(&self, given: &[(&str, &str)]) -> Result<Condition> {
-        let mut values: Vec<Option<f64>> = vec![None; self.variables.len()];
-        for (name, text) in given {
-            let Some(at) = self.variables.iter().position(|v| v.name == *name) else {
-                let known: Vec<&str> = self.variables.iter().map(|v| v.name.as_str()).collect();
-                let error = Error::input(format!("'{name}' is not a variable of this machine")).at_key(*name).read(text);
-                return Err(error.help(crate::foundation::document::suggestion(name, &known)));
-            };
-            if values[at].is_some() {
-                return Err(Error::input("this variable is given twice").at_key(*name).read(text).help("give it once"));
-            }
-            let variable = &self.variables[at];
-            let value = units::parse(text, variable.dimension).map_err(|e| e.at_key(*name))?;
-            if !value.is_finite() {
-                return Err(Error::input("the number is too large").at_key(*name).read(text));
-            }
-            check_variable(name, value).map_err(|e| e.at_key(*name).read(text))?;
-            values[at] = Some(value);
-        }
-        let values: Vec<Option<f64>> = self.variables.iter().zip(values).map(|(variable, value)| value.or(variable.default)).collect();
-        let missing: Vec<&Variable> = self.variables.iter().zip(&values).filter(|(_, value)| value.is_none()).map(|(v, _)| v).collect();
-        if missing.is_empty() {
-            return Ok(Condition { si: values.into_iter().flatten().collect() });
-        }
-        let example = |variable: &&Variable| {
-            let low = variable.range.and_then(|(low, _)| units::express(low, &variable.unit, variable.dimension).ok());
-            let example = low.map_or(variable.dimension.example().to_string(), |v| format!("\"{v} {}\"", variable.unit));
-            format!("{} {example}", variable.name)
-        };
-        let names: Vec<String> = missing.iter().map(|v| format!("'{}'", v.name)).collect();
-        let (word, one) = if missing.len() == 1 { ("a value", "one") } else { ("values", "them") };
-        Err(Error::input(format!("the condition needs {word} for {}", names.join(", ")))
-            .at_key(missing.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(", "))
-            .help(format!(
-                "give {one}, for example {}, or a default under [variables.{}] in the machine file",
-                missing.iter().map(example).collect::<Vec<_>>().join(", "),
-                missing[0].name
-            )))
+        Condition::given(&self.variables, given)
     }
 
     /// Whether anything of the machine follows a variable (index into [`Machine::variables`]). What nothing follows need

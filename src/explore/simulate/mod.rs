@@ -5,12 +5,13 @@ mod passing;
 pub mod record;
 mod reduced;
 mod settle;
+mod stepped;
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::{Load, Network};
+use crate::describe::machine::{Condition, Machine, Variable};
+use crate::discretise::network::{HeatMeter, Load, Network};
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment, TIME};
 use crate::foundation::table::{Column, Table};
@@ -25,6 +26,7 @@ use passing::Passing;
 pub use passing::{Crossing, Watch};
 pub use reduced::run_reduced;
 use settle::Settling;
+pub use stepped::{Follower, run_stepped};
 
 /// Largest relative part of the energy that may be unaccounted for over a whole run.
 pub const ENERGY_TOLERANCE: f64 = 1e-8;
@@ -122,26 +124,48 @@ pub struct Seen<'a> {
     pub load: &'a Load,
 }
 
-/// What a history is of: a machine with its mesh, or a reduced model.
+/// What a history is of: a machine with its mesh, a reduced model, or a surrogate that moves.
 #[derive(Debug, Clone, Copy)]
 pub struct Subject<'a> {
-    /// The machine.
-    pub machine: &'a Machine,
-    /// Its network, or the sampled one of a reduced model.
-    pub network: &'a Network,
-    /// Cells of the mesh.
+    /// The machine's name.
+    pub name: &'a str,
+    /// Its hash.
+    pub hash: &'a str,
+    /// Variables of its conditions.
+    pub variables: &'a [Variable],
+    /// Names of its sensors.
+    pub sensors: &'a [String],
+    /// Its heat-flow sensors.
+    pub meters: &'a [HeatMeter],
+    /// Cells of the mesh; zero where that is not known.
     pub cells: usize,
+    /// Unknowns.
+    pub nodes: usize,
+}
+
+impl<'a> Subject<'a> {
+    fn of(machine: &'a Machine, network: &'a Network, cells: usize) -> Self {
+        Self {
+            name: &machine.name,
+            hash: &machine.hash,
+            variables: &machine.variables,
+            sensors: &network.sensor_names,
+            meters: &network.meters,
+            cells,
+            nodes: network.nodes,
+        }
+    }
 }
 
 impl<'a> From<&'a MeshedMachine> for Subject<'a> {
     fn from(model: &'a MeshedMachine) -> Self {
-        Self { machine: &model.machine, network: &model.network, cells: model.mesh.cells }
+        Self::of(&model.machine, &model.network, model.mesh.cells)
     }
 }
 
 impl<'a> From<&'a ReducedModel> for Subject<'a> {
     fn from(model: &'a ReducedModel) -> Self {
-        Self { machine: &model.machine, network: &model.fine.network, cells: model.made.cells }
+        Self::of(&model.machine, &model.fine.network, model.made.cells)
     }
 }
 
@@ -193,30 +217,30 @@ impl History {
     pub fn table(&self, model: &Subject<'_>) -> Result<Table> {
         let column = |name: &str, unit: &str, values: Vec<f64>| Column { name: name.into(), unit: unit.into(), values };
         let mut columns = vec![column(TIME, "s", self.times.clone())];
-        for (v, variable) in model.machine.variables.iter().enumerate().filter(|(_, v)| v.name != TIME) {
+        for (v, variable) in model.variables.iter().enumerate().filter(|(_, v)| v.name != TIME) {
             let values = self.conditions.iter().map(|c| express(c.si()[v], &variable.unit, variable.dimension));
             columns.push(column(&variable.name, &variable.unit, values.collect::<Result<_>>()?));
         }
         let inputs = columns.len();
-        for (s, name) in model.network.sensor_names.iter().enumerate() {
+        for (s, name) in model.sensors.iter().enumerate() {
             // A sensor may be called like a condition; two columns may not.
             let name = if columns.iter().any(|c| c.name == *name) { format!("{name} (sensor)") } else { name.clone() };
             let values = self.readings.iter().map(|r| Celsius::from(Kelvin(r[s])).0).collect();
             columns.push(column(&name, "degC", values));
         }
-        for (s, name) in model.network.sensor_names.iter().enumerate() {
+        for (s, name) in model.sensors.iter().enumerate() {
             if let Some(bounds) = &self.bounds {
                 columns.push(column(&format!("{name} bound"), "K", bounds.iter().map(|row| row[s]).collect()));
             }
         }
-        for (m, meter) in model.network.meters.iter().enumerate() {
+        for (m, meter) in model.meters.iter().enumerate() {
             let is_taken = columns.iter().any(|c| c.name == meter.name);
             let name = if is_taken { format!("{} (heat flow)", meter.name) } else { meter.name.clone() };
             columns.push(column(&name, "W", self.heat_flows.iter().map(|heats| heats[m]).collect()));
         }
         let provenance = vec![
-            ("machine".to_string(), model.machine.name.clone()),
-            ("machine_hash".to_string(), model.machine.hash.clone()),
+            ("machine".to_string(), model.name.to_string()),
+            ("machine_hash".to_string(), model.hash.to_string()),
             ("cells".to_string(), model.cells.to_string()),
             ("program".to_string(), concat!("coldplate ", env!("CARGO_PKG_VERSION")).to_string()),
         ];
@@ -399,6 +423,27 @@ pub fn shown(machine: &Machine, times: &[f64], temperatures: &[Vec<f64>]) -> Vec
         readings.iter_mut().zip(sensor.shows.course(times, &course)).for_each(|(row, shown)| row[s] = shown);
     }
     readings
+}
+
+/// When sensors settled and passed what was waited for, s, as readings (K) at the outputs alone tell.
+fn settled_and_passed(
+    schedule: &Schedule,
+    stops: &[Stop],
+    readings: &[Vec<f64>],
+    steady: Option<&[f64]>,
+    options: &SimulateOptions,
+) -> (Vec<Option<f64>>, Vec<Crossing>) {
+    let mut settling = Settling::new(options.within, readings.first().map_or(0, Vec::len));
+    let mut passing = Passing::new(&options.watched);
+    for ((stop, before), readings) in stops.iter().zip([&stops[0]].into_iter().chain(stops)).zip(readings) {
+        if stop.segment != before.segment {
+            passing.corner();
+        }
+        settling.see(stop.time, readings, steady);
+        passing.see(stop.time, readings);
+    }
+    passing.corner();
+    (settling.settled(schedule.start(), steady.is_some()), passing.found)
 }
 
 /// The condition recorded at a stop: behind the step, where one is there.

@@ -72,7 +72,7 @@ pub struct EnergyRecord {
 impl History {
     /// The history of `model` for other programs; `seconds` is the time it took.
     pub fn record(&self, model: &Subject<'_>, seconds: f64) -> HistoryRecord {
-        let names = || model.network.sensor_names.iter().enumerate();
+        let names = || model.sensors.iter().enumerate();
         let course = |(s, name): (usize, &String)| {
             let of = |readings: Option<&Vec<f64>>| readings.map(|r| celsius(r[s]));
             let record = CourseRecord {
@@ -87,7 +87,7 @@ impl History {
             names().map(|(s, name)| (name.clone(), self.readings.iter().map(|r| celsius(r[s])).collect())).collect();
         series.entry("time_s".into()).or_insert_with(|| self.times.clone());
         let pass = |c: &Crossing| PassRecord {
-            sensor: model.network.sensor_names[c.watch.sensor].clone(),
+            sensor: model.sensors[c.watch.sensor].clone(),
             value_degC: celsius(c.watch.value),
             rising_s: c.rising,
             falling_s: c.falling,
@@ -99,7 +99,7 @@ impl History {
             series,
             bounds_K: (self.bounds.as_ref())
                 .map(|all| names().map(|(s, name)| (name.clone(), all.iter().map(|row| row[s]).collect())).collect()),
-            heat_flows: (model.network.meters.iter().enumerate())
+            heat_flows: (model.meters.iter().enumerate())
                 .map(|(m, meter)| (meter.name.clone(), self.heat_flows.iter().map(|heats| heats[m]).collect()))
                 .collect(),
             passes: self.passes.iter().map(pass).collect(),
@@ -111,7 +111,7 @@ impl History {
                 stored_J: self.energy.stored,
                 relative: self.energy.relative(),
             },
-            unknowns: model.network.nodes,
+            unknowns: model.nodes,
             resumed_at_s: self.resumed_at,
             notes: self.notes.clone(),
             seconds,

@@ -1,8 +1,7 @@
 //! A schedule run through a reduced model: the same history, with a bound on every reading.
 
-use super::passing::Passing;
-use super::settle::Settling;
-use super::{History, SimulateOptions, Start, condition_at, own_starts, shown, stops};
+use super::{History, SimulateOptions, Start, condition_at, own_starts, settled_and_passed, shown, stops};
+use crate::describe::machine::Condition;
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment};
 use crate::reduce::{Beginning, ReducedModel, Stretch};
@@ -55,22 +54,8 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
     let bounds = in_time.bounds(&course.readings, &course.finer);
     let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
     let steady = model.steady(&schedule.last_condition(), &[]).map(|answer| answer.readings).map_err(|e| e.what().to_string());
-    let mut settling = Settling::new(options.within, model.machine.sensors.len());
-    let mut passing = Passing::new(&options.watched);
-    for ((stop, before), readings) in stops.iter().zip([&stops[0]].into_iter().chain(&stops)).zip(&course.readings) {
-        if stop.segment != before.segment {
-            passing.corner();
-        }
-        settling.see(stop.time, readings, steady.as_deref().ok());
-        passing.see(stop.time, readings);
-    }
-    passing.corner();
-    let is_outside = |row: &crate::explore::schedule::Row| {
-        row.values.iter().zip(&model.ranges).any(|(x, (low, high))| {
-            let slack = 1e-9 * (high - low).abs().max(high.abs());
-            !(low - slack..=high + slack).contains(x)
-        })
-    };
+    let (settled, passes) = settled_and_passed(schedule, &stops, &course.readings, steady.as_deref().ok(), options);
+    let is_outside = |row: &crate::explore::schedule::Row| !model.is_inside(&Condition::from_si(row.values.clone()));
     let mut notes = Vec::new();
     if schedule.rows().iter().any(is_outside) {
         notes.push("the schedule leaves the ranges that the model was made for; the bounds do not hold there".to_string());
@@ -81,11 +66,11 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
         heat_flows: vec![Vec::new(); times.len()],
         times,
         conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
-        settled: settling.settled(schedule.start(), steady.is_ok()),
+        settled,
         temperatures: course.readings,
         steady: steady.map(shows),
         within: options.within,
-        passes: passing.found,
+        passes,
         steps: course.steps,
         rejected: 0,
         energy: Energy::default(),

@@ -7,15 +7,14 @@ use super::growth::{ADDED, Axis, Growth, typed};
 use super::plan::{Group, Plan, Purpose};
 use crate::describe::machine::Variable;
 use crate::error::{Error, Result};
-use crate::foundation::table::Table;
+use crate::foundation::table::{FOLLOW_CHECK, Table};
 
 /// More conditions than anyone means to run.
 const MOST_CONDITIONS: usize = 1_000_000;
 
-/// Groups of conditions with held variables at other values: one of them, all, and all to check what is made of both.
+/// Groups of conditions with held variables at other values: one of them, and all.
 const FOLLOW: &str = "follow";
 const FOLLOW_TOGETHER: &str = "follow together";
-const FOLLOW_CHECK: &str = "follow check";
 /// Conditions at which all of them are moved, per variable.
 const JOINED_PER_VARIABLE: usize = 6;
 /// Conditions to check it, at least.

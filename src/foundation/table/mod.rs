@@ -27,6 +27,9 @@ use crate::units::{self, Dimension};
 /// Names that are condition variables wherever they occur.
 pub const CONDITION_NAMES: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
 
+/// Group of the conditions by which the fit to moved held variables is judged; the others take part in it.
+pub const FOLLOW_CHECK: &str = "follow check";
+
 /// A column of numbers.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Column {

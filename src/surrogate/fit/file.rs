@@ -8,6 +8,7 @@ use coldplate_runtime as runtime;
 use runtime::format;
 
 use super::followed::section as section_of_followed;
+use super::in_time::section as section_of_time;
 use super::model::{Held, Limit, LimitKind, Point, PointModel, Polynomial, RbfBasis, Surrogate, Transform, Uncertainty, Variable};
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
@@ -23,7 +24,11 @@ const INNER_SELF_TESTS: usize = 5;
 /// so ill-conditioned that the runtime does not reproduce it, as failed numerics.
 pub fn encode(surrogate: &Surrogate) -> Result<Vec<u8>> {
     check(surrogate)?;
-    let bytes = Layout::of(surrogate)?.into_bytes(surrogate)?;
+    let layout = Layout::of(surrogate)?;
+    let mut bytes = layout.bytes(surrogate, &[])?;
+    if surrogate.in_time.is_some() {
+        bytes = layout.bytes(surrogate, &section_of_time::tests(&bytes, surrogate)?)?;
+    }
     match runtime::Surrogate::open(&bytes) {
         Ok(_) => Ok(bytes),
         Err(runtime::OpenError::SelfTest { point, .. }) => Err(Error::numerics(format!(
@@ -99,6 +104,7 @@ pub fn decode(bytes: &[u8]) -> Result<Surrogate> {
         limits: limits.collect(),
         uncertainty: file.uncertainty().map(|own| Uncertainty::of(&own)),
         followed: section_of_followed::read(file.followed(), counts)?,
+        in_time: section_of_time::read(&file),
         provenance: file.provenance().map(|(key, value)| (key.to_owned(), value.to_owned())).collect(),
     })
 }
@@ -257,7 +263,8 @@ impl Layout {
         Ok(Self { blocks, sets, bases })
     }
 
-    fn into_bytes(self, surrogate: &Surrogate) -> Result<Vec<u8>> {
+    /// The file; `steps` are those over time that readers must reproduce.
+    fn bytes(&self, surrogate: &Surrogate, steps: &[Vec<f64>]) -> Result<Vec<u8>> {
         let mut pools = Pools::default();
         let mut records = Vec::new();
         let variables = &surrogate.variables;
@@ -359,6 +366,10 @@ impl Layout {
         }
         if let Some(followed) = &surrogate.followed {
             section(&mut sections, before_sections, format::FOLLOWED, &section_of_followed::content(followed, surrogate)?)?;
+            count += 1;
+        }
+        if let Some(in_time) = &surrogate.in_time {
+            section(&mut sections, before_sections, format::IN_TIME, &section_of_time::content(in_time, surrogate, steps)?)?;
             count += 1;
         }
         let length = before_sections + sections.len() + format::TRAILER;

@@ -11,6 +11,7 @@ pub mod evaluate;
 pub mod file;
 mod followed;
 mod group;
+pub mod in_time;
 pub mod least_squares;
 pub mod model;
 pub mod one_factor;

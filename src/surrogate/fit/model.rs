@@ -201,6 +201,41 @@ pub struct Followed {
     pub limits: Vec<(usize, usize)>,
 }
 
+/// Polynomials in common terms, or rather those terms.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Shared {
+    /// How each variable enters.
+    pub transforms: Vec<Transform>,
+    /// Exponents of the terms.
+    pub terms: Vec<Vec<u8>>,
+}
+
+/// The machine over time: states that fall back to those of the steady state, z' = -rates (z - steady), and move the points by
+/// outputs (z - steady). All but the uniform states are polynomials of the condition.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct InTime {
+    /// How many.
+    pub states: usize,
+    /// Terms of the steady states, and of rates and outputs.
+    pub steady_terms: Shared,
+    /// See there.
+    pub moving_terms: Shared,
+    /// Term by term, one coefficient per state.
+    pub steady: Vec<Vec<f64>>,
+    /// Term by term, states times states coefficients, row by row, 1/s.
+    pub rates: Vec<Vec<f64>>,
+    /// Point by point, term by term, one coefficient per state.
+    pub outputs: Vec<Vec<f64>>,
+    /// States of one temperature everywhere: at zero, and per unit of the points.
+    pub uniform: [Vec<f64>; 2],
+    /// How far a unit of each state moves a point at most.
+    pub reach: Vec<f64>,
+    /// Packed lower triangle of the covariance of what states are away from steady ones.
+    pub spread: Vec<f64>,
+    /// By how much each point may be off over time.
+    pub errors: Vec<f64>,
+}
+
 /// Everything a surrogate file holds, except the self-test vectors, which the writer computes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surrogate {
@@ -218,6 +253,8 @@ pub struct Surrogate {
     pub uncertainty: Option<Uncertainty>,
     /// How the answers follow held variables, where that was found out.
     pub followed: Option<Followed>,
+    /// How the machine moves over time, where that was found out.
+    pub in_time: Option<InTime>,
     /// Provenance: key and value, both text.
     pub provenance: Vec<(String, String)>,
 }

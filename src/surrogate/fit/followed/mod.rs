@@ -13,7 +13,7 @@ use super::least_squares::{Orthonormal, left_out, max_abs, rms};
 use super::model::{Followed, FollowedVariable, Interaction, MOVED, Surrogate, Transform};
 use super::polynomial::{Search, forward, monomial_columns};
 use crate::error::{Error, Result};
-use crate::foundation::table::Table;
+use crate::foundation::table::{FOLLOW_CHECK, Table};
 
 /// Largest degree in the variables that were varied.
 const MOST_DEGREE: usize = 2;
@@ -21,7 +21,6 @@ const MOST_DEGREE: usize = 2;
 const ROWS_PER_COEFFICIENT: usize = 3;
 /// Errors of a change are never taken for smaller than this, in the points' unit: the solver's own are of this size.
 const SMALL: f64 = 1e-4;
-
 /// Most interactions of a point, per condition with several variables moved.
 const INTERACTIONS_PER_ROW: usize = 4;
 /// An interaction counts where it takes away this share of what was left.
@@ -30,8 +29,6 @@ const WORTH: f64 = 0.05;
 const LEAST_SHARE: f64 = 0.005;
 /// Where the largest of the held-out errors is expected, in standard deviations.
 const LARGEST: f64 = 1.5;
-/// Group of a table whose conditions are held out.
-const CHECK: &str = "follow check";
 
 /// A condition at which held variables have other values.
 struct Moved {
@@ -178,7 +175,7 @@ fn moved(surrogate: &Surrogate, table: &Table) -> Result<Vec<Moved>> {
         let change: Vec<f64> = outputs.iter().enumerate().map(change).collect::<Result<_>>()?;
         let numbers = x.iter().chain(to.iter().map(|(_, value)| value)).chain(&change);
         if !to.is_empty() && numbers.into_iter().all(|n| n.is_finite()) {
-            rows.push(Moved { x, to, change, is_check: group.is_some_and(|g| g.values[row] == CHECK) });
+            rows.push(Moved { x, to, change, is_check: group.is_some_and(|g| g.values[row] == FOLLOW_CHECK) });
         }
     }
     Ok(rows)
@@ -302,6 +299,8 @@ impl Surrogate {
         }
         // What has moved interacts with the others: nothing more can be moved on top of it.
         after.followed = None;
+        // How the machine moves is known for what was held.
+        after.in_time = None;
         after.uncertainty = Some(uncertainty);
         Ok(after)
     }

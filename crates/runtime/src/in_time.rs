@@ -1,0 +1,426 @@
+//! The machine over time: a few states that fall back to those of the steady state, step by step.
+//!
+//! At a condition x the states z follow z' = -L(x) (z - z_s(x)), and a point reads
+//! f(x) + C(x) (z - z_s(x)), so that every steady state is the one of [`Surrogate::query`]. A step holds its condition. It
+//! is integrated by a rational approximation of the exponential with one real pole, third order and L-stable (Nørsett 1974;
+//! Hairer and Wanner, Solving Ordinary Differential Equations II, IV.6), and cut where its own estimate asks for it.
+
+use core::fmt;
+
+use crate::bytes::Numbers;
+use crate::evaluate::{ShapeError, monomials, pick};
+use crate::format::{MAX_POINTS, MAX_SLOPE_TERMS, MAX_STATES, MAX_VARIABLES};
+use crate::surrogate::{Indices, Polynomial, Surrogate};
+use crate::uncertain::packed;
+
+/// Error of a step that is allowed at any point, in the points' unit.
+const TOLERANCE: f64 = 1e-4;
+/// The pole: a root of g³ - 3 g² + 3/2 g - 1/6, that with which the approximation is L-stable.
+const POLE: f64 = 0.435_866_521_508_459;
+/// Weights of one, two and three solves: those that match the exponential to second order, and with the pole to third.
+const WEIGHTS: [f64; 3] = {
+    let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
+    let third = second - first - (first - 1.0);
+    let two = first - 1.0 - 2.0 * third;
+    [1.0 - two - third, two, third]
+};
+/// What the third difference of the solves is multiplied by, as an estimate of the error: that of a scheme of second order.
+const ESTIMATE: f64 = 0.5;
+/// Shortest share of a step that it is cut into.
+const SHORTEST: f64 = 1e-6;
+
+/// Polynomials over common terms: term by term, one coefficient per column.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shared<'a> {
+    pub(crate) transforms: &'a [u8],
+    pub(crate) exponents: &'a [u8],
+    pub(crate) terms: usize,
+    pub(crate) degree: usize,
+}
+
+impl<'a> Shared<'a> {
+    fn polynomial(&self) -> Polynomial<'a> {
+        Polynomial {
+            transforms: self.transforms,
+            points: Indices(&[]),
+            exponents: self.exponents,
+            coefficients: Numbers(&[]),
+            terms: self.terms,
+            degree: self.degree,
+        }
+    }
+}
+
+/// The section of a file on the machine over time.
+#[derive(Debug, Clone, Copy)]
+pub struct InTime<'a> {
+    pub(crate) states: usize,
+    /// Of the steady states, and of what moves the states.
+    pub(crate) steady: Shared<'a>,
+    pub(crate) moving: Shared<'a>,
+    /// By how much each point may be off over time, in its unit.
+    pub(crate) errors: Numbers<'a>,
+    /// How far a unit of each state moves a point at most.
+    pub(crate) reach: Numbers<'a>,
+    /// States of one temperature everywhere: at zero, and per unit of the points.
+    pub(crate) uniform: Numbers<'a>,
+    /// Packed lower triangle of the covariance of what the states are away from the steady ones.
+    pub(crate) spread: Numbers<'a>,
+    /// Term by term, one coefficient per state.
+    pub(crate) steady_coefficients: Numbers<'a>,
+    /// Term by term, states times states coefficients, row by row.
+    pub(crate) rates: Numbers<'a>,
+    /// Point by point, term by term, one coefficient per state.
+    pub(crate) outputs: Numbers<'a>,
+    /// Two conditions, a duration and the values at its end, each.
+    pub(crate) tests: Numbers<'a>,
+    pub(crate) test_count: usize,
+    /// All numbers in the order of the file.
+    pub(crate) numbers: Numbers<'a>,
+}
+
+impl<'a> InTime<'a> {
+    /// The terms of the steady states; they have no points.
+    #[must_use]
+    pub fn steady_terms(&self) -> Polynomial<'a> {
+        self.steady.polynomial()
+    }
+
+    /// The terms of what moves the states; they have no points.
+    #[must_use]
+    pub fn moving_terms(&self) -> Polynomial<'a> {
+        self.moving.polynomial()
+    }
+
+    /// All numbers of the section in the order of the file, which the format states.
+    #[must_use]
+    pub fn numbers(&self) -> Numbers<'a> {
+        self.numbers
+    }
+
+    /// How many states.
+    #[must_use]
+    pub fn states(&self) -> usize {
+        self.states
+    }
+
+    /// By how much a point may be off over time beyond its band in the steady state, in its unit; zero where there is no such point.
+    #[must_use]
+    pub fn error(&self, point: usize) -> f64 {
+        self.errors.at(point)
+    }
+}
+
+/// The state of a machine: [`Surrogate::at_rest`] and its like make it, [`Surrogate::step`] moves it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct State {
+    values: [f64; MAX_STATES],
+    /// The step that the last one came to, s; zero at the beginning.
+    length: f64,
+}
+
+/// Why a state cannot be made or moved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StepError {
+    /// The file knows steady states only.
+    NotInTime,
+    /// A slice has the wrong length.
+    Shape(ShapeError),
+    /// A condition, temperature or duration is no finite number, or the duration is negative.
+    Number,
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotInTime => f.write_str("this surrogate knows steady states only"),
+            Self::Shape(error) => error.fmt(f),
+            Self::Number => f.write_str("a condition, temperature or duration is no finite number, or the duration is negative"),
+        }
+    }
+}
+
+impl core::error::Error for StepError {}
+
+impl From<ShapeError> for StepError {
+    fn from(error: ShapeError) -> Self {
+        Self::Shape(error)
+    }
+}
+
+type States = [f64; MAX_STATES];
+
+/// Monomials of shared terms.
+struct Terms {
+    values: [f64; MAX_SLOPE_TERMS],
+    count: usize,
+}
+
+impl<'a> Surrogate<'a> {
+    /// What the file says of the machine over time, if it does.
+    #[must_use]
+    pub fn in_time(&self) -> Option<&InTime<'a>> {
+        self.in_time.as_ref()
+    }
+
+    /// The steady state at condition `x`.
+    ///
+    /// # Errors
+    /// The file knows steady states only; `x` does not have one finite value per variable.
+    pub fn at_rest(&self, x: &[f64]) -> Result<State, StepError> {
+        let own = self.moving(x)?;
+        Ok(State { values: self.steady_states(own, x), length: 0.0 })
+    }
+
+    /// The state in which everything has one temperature, in the points' unit.
+    ///
+    /// # Errors
+    /// The file knows steady states only; the temperature is no finite number.
+    pub fn at_temperature(&self, temperature: f64) -> Result<State, StepError> {
+        let own = self.in_time.as_ref().ok_or(StepError::NotInTime)?;
+        if !temperature.is_finite() {
+            return Err(StepError::Number);
+        }
+        let mut values = [0.0; MAX_STATES];
+        for (k, value) in values.iter_mut().enumerate().take(own.states) {
+            *value = own.uniform.at(k) + own.uniform.at(own.states + k) * temperature;
+        }
+        Ok(State { values, length: 0.0 })
+    }
+
+    /// The most probable state at condition `x` given what the points read, each with this standard deviation; NaN where a point
+    /// is not measured. Where nothing is measured it is the steady one.
+    ///
+    /// # Errors
+    /// The file knows steady states only; a wrong number of values; a deviation that is not positive.
+    pub fn at_readings(&self, x: &[f64], readings: &[f64], deviation: f64) -> Result<State, StepError> {
+        let own = self.moving(x)?;
+        if !(deviation > 0.0 && deviation.is_finite()) {
+            return Err(StepError::Number);
+        }
+        let mut buffer = [0.0; MAX_POINTS];
+        let steady = &mut buffer[..self.points.len().min(MAX_POINTS)];
+        self.evaluate(x, steady)?;
+        if readings.len() != steady.len() {
+            return Err(ShapeError { argument: "number of readings", expected: steady.len(), found: readings.len() }.into());
+        }
+        let n = own.states;
+        let mut covariance = [[0.0; MAX_STATES]; MAX_STATES];
+        for (i, row) in covariance.iter_mut().enumerate().take(n) {
+            for (j, entry) in row.iter_mut().enumerate().take(n) {
+                *entry = own.spread.at(if i < j { packed(j, i) } else { packed(i, j) });
+            }
+        }
+        let terms = self.terms_at(&own.moving, x);
+        let mut away = [0.0; MAX_STATES];
+        for (point, (reading, steady)) in readings.iter().zip(steady.iter()).enumerate().filter(|(_, (r, _))| r.is_finite()) {
+            let row = own.output(point, &terms);
+            let mut gain = [0.0; MAX_STATES];
+            for (gain, own) in gain.iter_mut().zip(&covariance).take(n) {
+                *gain = dot(own, &row, n);
+            }
+            let error = deviation * deviation + own.errors.at(point) * own.errors.at(point);
+            let variance = dot(&row, &gain, n) + error;
+            let surprise = reading - steady - dot(&row, &away, n);
+            for (i, away) in away.iter_mut().enumerate().take(n) {
+                *away += gain[i] * surprise / variance;
+                for (entry, other) in covariance[i].iter_mut().zip(&gain).take(n) {
+                    *entry -= gain[i] * other / variance;
+                }
+            }
+        }
+        let mut state = self.at_rest(x)?;
+        state.values.iter_mut().zip(away).for_each(|(value, away)| *value += away);
+        Ok(state)
+    }
+
+    /// Moves a state by `duration` seconds at condition `x`, which holds all that time.
+    ///
+    /// # Errors
+    /// The file knows steady states only; `x` does not have one finite value per variable; a duration that is negative or no
+    /// number. The state stays as it was.
+    pub fn step(&self, state: &mut State, duration: f64, x: &[f64]) -> Result<(), StepError> {
+        let own = self.moving(x)?;
+        if !(duration >= 0.0 && duration.is_finite()) {
+            return Err(StepError::Number);
+        }
+        let (n, steady) = (own.states, self.steady_states(own, x));
+        let rates = own.rates(&self.terms_at(&own.moving, x));
+        let mut away = [0.0; MAX_STATES];
+        for (away, (value, steady)) in away.iter_mut().zip(state.values.iter().zip(&steady)).take(n) {
+            *away = value - steady;
+        }
+        let (mut left, shortest) = (duration, SHORTEST * duration);
+        let mut next = if state.length > 0.0 { state.length } else { duration };
+        let mut factors = Factors::new(&rates, next.min(left), n);
+        while left > 0.0 {
+            let is_last = next >= left * (1.0 - 1e-9);
+            let length = if is_last { left } else { next };
+            if factors.length != length {
+                factors = Factors::new(&rates, length, n);
+            }
+            let (after, difference) = factors.step(&away);
+            let error = ESTIMATE * (0..n).map(|k| difference[k].abs() * own.reach.at(k)).sum::<f64>();
+            // Halves and doubles: most steps keep their factors.
+            if error > TOLERANCE && length > shortest {
+                next = 0.5 * length;
+                continue;
+            }
+            away = after;
+            left = if is_last { 0.0 } else { left - length };
+            let grown = if error < 0.05 * TOLERANCE { 2.0 * length } else { length };
+            next = if is_last { grown.max(next) } else { grown };
+        }
+        for (value, (away, steady)) in state.values.iter_mut().zip(away.iter().zip(&steady)).take(n) {
+            *value = steady + away;
+        }
+        state.length = next;
+        Ok(())
+    }
+
+    /// What the points read in a state at condition `x`.
+    ///
+    /// # Errors
+    /// The file knows steady states only; a wrong number of values or of places for them.
+    pub fn read(&self, state: &State, x: &[f64], values: &mut [f64]) -> Result<(), StepError> {
+        let own = self.moving(x)?;
+        self.evaluate(x, values)?;
+        let (steady, terms) = (self.steady_states(own, x), self.terms_at(&own.moving, x));
+        let mut away = [0.0; MAX_STATES];
+        for (away, (value, steady)) in away.iter_mut().zip(state.values.iter().zip(&steady)).take(own.states) {
+            *away = value - steady;
+        }
+        for (point, value) in values.iter_mut().enumerate() {
+            *value += dot(&own.output(point, &terms), &away, own.states);
+        }
+        Ok(())
+    }
+
+    fn moving(&self, x: &[f64]) -> Result<&InTime<'a>, StepError> {
+        let own = self.in_time.as_ref().ok_or(StepError::NotInTime)?;
+        if x.len() != self.variables.len() {
+            return Err(ShapeError { argument: "number of variables", expected: self.variables.len(), found: x.len() }.into());
+        }
+        if x.iter().all(|v| v.is_finite()) { Ok(own) } else { Err(StepError::Number) }
+    }
+
+    fn terms_at(&self, shared: &Shared<'_>, x: &[f64]) -> Terms {
+        let mut terms = Terms { values: [0.0; MAX_SLOPE_TERMS], count: shared.terms.min(MAX_SLOPE_TERMS) };
+        let u = pick(shared.transforms, &self.scale(x));
+        monomials(&shared.polynomial(), &u[..x.len().min(MAX_VARIABLES)], 0, &mut terms.values[..terms.count]);
+        terms
+    }
+
+    fn steady_states(&self, own: &InTime<'_>, x: &[f64]) -> States {
+        let terms = self.terms_at(&own.steady, x);
+        let mut values = [0.0; MAX_STATES];
+        combine(own.steady_coefficients, 0, own.states, &terms, &mut values);
+        values
+    }
+}
+
+impl InTime<'_> {
+    /// L, 1/s.
+    fn rates(&self, terms: &Terms) -> [States; MAX_STATES] {
+        let mut rates = [[0.0; MAX_STATES]; MAX_STATES];
+        let n = self.states;
+        for (term, monomial) in terms.values[..terms.count].iter().enumerate() {
+            for (i, row) in rates.iter_mut().enumerate().take(n) {
+                let coefficients = self.rates.part((term * n + i) * n, n);
+                for (entry, coefficient) in row.iter_mut().zip(coefficients.iter()) {
+                    *entry += monomial * coefficient;
+                }
+            }
+        }
+        rates
+    }
+
+    /// What each state adds to a point.
+    fn output(&self, point: usize, terms: &Terms) -> States {
+        let mut row = [0.0; MAX_STATES];
+        combine(self.outputs, point * terms.count * self.states, self.states, terms, &mut row);
+        row
+    }
+}
+
+/// Adds the terms times their coefficients, which begin at `start`, `count` a term.
+fn combine(coefficients: Numbers<'_>, start: usize, count: usize, terms: &Terms, values: &mut States) {
+    for (term, monomial) in terms.values[..terms.count].iter().enumerate() {
+        for (value, coefficient) in values.iter_mut().zip(coefficients.part(start + term * count, count).iter()) {
+            *value += monomial * coefficient;
+        }
+    }
+}
+
+fn dot(a: &States, b: &States, n: usize) -> f64 {
+    a.iter().zip(b).take(n).map(|(a, b)| a * b).sum()
+}
+
+/// LU factors of I + POLE length L, rows exchanged by the largest pivot.
+struct Factors {
+    length: f64,
+    rows: [States; MAX_STATES],
+    order: [usize; MAX_STATES],
+    n: usize,
+}
+
+impl Factors {
+    fn new(rates: &[States; MAX_STATES], length: f64, n: usize) -> Self {
+        let mut rows = *rates;
+        for (i, row) in rows.iter_mut().enumerate().take(n) {
+            row.iter_mut().take(n).for_each(|entry| *entry *= POLE * length);
+            row[i] += 1.0;
+        }
+        let mut order = [0; MAX_STATES];
+        order.iter_mut().enumerate().for_each(|(i, place)| *place = i);
+        for k in 0..n {
+            let mut largest = k;
+            for i in k + 1..n {
+                if rows[i][k].abs() > rows[largest][k].abs() {
+                    largest = i;
+                }
+            }
+            rows.swap(k, largest);
+            order.swap(k, largest);
+            let (above, below) = rows.split_at_mut(k + 1);
+            let pivot_row = &above[k];
+            for row in below.iter_mut().take(n - k - 1) {
+                let factor = row[k] / pivot_row[k];
+                row[k] = factor;
+                for (entry, own) in row[k + 1..n].iter_mut().zip(&pivot_row[k + 1..n]) {
+                    *entry -= factor * own;
+                }
+            }
+        }
+        Self { length, rows, order, n }
+    }
+
+    fn solve(&self, right: &States) -> States {
+        let mut x = [0.0; MAX_STATES];
+        for i in 0..self.n {
+            x[i] = right[self.order[i]] - dot(&self.rows[i], &x, i);
+        }
+        for i in (0..self.n).rev() {
+            let mut sum = x[i];
+            for (entry, x) in self.rows[i][i + 1..self.n].iter().zip(&x[i + 1..self.n]) {
+                sum -= entry * x;
+            }
+            x[i] = sum / self.rows[i][i];
+        }
+        x
+    }
+
+    /// The states after the step, and the third difference of the solves.
+    fn step(&self, away: &States) -> (States, States) {
+        let one = self.solve(away);
+        let two = self.solve(&one);
+        let three = self.solve(&two);
+        let four = self.solve(&three);
+        let (mut after, mut difference) = ([0.0; MAX_STATES], [0.0; MAX_STATES]);
+        for k in 0..self.n {
+            after[k] = WEIGHTS[0] * one[k] + WEIGHTS[1] * two[k] + WEIGHTS[2] * three[k];
+            difference[k] = one[k] - 3.0 * two[k] + 3.0 * three[k] - four[k];
+        }
+        (after, difference)
+    }
+}
