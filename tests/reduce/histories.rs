@@ -13,7 +13,7 @@ use crate::{settings, study};
 const TRUTH: f64 = 0.0005;
 
 /// Steps, a ramp and reversed duty between shares of the ranges.
-fn schedule(machine: &Machine, model: &ReducedModel, hour: f64) -> Schedule {
+pub fn schedule(machine: &Machine, model: &ReducedModel, hour: f64) -> Schedule {
     let at = |time: f64, shares: [f64; 4]| {
         let value = |(v, (low, high)): (usize, &(f64, f64))| low + shares.get(v).copied().unwrap_or(0.5) * (high - low);
         Row { time: time * hour, values: model.ranges.iter().enumerate().map(value).collect() }

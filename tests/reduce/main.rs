@@ -1,5 +1,6 @@
 //! Reduced models against full solves: every reading within its bound, whatever the condition, and files that hold.
 
+mod dynamics;
 mod histories;
 
 use coldplate::describe::machine::Condition;

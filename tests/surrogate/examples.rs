@@ -281,3 +281,40 @@ pub fn mixed() -> Surrogate {
         provenance: vec![("program".into(), "coldplate".into())],
     }
 }
+
+/// A surrogate of so many points that moves in so many states: rates that a flow makes quicker, between a second and hours.
+pub fn moving(points: usize, states: usize) -> Surrogate {
+    use Transform::{Identity, Log};
+    let mut random = Random(24);
+    let mut all = ten_polynomials();
+    let models: Vec<Point> = all.points.clone();
+    all.points = (0..points).map(|p| Point { name: format!("point {p}"), ..models[p % models.len()].clone() }).collect();
+    all.limits = vec![limit("point 0", LimitKind::Maximum { point: 0 }, 60.0)];
+    let steady = vec![vec![0, 0, 0, 0], vec![1, 0, 0, 0], vec![0, 0, 1, 0], vec![1, 0, 1, 0], vec![0, 1, 0, 1]];
+    let terms = vec![vec![0, 0, 0, 0], vec![1, 0, 0, 0], vec![2, 0, 0, 0], vec![0, 1, 0, 0], vec![3, 0, 0, 0], vec![1, 1, 0, 0]];
+    let slow = |k: usize| 10.0_f64.powf(-4.5 + 4.0 * k as f64 / states.max(2) as f64);
+    let mut rates: Vec<Vec<f64>> = Vec::new();
+    for (t, share) in [1.0, 0.4, 0.1, 0.02, 0.01, 0.01].into_iter().enumerate() {
+        let entry = |place: usize, random: &mut Random| {
+            let (i, j) = (place / states, place % states);
+            let size = slow(i).min(slow(j));
+            let coupled = if t == 0 { 0.2 } else { 0.02 };
+            if i == j { share * slow(i) } else { coupled * share * size * random.signed() / states as f64 }
+        };
+        rates.push((0..states * states).map(|place| entry(place, &mut random)).collect());
+    }
+    let packed = (0..states).flat_map(|i| (0..=i).map(move |j| if i == j { 2.0 } else { 0.1 }));
+    all.in_time = Some(InTime {
+        states,
+        steady: steady.iter().map(|_| (0..states).map(|_| random.signed()).collect()).collect(),
+        steady_terms: Shared { transforms: vec![Log, Identity, Identity, Identity], terms: steady },
+        outputs: (0..points).map(|_| (0..terms.len() * states).map(|c| random.signed() / (1 + c / states) as f64).collect()).collect(),
+        moving_terms: Shared { transforms: vec![Log, Identity, Identity, Identity], terms },
+        rates,
+        uniform: [vec![-3.0; states], vec![0.15; states]],
+        reach: vec![3.0; states],
+        spread: packed.collect(),
+        errors: (0..points).map(|p| 0.1 + 0.01 * p as f64).collect(),
+    });
+    all
+}

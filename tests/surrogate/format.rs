@@ -20,6 +20,8 @@ fn fixtures() -> Vec<(&'static str, Surrogate)> {
         ("held.cps", at_one_speed()),
         ("uncertain.cps", uncertain()),
         ("bench-uncertain.cps", ten_uncertain()),
+        ("moving.cps", moving(3, 4)),
+        ("bench-moving.cps", moving(23, 24)),
     ]
 }
 
@@ -46,7 +48,9 @@ fn files_written_earlier_read_as_they_were_meant() {
 
 #[test]
 fn reading_gives_back_what_was_written() {
-    for surrogate in [small(), mixed(), ten_polynomials(), ten_radial(Kernel::Gaussian, false), uncertain(), uncertain_together()] {
+    for surrogate in
+        [small(), mixed(), ten_polynomials(), ten_radial(Kernel::Gaussian, false), uncertain(), uncertain_together(), moving(3, 4)]
+    {
         let bytes = encode(&surrogate).unwrap();
         assert_eq!(decode(&bytes).unwrap(), surrogate);
         assert_eq!(encode(&surrogate).unwrap(), bytes, "writing must be reproducible");

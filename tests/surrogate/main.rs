@@ -4,6 +4,7 @@ mod damage;
 mod examples;
 mod format;
 mod held;
+mod in_time;
 mod indices;
 mod inverse;
 mod optimum;

@@ -1,4 +1,4 @@
-/* Opens a surrogate file and assesses the middle of its fitted range: query FILE */
+/* Opens a surrogate file and assesses the middle of its fitted range; where it moves, also ten minutes of it: query FILE */
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -44,6 +44,20 @@ int main(int count, char **arguments)
             printf("%.17g %.17g\n", values[i], bands[i].total);
         }
         printf("%d %d %.17g\n", verdict.state, verdict.binding, verdict.probability);
+    }
+    if (code == COLDPLATE_DONE && coldplate_states(surrogate) > 0) {
+        /* Ten minutes from 20 degrees everywhere. */
+        coldplate_state state;
+        code = coldplate_at_temperature(surrogate, 20.0, &state);
+        if (code == COLDPLATE_DONE) {
+            code = coldplate_step(surrogate, &state, 600.0, x, coldplate_variables(surrogate));
+        }
+        if (code == COLDPLATE_DONE) {
+            code = coldplate_read(surrogate, &state, x, coldplate_variables(surrogate), values, coldplate_points(surrogate));
+        }
+        for (i = 0; code == COLDPLATE_DONE && i < coldplate_points(surrogate); i++) {
+            printf("%.17g\n", values[i]);
+        }
     }
     coldplate_close(surrogate);
     return (code == COLDPLATE_DONE) ? EXIT_SUCCESS : EXIT_FAILURE;

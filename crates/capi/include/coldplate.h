@@ -25,6 +25,8 @@ extern "C" {
 #define COLDPLATE_LENGTH 7
 #define COLDPLATE_INDEX 8
 #define COLDPLATE_CONFIDENCE 9
+#define COLDPLATE_STEADY 10
+#define COLDPLATE_NUMBER 11
 
 /* States of a limit and of a verdict. */
 #define COLDPLATE_ACCEPTABLE 0
@@ -77,6 +79,11 @@ typedef struct {
     double probability;
 } coldplate_verdict;
 
+/* The state of a machine over time; it may be copied, kept and put back. */
+typedef struct {
+    double numbers[33];
+} coldplate_state;
+
 /* The text of a code. */
 const char *coldplate_error_text(int code);
 
@@ -108,6 +115,24 @@ int coldplate_assess(const coldplate_surrogate *surrogate, const double *x, size
 /* One limit, from the points' values at the condition. */
 int coldplate_limit(const coldplate_surrogate *surrogate, size_t index, const double *x, size_t variables, const double *values,
                     size_t points, coldplate_limit_value *out);
+
+/* How many states the machine has over time; 0 where the file knows steady states only, which the functions below refuse. */
+size_t coldplate_states(const coldplate_surrogate *surrogate);
+
+/* The steady state at a condition; that in which everything has one temperature, in the points' unit; and the most probable
+ * one given what the points read, each with this standard deviation, and not a number where a point is not measured. */
+int coldplate_at_rest(const coldplate_surrogate *surrogate, const double *x, size_t variables, coldplate_state *out);
+int coldplate_at_temperature(const coldplate_surrogate *surrogate, double temperature, coldplate_state *out);
+int coldplate_at_readings(const coldplate_surrogate *surrogate, const double *x, size_t variables, const double *readings,
+                          size_t points, double deviation, coldplate_state *out);
+
+/* Moves a state by a duration in seconds at a condition that holds all that time. */
+int coldplate_step(const coldplate_surrogate *surrogate, coldplate_state *state, double duration, const double *x,
+                   size_t variables);
+
+/* What the points read in a state at a condition. */
+int coldplate_read(const coldplate_surrogate *surrogate, const coldplate_state *state, const double *x, size_t variables,
+                   double *values, size_t points);
 
 #ifdef __cplusplus
 }

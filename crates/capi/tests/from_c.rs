@@ -49,7 +49,7 @@ fn the_example_answers_as_the_runtime_does() {
             .args(["-lm", "-lpthread", "-ldl", "-o"])
             .arg(&program));
         assert!(made.status.success(), "{compiler}: {}", String::from_utf8_lossy(&made.stderr));
-        for name in ["uncertain", "polynomial", "bench-thin-plate", "held"] {
+        for name in ["uncertain", "polynomial", "bench-thin-plate", "held", "moving", "bench-moving"] {
             let path = own().join(format!("../runtime/fixtures/{name}.cps"));
             let output = run(Command::new(&program).arg(&path));
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -62,7 +62,7 @@ fn the_example_answers_as_the_runtime_does() {
         let checked = run(Command::new("valgrind")
             .args(["--error-exitcode=9", "--leak-check=full", "-q"])
             .arg(&program)
-            .arg(own().join("../runtime/fixtures/uncertain.cps")));
+            .arg(own().join("../runtime/fixtures/moving.cps")));
         assert!(checked.status.success(), "{}", String::from_utf8_lossy(&checked.stderr));
     }
     let _ = std::fs::remove_dir_all(&folder);
@@ -83,5 +83,11 @@ fn expected(bytes: &[u8]) -> Vec<f64> {
     let chance = surrogate.assess(&x, None, 0.95, &mut values, &mut bands).expect("the shapes fit");
     let mut all: Vec<f64> = values.iter().zip(&bands).flat_map(|(value, band)| [*value, band.total]).collect();
     all.extend([f64::from(chance.state as u8), chance.binding.map_or(-1.0, |index| index as f64), chance.probability]);
+    if surrogate.in_time().is_some() {
+        let mut state = surrogate.at_temperature(20.0).expect("it moves");
+        surrogate.step(&mut state, 600.0, &x).expect("a step");
+        surrogate.read(&state, &x, &mut values).expect("the shapes fit");
+        all.extend(values);
+    }
     all
 }

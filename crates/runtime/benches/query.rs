@@ -50,6 +50,30 @@ fn main() {
         let size = format!("{} B", bytes.len());
         println!("{name:<28}{query:>9.3} us{target:>12}{gradient:>13.3} us{open:>9.1} us{size:>12}");
     }
+    steps();
+}
+
+/// One step of 23 points and 24 states at a condition that changes every time, and what the points read after it.
+fn steps() {
+    let bytes = include_bytes!("../fixtures/bench-moving.cps");
+    let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
+    let conditions = conditions(&surrogate);
+    let mut state = surrogate.at_rest(&conditions[0]).expect("it moves");
+    let mut values = [0.0; 23];
+    let step = least(|| {
+        for x in &conditions {
+            surrogate.step(&mut state, black_box(1.0), black_box(x)).expect("a step");
+        }
+    });
+    let read = least(|| {
+        for x in &conditions {
+            surrogate.read(black_box(&state), black_box(x), &mut values).expect("the shapes fit");
+            black_box(&values);
+        }
+    });
+    let section = surrogate.in_time().map_or(0, |own| 8 * own.numbers().len());
+    let (step, read) = (step / CONDITIONS as f64, read / CONDITIONS as f64);
+    println!("23 points in time, 24 states: step {step:.2} us, read {read:.2} us, target 5 us together; {section} B of numbers");
 }
 
 /// Conditions spread over the fitted range by irrational steps.

@@ -119,6 +119,24 @@ pub struct State {
     length: f64,
 }
 
+impl State {
+    /// The state as numbers, for keeping it elsewhere: those of the states, then the step that the last one came to, s.
+    #[must_use]
+    pub fn numbers(&self) -> [f64; MAX_STATES + 1] {
+        let mut all = [self.length; MAX_STATES + 1];
+        all[..MAX_STATES].copy_from_slice(&self.values);
+        all
+    }
+
+    /// The state of [`State::numbers`].
+    #[must_use]
+    pub fn from_numbers(all: &[f64; MAX_STATES + 1]) -> Self {
+        let mut values = [0.0; MAX_STATES];
+        values.copy_from_slice(&all[..MAX_STATES]);
+        Self { values, length: all[MAX_STATES] }
+    }
+}
+
 /// Why a state cannot be made or moved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StepError {
