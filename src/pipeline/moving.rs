@@ -70,7 +70,7 @@ pub fn with_dynamics(surrogate: &mut Surrogate, model: &ReducedModel, progress: 
         .map(|(own, x)| Sample {
             x: x.clone(),
             steady: own.steady.iter().copied().collect(),
-            rates: own.rates.transpose().iter().copied().collect(),
+            rates: own.rates.iter().copied().collect(),
             outputs: places.sensors.iter().flat_map(|s| own.outputs.row(*s).iter().copied().collect::<Vec<_>>()).collect(),
         })
         .collect();

@@ -1,5 +1,7 @@
 //! Reduced models over time, against histories in full that they have not seen.
 
+use std::sync::OnceLock;
+
 use coldplate::describe::machine::Machine;
 use coldplate::explore::schedule::{Row, Schedule};
 use coldplate::explore::simulate::{self, SimulateOptions, Start, Subject};
@@ -51,14 +53,25 @@ fn compared(study: &Study, model: &ReducedModel, start: Start, hour: f64) -> (f6
     (error, bound, outside)
 }
 
+/// A machine and its reduced model from four histories, made once.
+pub fn moving_model(name: &str, cells: usize) -> &'static (Study, ReducedModel) {
+    static RIG: OnceLock<(Study, ReducedModel)> = OnceLock::new();
+    static FIVE_AXIS: OnceLock<(Study, ReducedModel)> = OnceLock::new();
+    let place = if name == "rig" { &RIG } else { &FIVE_AXIS };
+    place.get_or_init(|| {
+        let study = study(name, cells);
+        let settings = coldplate::reduce::Settings { histories: 4, ..settings(&study, false) };
+        let model = reduce(&study, &settings, &Silent).expect("a model");
+        (study, model)
+    })
+}
+
 fn followed(name: &str, cells: usize, hour: f64, most: f64) {
-    let study = study(name, cells);
-    let settings = coldplate::reduce::Settings { histories: 4, ..settings(&study, false) };
-    let model = reduce(&study, &settings, &Silent).expect("a model");
+    let (study, model) = moving_model(name, cells);
     let made = model.in_time.clone().expect("it follows histories");
     println!("{name}: {} modes, at the checks error {:.4} K, bound {:.3} K", model.fine.len(), made.largest_error, made.largest_bound);
     for start in [Start::Steady, Start::Uniform(293.15)] {
-        let (error, bound, outside) = compared(&study, &model, start, hour);
+        let (error, bound, outside) = compared(study, model, start, hour);
         println!("  {start:?}: error {error:.4} K, bound {bound:.3} K, {outside} outside");
         assert_eq!(outside, 0);
         assert!(error < most, "{error} K");
@@ -66,8 +79,8 @@ fn followed(name: &str, cells: usize, hour: f64, most: f64) {
     // A file gives the same course.
     let bytes = model.to_bytes(study.document()).expect("bytes");
     let again = ReducedModel::from_bytes(&bytes).expect("the same model");
-    let (schedule, options) = (schedule(&model.machine, &model, hour), SimulateOptions::default());
-    let [a, b] = [&model, &again].map(|model| simulate::run_reduced(model, &schedule, &options).expect("a history"));
+    let (schedule, options) = (schedule(&model.machine, model, hour), SimulateOptions::default());
+    let [a, b] = [model, &again].map(|model| simulate::run_reduced(model, &schedule, &options).expect("a history"));
     assert_eq!(a.readings, b.readings);
     let table = a.table(&Subject::from(&again)).expect("a table");
     assert!(table.columns.iter().any(|c| c.name.ends_with(" bound")));

@@ -29,7 +29,7 @@ fn exact(surrogate: &Surrogate, from: &[f64], to: &[f64], duration: f64) -> Vec<
     let own = surrogate.in_time.as_ref().unwrap();
     let n = own.states;
     let [begin, end] = [from, to].map(|x| DVector::from_vec(at(surrogate, &own.steady_terms, &own.steady, x)));
-    let rates = DMatrix::from_row_slice(n, n, &at(surrogate, &own.moving_terms, &own.rates, to));
+    let rates = DMatrix::from_column_slice(n, n, &at(surrogate, &own.moving_terms, &own.rates, to));
     let away = (-rates * duration).exp() * (begin - end);
     let bytes = encode(&Surrogate { in_time: None, ..surrogate.clone() }).unwrap();
     let mut values = vec![0.0; surrogate.points.len()];

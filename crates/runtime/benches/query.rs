@@ -53,11 +53,14 @@ fn main() {
     steps();
 }
 
-/// One step of 23 points and 24 states at a condition that changes every time, and what the points read after it.
+/// A second of 23 points and 24 states at a condition that has moved by up to a hundredth of its range, as a controller steps, and
+/// what the points read after it.
 fn steps() {
     let bytes = include_bytes!("../fixtures/bench-moving.cps");
     let surrogate = Surrogate::open(bytes).expect("the fixtures are intact");
-    let conditions = conditions(&surrogate);
+    let middle: Vec<f64> = surrogate.variables().map(|v| 0.5 * (v.low + v.high)).collect();
+    let near = |x: Vec<f64>| x.iter().zip(&middle).map(|(x, m)| m + 0.01 * (x - m)).collect::<Vec<f64>>();
+    let conditions: Vec<Vec<f64>> = conditions(&surrogate).into_iter().map(near).collect();
     let mut state = surrogate.at_rest(&conditions[0]).expect("it moves");
     let mut values = [0.0; 23];
     let step = least(|| {

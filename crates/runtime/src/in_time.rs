@@ -68,7 +68,7 @@ pub struct InTime<'a> {
     pub(crate) spread: Numbers<'a>,
     /// Term by term, one coefficient per state.
     pub(crate) steady_coefficients: Numbers<'a>,
-    /// Term by term, states times states coefficients, row by row.
+    /// Term by term, states times states coefficients, column by column.
     pub(crate) rates: Numbers<'a>,
     /// Point by point, term by term, one coefficient per state.
     pub(crate) outputs: Numbers<'a>,
@@ -338,14 +338,14 @@ impl<'a> Surrogate<'a> {
 }
 
 impl InTime<'_> {
-    /// L, 1/s.
+    /// L by columns, 1/s.
     fn rates(&self, terms: &Terms) -> [States; MAX_STATES] {
         let mut rates = [[0.0; MAX_STATES]; MAX_STATES];
         let n = self.states;
         for (term, monomial) in terms.values[..terms.count].iter().enumerate() {
-            for (i, row) in rates.iter_mut().enumerate().take(n) {
-                let coefficients = self.rates.part((term * n + i) * n, n);
-                for (entry, coefficient) in row.iter_mut().zip(coefficients.iter()) {
+            for (k, column) in rates.iter_mut().enumerate().take(n) {
+                let coefficients = self.rates.part((term * n + k) * n, n);
+                for (entry, coefficient) in column.iter_mut().zip(coefficients.iter()) {
                     *entry += monomial * coefficient;
                 }
             }
@@ -374,56 +374,71 @@ fn dot(a: &States, b: &States, n: usize) -> f64 {
     a.iter().zip(b).take(n).map(|(a, b)| a * b).sum()
 }
 
-/// LU factors of I + POLE length L, rows exchanged by the largest pivot.
+/// LU factors of I + POLE length L by columns, rows exchanged by the largest pivot. All inner loops run down a column, so that
+/// they vectorise.
 struct Factors {
     length: f64,
-    rows: [States; MAX_STATES],
+    columns: [States; MAX_STATES],
+    /// One over the pivots.
+    inverse: States,
     order: [usize; MAX_STATES],
     n: usize,
 }
 
 impl Factors {
     fn new(rates: &[States; MAX_STATES], length: f64, n: usize) -> Self {
-        let mut rows = *rates;
-        for (i, row) in rows.iter_mut().enumerate().take(n) {
-            row.iter_mut().take(n).for_each(|entry| *entry *= POLE * length);
-            row[i] += 1.0;
+        let n = n.min(MAX_STATES);
+        let mut columns = *rates;
+        for (k, column) in columns.iter_mut().enumerate().take(n) {
+            column.iter_mut().take(n).for_each(|entry| *entry *= POLE * length);
+            column[k] += 1.0;
         }
-        let mut order = [0; MAX_STATES];
+        let (mut inverse, mut order) = ([0.0; MAX_STATES], [0; MAX_STATES]);
         order.iter_mut().enumerate().for_each(|(i, place)| *place = i);
         for k in 0..n {
+            let (before, behind) = columns.split_at_mut(k + 1);
+            let pivots = &mut before[k];
             let mut largest = k;
             for i in k + 1..n {
-                if rows[i][k].abs() > rows[largest][k].abs() {
+                if pivots[i].abs() > pivots[largest].abs() {
                     largest = i;
                 }
             }
-            rows.swap(k, largest);
+            pivots.swap(k, largest);
             order.swap(k, largest);
-            let (above, below) = rows.split_at_mut(k + 1);
-            let pivot_row = &above[k];
-            for row in below.iter_mut().take(n - k - 1) {
-                let factor = row[k] / pivot_row[k];
-                row[k] = factor;
-                for (entry, own) in row[k + 1..n].iter_mut().zip(&pivot_row[k + 1..n]) {
-                    *entry -= factor * own;
+            inverse[k] = 1.0 / pivots[k];
+            pivots[k + 1..n].iter_mut().for_each(|entry| *entry *= inverse[k]);
+            for column in behind.iter_mut().take(n - k - 1) {
+                column.swap(k, largest);
+                let above = column[k];
+                for (entry, factor) in column[k + 1..n].iter_mut().zip(&pivots[k + 1..n]) {
+                    *entry -= factor * above;
                 }
             }
+            for column in before.iter_mut().take(k) {
+                column.swap(k, largest);
+            }
         }
-        Self { length, rows, order, n }
+        Self { length, columns, inverse, order, n }
     }
 
     fn solve(&self, right: &States) -> States {
         let mut x = [0.0; MAX_STATES];
-        for i in 0..self.n {
-            x[i] = right[self.order[i]] - dot(&self.rows[i], &x, i);
+        for (x, place) in x.iter_mut().zip(&self.order).take(self.n) {
+            *x = right[*place];
         }
-        for i in (0..self.n).rev() {
-            let mut sum = x[i];
-            for (entry, x) in self.rows[i][i + 1..self.n].iter().zip(&x[i + 1..self.n]) {
-                sum -= entry * x;
+        for k in 0..self.n {
+            let known = x[k];
+            for (x, entry) in x[k + 1..self.n].iter_mut().zip(&self.columns[k][k + 1..self.n]) {
+                *x -= entry * known;
             }
-            x[i] = sum / self.rows[i][i];
+        }
+        for k in (0..self.n).rev() {
+            x[k] *= self.inverse[k];
+            let known = x[k];
+            for (x, entry) in x[..k].iter_mut().zip(&self.columns[k][..k]) {
+                *x -= entry * known;
+            }
         }
         x
     }

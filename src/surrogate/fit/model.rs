@@ -222,7 +222,7 @@ pub struct InTime {
     pub moving_terms: Shared,
     /// Term by term, one coefficient per state.
     pub steady: Vec<Vec<f64>>,
-    /// Term by term, states times states coefficients, row by row, 1/s.
+    /// Term by term, states times states coefficients, column by column, 1/s.
     pub rates: Vec<Vec<f64>>,
     /// Point by point, term by term, one coefficient per state.
     pub outputs: Vec<Vec<f64>>,

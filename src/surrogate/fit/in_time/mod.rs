@@ -26,7 +26,7 @@ pub struct Sample {
     pub x: Vec<f64>,
     /// States of its steady state.
     pub steady: Vec<f64>,
-    /// Row by row, 1/s.
+    /// Column by column, 1/s.
     pub rates: Vec<f64>,
     /// Point by point, in its unit.
     pub outputs: Vec<f64>,
@@ -54,12 +54,12 @@ impl InTime {
         let (steady_terms, steady) = shared(surrogate, samples, &steady, STEADY)?;
         // Errors of a rate count by what the state's own is.
         let own: Vec<f64> = (0..states).map(|k| samples[0].rates[k * (states + 1)].abs().max(f64::MIN_POSITIVE)).collect();
-        let of_rates = (0..states * states).map(|k| samples.iter().map(|s| s.rates[k] / own[k / states]).collect());
+        let of_rates = (0..states * states).map(|k| samples.iter().map(|s| s.rates[k] / own[k % states]).collect());
         let of_outputs = (0..points * states).map(|k| samples.iter().map(|s| s.outputs[k]).collect());
         let moving: Vec<Vec<f64>> = of_rates.chain(of_outputs).collect();
         for most in (1..=MOVING.0).rev() {
             let (moving_terms, all) = shared(surrogate, samples, &moving, (most, MOVING.1))?;
-            let scale = |row: &[f64]| row.iter().enumerate().map(|(k, c)| c * own[k / states]).collect();
+            let scale = |row: &[f64]| row.iter().enumerate().map(|(k, c)| c * own[k % states]).collect();
             let rates: Vec<Vec<f64>> = all.iter().map(|row| scale(&row[..states * states])).collect();
             if !is_stable(surrogate, samples, &moving_terms, &rates, states) {
                 continue;
@@ -162,7 +162,7 @@ fn is_stable(surrogate: &Surrogate, samples: &[Sample], shared: &Shared, rates: 
         let u = scale_row(variables, &shared.transforms, x);
         let mut matrix = DMatrix::zeros(states, states);
         for (term, coefficients) in shared.terms.iter().zip(rates) {
-            matrix += DMatrix::from_row_slice(states, states, coefficients) * monomial(term, &u);
+            matrix += DMatrix::from_column_slice(states, states, coefficients) * monomial(term, &u);
         }
         matrix.complex_eigenvalues().iter().all(|e| e.re > 0.0)
     })
