@@ -72,6 +72,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "ignored",
             "slopes",
             "followed",
+            "dynamics",
             "noise",
             "from",
             "keep_all",

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::explore::schedule::Quantities;
 use crate::explore::simulate::{Follower, Start, Subject};
 use crate::explore::sweep::design;
+use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;
 use crate::reduce::{Beginning, ReducedModel, Stretch};
@@ -317,7 +318,15 @@ impl Follower for Moving<'_> {
 
     fn read(&self, condition: &Condition) -> Result<Vec<f64>> {
         let mut values = vec![0.0; self.surrogate.point_count()];
-        self.surrogate.read(&self.state()?, &self.own(condition)?, &mut values).map_err(refused)?;
+        let x = self.own(condition)?;
+        self.surrogate.read(&self.state()?, &x, &mut values).map_err(refused)?;
+        if values.iter().any(|v| !v.is_finite()) {
+            let own =
+                self.surrogate.variables().zip(&x).map(|(v, x)| format!("{} {} {}", v.name.replace('_', " "), significant(*x, 4), v.unit));
+            return Err(Error::input("the surrogate gives no temperatures here, outside the range that it was fitted to")
+                .read(own.collect::<Vec<_>>().join(", "))
+                .help("keep the schedule within the range, or sweep one that holds it"));
+        }
         self.kelvin(&values)
     }
 

@@ -13,6 +13,7 @@ pub(crate) struct Content {
     pub(crate) polynomials: Vec<Polynomial>,
     pub(crate) bases: Vec<Basis>,
     pub(crate) uncertainty: Option<Uncertainty>,
+    pub(crate) in_time: Option<InTime>,
     pub(crate) self_tests: Vec<SelfTest>,
 }
 
@@ -93,6 +94,28 @@ pub(crate) struct Uncertainty {
     pub(crate) known: Option<Known>,
 }
 
+/// The machine over time, as the file has it.
+pub(crate) struct InTime {
+    pub(crate) states: usize,
+    /// Of the steady states, and of rates and outputs.
+    pub(crate) steady: Terms,
+    pub(crate) moving: Terms,
+    pub(crate) errors: Vec<f64>,
+    pub(crate) reach: Vec<f64>,
+    pub(crate) uniform: Vec<f64>,
+    pub(crate) spread: Vec<f64>,
+    pub(crate) steady_coefficients: Vec<f64>,
+    pub(crate) rates: Vec<f64>,
+    pub(crate) outputs: Vec<f64>,
+}
+
+/// Terms that several polynomials share.
+pub(crate) struct Terms {
+    pub(crate) scalings: Vec<usize>,
+    pub(crate) exponents: Vec<u8>,
+    pub(crate) count: usize,
+}
+
 pub(crate) struct Known {
     pub(crate) mean: Vec<f64>,
     pub(crate) covariance: Vec<f64>,
@@ -165,6 +188,30 @@ impl Content {
                 known: own.known().map(|(mean, covariance)| Known { mean: mean.iter().collect(), covariance: covariance.iter().collect() }),
             }
         });
+        let in_time = surrogate.in_time().map(|own| {
+            let (states, points) = (own.states(), surrogate.point_count());
+            let mut terms = |all: coldplate_runtime::Polynomial<'_>| Terms {
+                scalings: scalings.places(|v| all.transform(v)),
+                exponents: (0..all.terms).flat_map(|t| (0..count).map(move |v| all.exponent(t, v))).collect(),
+                count: all.terms,
+            };
+            let (steady, moving) = (terms(own.steady_terms()), terms(own.moving_terms()));
+            let numbers = own.numbers();
+            let mut numbers = numbers.iter();
+            let mut take = |count: usize| -> Vec<f64> { numbers.by_ref().take(count).collect() };
+            InTime {
+                states,
+                errors: take(points),
+                reach: take(states),
+                uniform: take(2 * states),
+                spread: take(states * (states + 1) / 2),
+                steady_coefficients: take(steady.count * states),
+                rates: take(moving.count * states * states),
+                outputs: take(points * moving.count * states),
+                steady,
+                moving,
+            }
+        });
         Self {
             variables: surrogate
                 .variables()
@@ -180,6 +227,7 @@ impl Content {
             polynomials,
             bases,
             uncertainty,
+            in_time,
             self_tests: surrogate
                 .self_tests()
                 .map(|test| SelfTest {

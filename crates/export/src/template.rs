@@ -30,6 +30,7 @@ impl Filling {
             ("bases", !content.bases.is_empty()),
             ("limits", has_limits),
             ("uncertain", is_uncertain),
+            ("moving", content.in_time.is_some()),
             ("known", content.uncertainty.as_ref().is_some_and(|own| own.known.is_some())),
             ("reciprocal", has_transform(Transform::Reciprocal)),
             ("log", has_transform(Transform::Log)),

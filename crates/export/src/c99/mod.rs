@@ -39,7 +39,8 @@ fn counts(content: &Content, name: &str) -> String {
         ("LIMITS", content.limits.len()),
         ("SELF_TESTS", content.self_tests.len()),
     ];
-    counts.iter().map(|(what, count)| format!("#define {name}_{what} {count}\n")).collect()
+    let states = content.in_time.as_ref().map(|own| ("TIME_STATES", own.states));
+    counts.into_iter().chain(states).map(|(what, count)| format!("#define {name}_{what} {count}\n")).collect()
 }
 
 /// Macros for the places of variables, points and limits.
@@ -119,6 +120,7 @@ impl Tables<'_> {
             self.limits(content);
         }
         self.uncertainty(content);
+        self.in_time(content);
         self.text.push_str("\n/* Self-test vectors. */\n");
         self.numbers("test_conditions", content.self_tests.iter().flat_map(|t| t.condition.iter().copied()));
         self.numbers("test_values", content.self_tests.iter().flat_map(|t| t.values.iter().copied()));
@@ -203,6 +205,30 @@ impl Tables<'_> {
         let starts = (0..states).map(|row| format!("{}", row * (row + 1) / 2));
         self.table("int", "rows", starts);
         self.numbers("shift_table", own.shifts(known).into_iter());
+    }
+
+    fn in_time(&mut self, content: &Content) {
+        let Some(own) = &content.in_time else { return };
+        let upper = self.name.to_uppercase();
+        self.text.push_str("\n/* The machine over time. */\n");
+        for (what, value) in [("STEADY_TERMS", own.steady.count), ("MOVING_TERMS", own.moving.count)] {
+            let _ = writeln!(self.text, "#define {upper}_{what} {value}");
+        }
+        for (what, terms) in [("steady", &own.steady), ("moving", &own.moving)] {
+            self.small(&format!("{what}_scalings"), &terms.scalings);
+            self.bytes(&format!("{what}_exponents"), &terms.exponents);
+        }
+        for (what, values) in [
+            ("time_errors", &own.errors),
+            ("reach", &own.reach),
+            ("uniform", &own.uniform),
+            ("spread", &own.spread),
+            ("steady_coefficients", &own.steady_coefficients),
+            ("rates", &own.rates),
+            ("outputs", &own.outputs),
+        ] {
+            self.numbers(what, values.iter().copied());
+        }
     }
 
     fn numbers(&mut self, what: &str, values: impl Iterator<Item = f64>) {

@@ -1395,6 +1395,320 @@ void surrogate_query(const double x[SURROGATE_VARIABLES], double values[SURROGAT
 //? end
 }
 
+//? moving
+/* The pole of the steps, the weights of one, two and three solves, and of their third difference as an estimate. */
+#define SURROGATE_POLE 0.435866521508459
+#define SURROGATE_ESTIMATE 0.5
+/* Error of a step that is allowed at any point, and the shortest share of a step that it is cut into. */
+#define SURROGATE_TIME_TOLERANCE 1e-4
+#define SURROGATE_SHORTEST 1e-6
+
+static int surrogate_is_number(double x)
+{
+    return ((x - x) == 0.0) ? 1 : 0;
+}
+
+static int surrogate_is_condition(const double x[SURROGATE_VARIABLES])
+{
+    int v;
+    int all = 1;
+    for (v = 0; v < SURROGATE_VARIABLES; v++) {
+        if (surrogate_is_number(x[v]) == 0) {
+            all = 0;
+        }
+    }
+    return all;
+}
+
+static void surrogate_terms(const double x[SURROGATE_VARIABLES], const unsigned char *scalings, const unsigned char *exponents, int count, double *terms)
+{
+    double u[SURROGATE_VARIABLES];
+    double powers[SURROGATE_VARIABLES][SURROGATE_POWERS];
+    int t;
+    surrogate_scale(x, scalings, u);
+    surrogate_powers(u, powers);
+    for (t = 0; t < count; t++) {
+        terms[t] = surrogate_monomial(powers, &exponents[t * SURROGATE_VARIABLES]);
+    }
+}
+
+/* Sums of so many terms times rows of coefficients, a row one coefficient per state. */
+static void surrogate_combine(const double *terms, int count, const double *coefficients, double values[SURROGATE_TIME_STATES])
+{
+    int t;
+    int k;
+    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+        values[k] = 0.0;
+    }
+    for (t = 0; t < count; t++) {
+        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+            values[k] = values[k] + (terms[t] * coefficients[(t * SURROGATE_TIME_STATES) + k]);
+        }
+    }
+}
+
+static void surrogate_steady_states(const double x[SURROGATE_VARIABLES], double values[SURROGATE_TIME_STATES])
+{
+    double terms[SURROGATE_STEADY_TERMS];
+    surrogate_terms(x, surrogate_steady_scalings, surrogate_steady_exponents, SURROGATE_STEADY_TERMS, terms);
+    surrogate_combine(terms, SURROGATE_STEADY_TERMS, surrogate_steady_coefficients, values);
+}
+
+static double surrogate_dot(const double a[SURROGATE_TIME_STATES], const double b[SURROGATE_TIME_STATES])
+{
+    double sum = 0.0;
+    int k;
+    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+        sum = sum + (a[k] * b[k]);
+    }
+    return sum;
+}
+
+/* LU factors of I + pole length L by columns, rows exchanged by the largest pivot. */
+typedef struct {
+    double columns[SURROGATE_TIME_STATES][SURROGATE_TIME_STATES];
+    double inverse[SURROGATE_TIME_STATES];
+    int order[SURROGATE_TIME_STATES];
+} surrogate_factors;
+
+static void surrogate_swap(double *a, double *b)
+{
+    const double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+static void surrogate_factorise(const double *terms, double length, surrogate_factors *own)
+{
+    int t;
+    int i;
+    int j;
+    int k;
+    for (j = 0; j < SURROGATE_TIME_STATES; j++) {
+        own->order[j] = j;
+        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+            double rate = 0.0;
+            for (t = 0; t < SURROGATE_MOVING_TERMS; t++) {
+                rate = rate + (terms[t] * surrogate_rates[(((t * SURROGATE_TIME_STATES) + j) * SURROGATE_TIME_STATES) + i]);
+            }
+            own->columns[j][i] = rate * (SURROGATE_POLE * length);
+        }
+        own->columns[j][j] = own->columns[j][j] + 1.0;
+    }
+    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+        double *const pivots = own->columns[k];
+        int largest = k;
+        int kept;
+        for (i = k + 1; i < SURROGATE_TIME_STATES; i++) {
+            if (fabs(pivots[i]) > fabs(pivots[largest])) {
+                largest = i;
+            }
+        }
+        kept = own->order[k];
+        own->order[k] = own->order[largest];
+        own->order[largest] = kept;
+        for (j = 0; j < SURROGATE_TIME_STATES; j++) {
+            surrogate_swap(&own->columns[j][k], &own->columns[j][largest]);
+        }
+        own->inverse[k] = 1.0 / pivots[k];
+        for (i = k + 1; i < SURROGATE_TIME_STATES; i++) {
+            pivots[i] = pivots[i] * own->inverse[k];
+        }
+        for (j = k + 1; j < SURROGATE_TIME_STATES; j++) {
+            const double above = own->columns[j][k];
+            for (i = k + 1; i < SURROGATE_TIME_STATES; i++) {
+                own->columns[j][i] = own->columns[j][i] - (pivots[i] * above);
+            }
+        }
+    }
+}
+
+static void surrogate_solve(const surrogate_factors *own, const double right[SURROGATE_TIME_STATES], double x[SURROGATE_TIME_STATES])
+{
+    int i;
+    int k;
+    for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+        x[i] = right[own->order[i]];
+    }
+    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+        for (i = k + 1; i < SURROGATE_TIME_STATES; i++) {
+            x[i] = x[i] - (own->columns[k][i] * x[k]);
+        }
+    }
+    for (k = SURROGATE_TIME_STATES - 1; k >= 0; k--) {
+        x[k] = x[k] * own->inverse[k];
+        for (i = 0; i < k; i++) {
+            x[i] = x[i] - (own->columns[k][i] * x[k]);
+        }
+    }
+}
+
+int surrogate_at_rest(const double x[SURROGATE_VARIABLES], surrogate_state *state)
+{
+    int result = -1;
+    if (surrogate_is_condition(x) != 0) {
+        surrogate_steady_states(x, state->states);
+        state->length = 0.0;
+        result = 0;
+    }
+    return result;
+}
+
+int surrogate_at_temperature(double temperature, surrogate_state *state)
+{
+    int result = -1;
+    if (surrogate_is_number(temperature) != 0) {
+        int k;
+        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+            state->states[k] = surrogate_uniform[k] + (surrogate_uniform[SURROGATE_TIME_STATES + k] * temperature);
+        }
+        state->length = 0.0;
+        result = 0;
+    }
+    return result;
+}
+
+int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, surrogate_state *state)
+{
+    double covariance[SURROGATE_TIME_STATES][SURROGATE_TIME_STATES];
+    double terms[SURROGATE_MOVING_TERMS];
+    double steady[SURROGATE_POINTS];
+    double away[SURROGATE_TIME_STATES];
+    int point;
+    int i;
+    int j;
+    if ((surrogate_is_condition(x) == 0) || (surrogate_is_number(deviation) == 0) || !(deviation > 0.0)) {
+        return -1;
+    }
+    surrogate_evaluate(x, steady);
+    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+    for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+        away[i] = 0.0;
+        for (j = 0; j <= i; j++) {
+            covariance[i][j] = surrogate_spread[((i * (i + 1)) / 2) + j];
+            covariance[j][i] = covariance[i][j];
+        }
+    }
+    for (point = 0; point < SURROGATE_POINTS; point++) {
+        double row[SURROGATE_TIME_STATES];
+        double gain[SURROGATE_TIME_STATES];
+        double variance;
+        double surprise;
+        if (surrogate_is_number(readings[point]) == 0) {
+            continue;
+        }
+        surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
+        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+            gain[i] = surrogate_dot(covariance[i], row);
+        }
+        variance = surrogate_dot(row, gain) + ((deviation * deviation) + (surrogate_time_errors[point] * surrogate_time_errors[point]));
+        surprise = (readings[point] - steady[point]) - surrogate_dot(row, away);
+        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+            away[i] = away[i] + ((gain[i] * surprise) / variance);
+            for (j = 0; j < SURROGATE_TIME_STATES; j++) {
+                covariance[i][j] = covariance[i][j] - ((gain[i] * gain[j]) / variance);
+            }
+        }
+    }
+    surrogate_steady_states(x, state->states);
+    state->length = 0.0;
+    for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+        state->states[i] = state->states[i] + away[i];
+    }
+    return 0;
+}
+
+int surrogate_step(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES])
+{
+    const double first = 1.0 / SURROGATE_POLE;
+    const double second = 0.5 / (SURROGATE_POLE * SURROGATE_POLE);
+    const double third_weight = (second - first) - (first - 1.0);
+    const double second_weight = (first - 1.0) - (2.0 * third_weight);
+    const double first_weight = (1.0 - second_weight) - third_weight;
+    double terms[SURROGATE_MOVING_TERMS];
+    double steady[SURROGATE_TIME_STATES];
+    double away[SURROGATE_TIME_STATES];
+    double solves[4][SURROGATE_TIME_STATES];
+    surrogate_factors factors;
+    double known = -1.0;
+    double left = duration;
+    double next;
+    int k;
+    if ((surrogate_is_condition(x) == 0) || (surrogate_is_number(duration) == 0) || (duration < 0.0)) {
+        return -1;
+    }
+    surrogate_steady_states(x, steady);
+    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+        away[k] = state->states[k] - steady[k];
+    }
+    next = (state->length > 0.0) ? state->length : duration;
+    while (left > 0.0) {
+        const int is_last = (next >= (left * (1.0 - 1e-9))) ? 1 : 0;
+        const double length = (is_last != 0) ? left : next;
+        double error = 0.0;
+        double grown;
+        if (known != length) {
+            surrogate_factorise(terms, length, &factors);
+            known = length;
+        }
+        surrogate_solve(&factors, away, solves[0]);
+        surrogate_solve(&factors, solves[0], solves[1]);
+        surrogate_solve(&factors, solves[1], solves[2]);
+        surrogate_solve(&factors, solves[2], solves[3]);
+        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+            const double difference = ((solves[0][k] - (3.0 * solves[1][k])) + (3.0 * solves[2][k])) - solves[3][k];
+            error = error + (fabs(difference) * surrogate_reach[k]);
+        }
+        error = SURROGATE_ESTIMATE * error;
+        if ((error > SURROGATE_TIME_TOLERANCE) && (length > (SURROGATE_SHORTEST * duration))) {
+            next = 0.5 * length;
+            continue;
+        }
+        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+            away[k] = ((first_weight * solves[0][k]) + (second_weight * solves[1][k])) + (third_weight * solves[2][k]);
+        }
+        left = (is_last != 0) ? 0.0 : (left - length);
+        grown = (error < (0.05 * SURROGATE_TIME_TOLERANCE)) ? (2.0 * length) : length;
+        next = ((is_last != 0) && (next > grown)) ? next : grown;
+    }
+    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+        state->states[k] = steady[k] + away[k];
+    }
+    state->length = next;
+    return 0;
+}
+
+int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS])
+{
+    double terms[SURROGATE_MOVING_TERMS];
+    double steady[SURROGATE_TIME_STATES];
+    double away[SURROGATE_TIME_STATES];
+    double row[SURROGATE_TIME_STATES];
+    int point;
+    int k;
+    if (surrogate_is_condition(x) == 0) {
+        return -1;
+    }
+    surrogate_evaluate(x, values);
+    surrogate_steady_states(x, steady);
+    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+        away[k] = state->states[k] - steady[k];
+    }
+    for (point = 0; point < SURROGATE_POINTS; point++) {
+        surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
+        values[point] = values[point] + surrogate_dot(row, away);
+    }
+    return 0;
+}
+
+double surrogate_time_error(int point)
+{
+    return ((point >= 0) && (point < SURROGATE_POINTS)) ? surrogate_time_errors[point] : 0.0;
+}
+
+//? end
 int surrogate_self_test(void)
 {
     surrogate_band bands[SURROGATE_POINTS];

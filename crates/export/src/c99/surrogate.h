@@ -94,6 +94,34 @@ int surrogate_limit_probability(int limit, const double x[SURROGATE_VARIABLES], 
 /* Values, bands, and whether all limits together are kept with the probability confidence, between one half and one. */
 void surrogate_assess(const double x[SURROGATE_VARIABLES], double confidence, double values[SURROGATE_POINTS], surrogate_band bands[SURROGATE_POINTS], surrogate_chance *chance);
 
+//? moving
+/* The state of the machine over time; it may be copied and kept. */
+typedef struct {
+    double states[SURROGATE_TIME_STATES];
+    double length;
+} surrogate_state;
+
+/* The steady state at a condition. Returns 0, or -1 where a number is not finite; the same of the functions below, which
+ * then leave the state as it was. */
+int surrogate_at_rest(const double x[SURROGATE_VARIABLES], surrogate_state *state);
+
+/* The state in which everything has one temperature, in the points' unit. */
+int surrogate_at_temperature(double temperature, surrogate_state *state);
+
+/* The most probable state at a condition given what the points read, each with this standard deviation, which is positive;
+ * a reading that is not finite is none. */
+int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, surrogate_state *state);
+
+/* Moves a state by a duration in seconds, not negative, at a condition that holds all that time. */
+int surrogate_step(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES]);
+
+/* What the points read in a state at a condition. */
+int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS]);
+
+/* By how much a point may be off over time, beside its band; 0 if there is no such point. */
+double surrogate_time_error(int point);
+
+//? end
 /* Computes the self-test vectors of the file. Returns 0 if every value is reproduced to within 1e-7 times the larger of
  * one and its size; otherwise the number of the first vector that is not, counted from 1. Call it once at start. */
 int surrogate_self_test(void);

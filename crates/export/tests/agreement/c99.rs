@@ -12,6 +12,7 @@ const CONDITIONS: usize = 10_000;
 
 /// Reads conditions from standard input, writes what `answers` lists to standard output.
 const DRIVER: &str = r#"
+#include <math.h>
 #include <stdio.h>
 #include "surrogate.h"
 static void put(double value) { (void)fwrite(&value, sizeof value, 1U, stdout); }
@@ -48,6 +49,21 @@ int main(void)
             put(chance.value); put(chance.band.fit); put(chance.band.parameters); put(chance.band.misses); put(chance.band.total);
             put(chance.probability);
         }
+#ifdef SURROGATE_TIME_STATES
+        {
+            /* From 20 degrees everywhere to this condition and back to readings of it. */
+            surrogate_state state;
+            double nothing[SURROGATE_VARIABLES];
+            for (i = 0; i < SURROGATE_VARIABLES; i++) { nothing[i] = HUGE_VAL; }
+            if (surrogate_at_temperature(20.0, &state) != 0 || surrogate_step(&state, 400.0, x) != 0) { return 5; }
+            if (surrogate_step(&state, -1.0, x) != -1 || surrogate_step(&state, 1.0, nothing) != -1) { return 6; }
+            if (surrogate_read(&state, x, values) != 0) { return 7; }
+            for (i = 0; i < SURROGATE_POINTS; i++) { put(values[i]); }
+            values[0] = HUGE_VAL;
+            if (surrogate_at_readings(x, values, 0.1, &state) != 0 || surrogate_read(&state, x, values) != 0) { return 8; }
+            for (i = 0; i < SURROGATE_POINTS; i++) { put(values[i]); put(surrogate_time_error(i)); }
+        }
+#endif
     }
     return 0;
 }
@@ -125,7 +141,22 @@ fn agreement(surrogate: &Surrogate<'_>, folder: &Path, build: &Build, count: usi
     let output = Command::new(folder.join("driver")).stdin(input).output().expect("the program starts");
     assert!(output.status.success(), "{}: {}", output.status, String::from_utf8_lossy(&output.stderr));
     let found: Vec<f64> = output.stdout.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-    let expected: Vec<f64> = conditions.iter().flat_map(|x| answers(surrogate, x)).collect();
+    let expected: Vec<f64> = conditions.iter().flat_map(|x| [answers(surrogate, x), moved(surrogate, x)].concat()).collect();
     let (apart, place) = worst(&found, &expected);
     (apart, place % (expected.len() / conditions.len()))
+}
+
+/// What the driver prints of a machine over time.
+fn moved(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
+    let Some(own) = surrogate.in_time() else { return Vec::new() };
+    let mut values = vec![0.0; surrogate.point_count()];
+    let mut state = surrogate.at_temperature(20.0).expect("it moves");
+    surrogate.step(&mut state, 400.0, x).expect("a step");
+    surrogate.read(&state, x, &mut values).expect("the shapes fit");
+    let mut all = values.clone();
+    values[0] = f64::INFINITY;
+    let state = surrogate.at_readings(x, &values, 0.1).expect("readings");
+    surrogate.read(&state, x, &mut values).expect("the shapes fit");
+    all.extend(values.iter().enumerate().flat_map(|(point, value)| [*value, own.error(point)]));
+    all
 }
