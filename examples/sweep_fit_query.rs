@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sweep = Sweep::open("examples/tutorial/sweep.toml", Some(500), &[])?;
     let options = SweepOptions { progress: Some(&Lines), ..SweepOptions::default() };
     let swept = sweep.run("out/examples/sweep", options)?;
-    let fit = fit_table(&swept.table, Some(&sweep.study.model.machine), &FitOptions::default())?;
+    let fit = fit_table(&swept.table, Some(&sweep.scope), &FitOptions::default())?;
     for point in &fit.points {
         println!("{:<10} within {:.4} K on 95 of 100 new conditions", point.name, point.half_width);
     }

@@ -39,7 +39,7 @@
 //! let folder = std::env::temp_dir().join(format!("coldplate-sweep-{}", std::process::id()));
 //! let sweep = Sweep::open("examples/tutorial/sweep.toml", Some(300), &[])?;
 //! let swept = sweep.run(&folder, SweepOptions::default())?; // resumes what it finds in the folder
-//! let fit = fit_table(&swept.table, Some(&sweep.study.model.machine), &FitOptions::default())?;
+//! let fit = fit_table(&swept.table, Some(&sweep.scope), &FitOptions::default())?;
 //! let file = fit.to_bytes()?;
 //!
 //! let surrogate = Surrogate::open(&file)?;

@@ -5,8 +5,8 @@ use std::time::Instant;
 
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
+use crate::explore::sweep::scope_of;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::pipeline::fitting::{self, FitRecord};
@@ -22,7 +22,7 @@ pub struct Args {
     /// Surrogate file to write (default: beside the table, ending in .cps)
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Machine file whose limits go into the surrogate
+    /// Machine file whose limits go into the surrogate, or a sweep file that states its own
     #[arg(long, value_name = "FILE")]
     machine: Option<PathBuf>,
     /// Columns that are condition variables, beside the four that always are
@@ -71,15 +71,15 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         let all: Vec<&str> = known.iter().chain(&args.inputs).map(String::as_str).collect();
         samples.make_inputs(&all)?;
     }
-    let machine = args.machine.as_ref().map(|path| Machine::read(path, &[])).transpose()?;
+    let scope = args.machine.as_ref().map(|path| scope_of(path)).transpose()?;
     let options = FitOptions { max_degree: args.max_degree, seed: args.seed, ..FitOptions::default() };
     let (slopes, followed) = (beside(args, &args.slopes, "slopes"), beside(args, &args.followed, "followed"));
-    let mut fit = fitting::fit_table_heard(&samples, machine.as_ref(), &options, &out.progress()).map_err(|e| e.in_file(&args.table))?;
+    let mut fit = fitting::fit_table_heard(&samples, scope.as_ref(), &options, &out.progress()).map_err(|e| e.in_file(&args.table))?;
     if let Some(path) = &slopes {
         fitting::with_uncertainty(&mut fit, Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
     }
     if let Some(path) = &followed {
-        fitting::with_followed(&mut fit, machine.as_ref(), Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
+        fitting::with_followed(&mut fit, scope.as_ref(), Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
     }
     if let Some(path) = &args.dynamics {
         let bytes = super::reduced::bytes(path, &[])?.ok_or_else(|| Error::input("this is no reduced model").in_file(path))?;

@@ -19,7 +19,14 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         "simulate",
         &["coldplate simulate examples/tutorial/machine.toml examples/tutorial/warm_up.csv --within \"0.5 K\" --chart out/warm_up.svg"],
     ),
-    ("sweep", &["coldplate sweep examples/tutorial/sweep.toml --out out/design"]),
+    (
+        "sweep",
+        &[
+            "coldplate sweep examples/tutorial/sweep.toml --out out/design",
+            "coldplate sweep examples/solvers/python/sweep.toml --out out/python",
+            "coldplate sweep examples/tutorial/sweep.toml --shards 4",
+        ],
+    ),
     ("fit", &["coldplate fit out/design/sweep.csv --machine examples/tutorial/machine.toml --out out/design.cps"]),
     (
         "query",
@@ -106,6 +113,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
     ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
     ("Time", &["every", "until", "hold", "repeat", "tolerance", "simulate.from"]),
     ("Going on", &["checkpoint", "checkpoint_every", "resume", "retry_failed"]),
+    ("Parts", &["shard", "shards", "merge", "slurm", "sbatch"]),
     (
         "Results",
         &[

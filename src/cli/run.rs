@@ -43,7 +43,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
     let more =
         sweep.plan.growth.as_ref().map_or_else(String::new, |growth| format!(", then more until {} K are reached,", growth.accuracy));
-    out.note(&format!("{}: {} conditions{more} on {} cells", sweep.plan.name, sweep.plan.conditions.len(), sweep.study.model.mesh.cells));
+    out.note(&format!("{}: {} conditions{more} {}", sweep.plan.name, sweep.plan.conditions.len(), sweep.solver_in_words()));
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     let summary = pipeline::run(&sweep, &folder, options, &progress)?;

@@ -160,7 +160,7 @@ impl State {
         let is_of_design = |row: &usize| round.plan.group_of(*row).is_some_and(|g| !is_one_factor(g));
         let table = round.table.select(|row| is_of_design(&round.rows[row]));
         let rows: Vec<usize> = round.rows.iter().copied().filter(is_of_design).collect();
-        let fit = fitting::fit_table(&table, Some(&sweep.study.model.machine), &fit_options(sweep.definition.fit))?;
+        let fit = fitting::fit_table(&table, Some(&sweep.scope), &fit_options(sweep.definition.fit))?;
         let columns = fit.surrogate.variables.iter().map(|v| table.column(&v.name)).collect::<Result<Vec<_>>>()?;
         let conditions = (0..rows.len()).map(|row| columns.iter().map(|c| c.values[row]).collect()).collect();
         let values = table.outputs().iter().map(|c| c.values.clone()).collect();

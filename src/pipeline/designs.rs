@@ -2,7 +2,7 @@
 
 use super::figures::Comparison;
 use super::fitting;
-use crate::describe::machine::{Machine, Variable};
+use crate::describe::machine::{Scope, Variable};
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{self, FitKeys, Group, Plan, Purpose, Swept};
@@ -60,18 +60,18 @@ impl From<&Swept> for Tables {
 ///
 /// # Errors
 /// As [`fitting::fit_table`].
-pub fn fit_designs(plan: &Plan, machine: &Machine, swept: &Tables, keys: FitKeys, fit: Option<Fit>) -> Result<Option<Fitted>> {
+pub fn fit_designs(plan: &Plan, scope: &Scope, swept: &Tables, keys: FitKeys, fit: Option<Fit>) -> Result<Option<Fitted>> {
     if !plan.groups.iter().any(|g| g.purpose == Purpose::Fit && !is_one_factor(g)) {
         return Ok(None);
     }
     let table = rows_of(&swept.fitted, plan, |g| !is_one_factor(g));
     let mut fit = match fit {
         Some(fit) => fit,
-        None => fitting::fit_table(&table, Some(machine), &fit_options(keys))?,
+        None => fitting::fit_table(&table, Some(scope), &fit_options(keys))?,
     };
     let slopes = swept.slopes.as_ref().map(|slopes| rows_of(slopes, plan, |g| !is_one_factor(g)));
     fitting::with_uncertainty(&mut fit, slopes.as_ref())?;
-    fitting::with_followed(&mut fit, Some(machine), swept.followed.as_ref())?;
+    fitting::with_followed(&mut fit, Some(scope), swept.followed.as_ref())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut comparison = Comparison::default();
     {
@@ -134,6 +134,6 @@ pub fn rehearse(sweep: &Sweep) -> Result<()> {
     };
     let others = plan.variables.iter().enumerate().filter(|(v, _)| !varied.contains(v));
     surrogate.held = others.map(|(_, v)| Held { name: v.name.clone(), unit: v.unit.clone(), value: 0.0 }).collect();
-    surrogate.limits = fitting::limits(&sweep.study.model.machine, &surrogate, &surrogate.held).0;
+    surrogate.limits = fitting::limits(&sweep.scope, &surrogate, &surrogate.held).0;
     file::encode(&surrogate).map(|_| ()).map_err(|e| e.in_file(sweep.definition.document().file()))
 }

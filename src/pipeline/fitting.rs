@@ -4,19 +4,24 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::describe::machine::Machine;
+use crate::describe::machine::{self, Point, Scope};
 use crate::error::{Error, Result};
+use crate::explore::sweep::RECOVERED;
 use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Followed, Held, Limit, LimitKind, Surrogate, Uncertainty, Variable};
 use crate::surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
-use crate::units::{Celsius, Kelvin};
+use crate::units::express;
 
 /// The samples of a table: its varying condition variables and its outputs, and what it holds fixed.
 ///
 /// # Errors
 /// No condition variable varies, or there is no output.
 pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
+    if table.provenance.iter().any(|(key, _)| key == RECOVERED) {
+        return Err(Error::input("the outputs of this table stand in the place of results that there are none of")
+            .help("fit sweep.csv: the conditions that have results"));
+    }
     let (mut variables, mut varying, mut held) = (Vec::new(), Vec::new(), Vec::new());
     for column in table.conditions() {
         let present = column.values.iter().filter(|v| v.is_finite());
@@ -43,22 +48,22 @@ pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
 ///
 /// # Errors
 /// As [`samples`] and [`fit::fit`].
-pub fn fit_table(table: &Table, machine: Option<&Machine>, options: &FitOptions) -> Result<Fit> {
-    fit_table_heard(table, machine, options, &Silent)
+pub fn fit_table(table: &Table, scope: Option<&Scope>, options: &FitOptions) -> Result<Fit> {
+    fit_table_heard(table, scope, options, &Silent)
 }
 
 /// The same, saying how it comes along.
 ///
 /// # Errors
 /// As [`fit_table`].
-pub fn fit_table_heard(table: &Table, machine: Option<&Machine>, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
+pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
     let (samples, mut held) = samples(table)?;
     // What nothing of the machine follows was not held at anything.
-    let is_unused = |name: &str| machine.is_some_and(|m| m.variables.iter().enumerate().any(|(i, v)| v.name == name && !m.uses(i)));
+    let is_unused = |name: &str| scope.is_some_and(|m| m.variables.iter().enumerate().any(|(i, v)| v.name == name && !m.uses(i)));
     held.retain(|held| !is_unused(&held.name));
     let mut fit = fit::fit_heard(&samples, options, progress)?;
-    if let Some(machine) = machine {
-        let (limits, notes) = limits(machine, &fit.surrogate, &held);
+    if let Some(scope) = scope {
+        let (limits, notes) = limits(scope, &fit.surrogate, &held);
         fit.surrogate.limits = limits;
         fit.notes.extend(notes);
     }
@@ -88,13 +93,13 @@ pub fn with_uncertainty(fit: &mut Fit, slopes: Option<&Table>) -> Result<()> {
 ///
 /// # Errors
 /// As [`Followed::fit`].
-pub fn with_followed(fit: &mut Fit, machine: Option<&Machine>, table: Option<&Table>) -> Result<()> {
+pub fn with_followed(fit: &mut Fit, scope: Option<&Scope>, table: Option<&Table>) -> Result<()> {
     let Some(table) = table else { return Ok(()) };
     let surrogate = &fit.surrogate;
     let mut followed = Followed::fit(surrogate, table)?;
-    for limit in machine.iter().flat_map(|m| &m.limits) {
-        let (Some(machine), LimitKind::Rise { variable, .. }) = (machine, &limit.kind) else { continue };
-        let held = surrogate.held.iter().position(|held| held.name == machine.variables[*variable].name);
+    for limit in scope.iter().flat_map(|m| &m.limits) {
+        let (Some(scope), LimitKind::Rise { variable, .. }) = (scope, &limit.kind) else { continue };
+        let held = surrogate.held.iter().position(|held| held.name == scope.variables[*variable].name);
         let own = surrogate.limits.iter().position(|own| own.name == limit.name);
         followed.limits.extend(own.zip(held));
     }
@@ -104,13 +109,13 @@ pub fn with_followed(fit: &mut Fit, machine: Option<&Machine>, table: Option<&Ta
 
 /// The limits of a machine in the surrogate's points and units; notes name those that cannot be carried over.
 /// A rise over a variable that was held is a maximum.
-pub(super) fn limits(machine: &Machine, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
+pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
     let (mut limits, mut notes) = (Vec::new(), Vec::new());
-    let point = |sensor: usize| surrogate.points.iter().position(|p| p.name == machine.sensors[sensor].name);
-    let variable = |index: usize| surrogate.variables.iter().position(|v| v.name == machine.variables[index].name);
-    for limit in &machine.limits {
+    let point = |sensor: usize| surrogate.points.iter().position(|p| p.name == scope.points[sensor].name && p.unit == scope.points[sensor].unit);
+    let variable = |index: usize| surrogate.variables.iter().position(|v| v.name == scope.variables[index].name);
+    for limit in &scope.limits {
         if let LimitKind::Rise { point: sensor, variable } = limit.kind
-            && let Some(held) = held.iter().find(|held| held.name == machine.variables[variable].name)
+            && let Some(held) = held.iter().find(|held| held.name == scope.variables[variable].name)
             && let Some(point) = point(sensor).filter(|point| surrogate.points[*point].unit == held.unit)
         {
             let maximum = held.value + limit.maximum;
@@ -119,16 +124,28 @@ pub(super) fn limits(machine: &Machine, surrogate: &Surrogate, held: &[Held]) ->
             continue;
         }
         let kind = limit.kind.renumbered(point, variable);
-        let maximum = match limit.kind {
-            LimitKind::Maximum { .. } => Celsius::from(Kelvin(limit.maximum)).0,
-            _ => limit.maximum,
-        };
+        let maximum = in_unit(limit, &scope.points);
         match kind {
             Some(kind) => limits.push(Limit { name: limit.name.clone(), kind, maximum }),
             None => notes.push(format!("the limit '{}' looks at something this table does not vary or hold: it is left out", limit.name)),
         }
     }
     (limits, notes)
+}
+
+/// What a limit allows, in the unit of its points.
+fn in_unit(limit: &machine::Limit, points: &[Point]) -> f64 {
+    let (point, is_difference) = match &limit.kind {
+        LimitKind::Maximum { point } => (*point, false),
+        LimitKind::Rise { .. } => return limit.maximum,
+        LimitKind::Difference { first, .. } => (*first, true),
+        LimitKind::Spread(all) => (all.first().copied().unwrap_or(0), true),
+    };
+    let Some(Point { unit, dimension, .. }) = points.get(point) else { return limit.maximum };
+    match (dimension.is_absolute(), is_difference) {
+        (true, true) => limit.maximum,
+        _ => express(limit.maximum, unit, *dimension).unwrap_or(limit.maximum),
+    }
 }
 
 /// A fit as outside programs read it: each field is a key of `coldplate fit --json`.

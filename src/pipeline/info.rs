@@ -338,10 +338,10 @@ fn document(path: &Path) -> Result<Info> {
     if root.has("figure") {
         return Err(Error::input("this defines a chart").in_file(path).help("`coldplate chart` draws it"));
     }
-    if root.has("machine") && (root.has("design") || root.has("one_factor")) {
+    if (root.has("machine") || root.has("solver")) && (root.has("design") || root.has("one_factor")) {
         let definition = Definition::new(document.clone())?;
-        let machine = Machine::read(&definition.machine, &definition.set)?;
-        return Ok(Info::Sweep(sweep(&definition, &definition.plan(&machine.variables)?)?));
+        let scope = definition.scope(&[])?;
+        return Ok(Info::Sweep(sweep(&definition, &definition.plan(&scope.variables)?)?));
     }
     Ok(Info::Machine(machine(&Machine::from_document(&document)?)?))
 }
@@ -355,7 +355,7 @@ fn sweep(definition: &Definition, plan: &Plan) -> Result<SweepInfo> {
         |g: &crate::explore::sweep::Group| GroupInfo { name: g.name.clone(), design: g.description.clone(), conditions: g.rows.len() };
     Ok(SweepInfo {
         name: definition.name.clone(),
-        machine: definition.machine.display().to_string(),
+        machine: definition.machine.as_ref().map_or_else(String::new, |machine| machine.display().to_string()),
         conditions: plan.conditions.len(),
         groups: plan.groups.iter().map(group).collect(),
         variables: plan.variables.iter().enumerate().map(variable).collect(),

@@ -111,20 +111,20 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     designs::rehearse(sweep)?;
     let Ran { swept, adaptation, fit } = adaptive::run(sweep, folder, options, progress)?;
     let plan = &swept.plan;
-    let mut checked = measured::check(&sweep.study)?;
+    let mut checked = sweep.study().map(measured::check).transpose()?.unwrap_or_default();
     for path in &sweep.definition.compare {
         checked.extend(measured::check(&Study::read(path, &[], None)?)?);
     }
-    let inventory = inventory(&sweep.study.model, Some(&sweep.reference()))?;
+    let inventory = sweep.study().map(|study| inventory(&study.model, Some(&sweep.reference()))).transpose()?;
     let sweep_seconds = clock.elapsed().as_secs_f64();
 
     let clock = Instant::now();
     progress.say("fitting");
     let result = Rc::new(SweepResult {
         plan: plan.clone(),
-        machine: sweep.study.model.machine.name.clone(),
+        machine: sweep.scope.name.clone(),
         table: swept.table.clone(),
-        fitted: fit_designs(plan, &sweep.study.model.machine, &Tables::from(&swept), sweep.definition.fit, fit)?,
+        fitted: fit_designs(plan, &sweep.scope, &Tables::from(&swept), sweep.definition.fit, fit)?,
     });
     let fitted = result.fitted.as_ref();
     let one_factor = one_factor_tables(plan, &swept.table);
@@ -146,7 +146,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     }
     if let Some(fitted) = fitted {
         let opened = file::open(&fitted.bytes)?;
-        usual::draw_surrogate(&mut gallery, &opened, &fitted.comparison, &fitted.fit.points, &sweep.study.model.machine.name)?;
+        usual::draw_surrogate(&mut gallery, &opened, &fitted.comparison, &fitted.fit.points, &sweep.scope.name)?;
     }
     if !gallery.has("one_factor") && !gallery.has("published") {
         for (group, table) in &one_factor {
@@ -178,7 +178,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     let report = folder.join("report.html");
     pages::write(
         &report,
-        &Material { sweep, swept: &swept, fitted, checked: &checked, inventory: &inventory, gallery: &gallery, summary: &summary },
+        &Material { sweep, swept: &swept, fitted, checked: &checked, inventory: inventory.as_ref(), gallery: &gallery, summary: &summary },
     )?;
     summary.files = [vec![report], files, gallery.files()].concat();
     summary.seconds[2] = clock.elapsed().as_secs_f64();
@@ -191,7 +191,8 @@ struct Material<'a> {
     swept: &'a Swept,
     fitted: Option<&'a Fitted>,
     checked: &'a [Checked],
-    inventory: &'a Inventory,
+    /// Of the machine, where we solved.
+    inventory: Option<&'a Inventory>,
     gallery: &'a Gallery,
     summary: &'a Summary,
 }

@@ -6,11 +6,13 @@ use super::adaptive::Adaptation;
 use super::figures as figures_of;
 use super::gallery::Gallery;
 use super::{Material, SURROGATE, TARGET};
+use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::figures::chart::page::fixed_conditions;
 use crate::figures::chart::style::Quantity;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
 use crate::foundation::numbers::significant;
+use crate::solve::meshed::Inventory;
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::{self, Acceptability, indices};
 
@@ -19,13 +21,16 @@ use crate::surrogate::verdict::{self, Acceptability, indices};
 /// # Errors
 /// The surrogate cannot be queried, or the file cannot be written.
 pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
-    let machine = &material.sweep.study.model.machine;
-    let mut report = Report::new(&machine.name);
+    let scope = &material.sweep.scope;
+    let mut report = Report::new(&scope.name);
     report.subtitle(format!(
-        "{}: {} conditions on {} cells",
-        material.sweep.plan.name, material.summary.conditions.0, material.sweep.study.model.mesh.cells
+        "{}: {} conditions {}",
+        material.sweep.plan.name,
+        material.summary.conditions.0,
+        material.sweep.solver_in_words()
     ));
-    report.footer(format!("coldplate {}, machine file {}", env!("CARGO_PKG_VERSION"), machine.hash));
+    let hashed = if material.sweep.program().is_some() { "solver" } else { "machine file" };
+    report.footer(format!("coldplate {}, {hashed} {}", env!("CARGO_PKG_VERSION"), scope.hash));
     summary(report.section("Summary"), material);
     if material.fitted.is_some() {
         acceptability(report.section("Is a condition acceptable?"), material)?;
@@ -45,8 +50,12 @@ pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
     for topic in ["machine", "sankey", "heat", "measured", "scan"] {
         figures(machine, material.gallery, topic);
     }
-    inventory(machine, material);
-    assumptions(report.section("What was assumed"), material);
+    if let Some(found) = material.inventory {
+        inventory(machine, found);
+    }
+    if let Some(study) = material.sweep.study() {
+        assumptions(report.section("What was assumed"), &study.model.machine);
+    }
     provenance(report.section("Where the numbers come from"), material);
     report.write(path)
 }
@@ -67,12 +76,17 @@ fn worst_held_out(material: &Material<'_>) -> Option<f64> {
 }
 
 fn summary(section: &mut Section, material: &Material<'_>) {
-    let machine = &material.sweep.study.model.machine;
-    section.paragraph(machine.description.trim());
+    let study = material.sweep.study();
+    if let Some(study) = study {
+        section.paragraph(study.model.machine.description.trim());
+    }
     let failed = material.summary.failures.len();
     let mut keys = vec![
         KeyFigure::new(material.summary.conditions.0.to_string(), "conditions solved in full"),
-        KeyFigure::new(material.sweep.study.model.network.nodes.to_string(), "unknowns each"),
+        match (study, material.sweep.program()) {
+            (_, Some(program)) => KeyFigure::new(&program.name, format!("solved them, version {}", program.version())),
+            (study, None) => KeyFigure::new(study.map_or(0, |study| study.model.network.nodes).to_string(), "unknowns each"),
+        },
     ];
     if let Some(worst) = worst_held_out(material) {
         let tone = if worst < TARGET { Tone::Good } else { Tone::Bad };
@@ -91,7 +105,7 @@ fn summary(section: &mut Section, material: &Material<'_>) {
     if let Some(found) = &material.summary.adaptation {
         section.note(if found.reached { Tone::Good } else { Tone::Bad }, found.sentence());
     }
-    for warning in &material.inventory.warnings {
+    for warning in material.inventory.iter().flat_map(|inventory| &inventory.warnings) {
         section.note(Tone::Uncertain, warning);
     }
     for note in &material.summary.notes {
@@ -334,8 +348,7 @@ fn accuracy(section: &mut Section, material: &Material<'_>) {
     figures(section, material.gallery, "residuals");
 }
 
-fn inventory(section: &mut Section, material: &Material<'_>) {
-    let found = material.inventory;
+fn inventory(section: &mut Section, found: &Inventory) {
     let mut parts = Table::new([
         ("part", Align::Left),
         ("material", Align::Left),
@@ -393,8 +406,8 @@ fn inventory(section: &mut Section, material: &Material<'_>) {
     }
 }
 
-fn assumptions(section: &mut Section, material: &Material<'_>) {
-    let assumed = &material.sweep.study.model.machine.assumptions;
+fn assumptions(section: &mut Section, machine: &Machine) {
+    let assumed = &machine.assumptions;
     if assumed.is_empty() {
         section.paragraph("The machine file marks no number as assumed.");
         return;

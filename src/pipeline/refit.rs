@@ -83,7 +83,7 @@ pub fn refit(document: &Document, cells: usize, name: &str, folder: &Path, progr
     let plan = definition.plan(&machine.variables)?;
     let sweep = Sweep::of(definition, plan, Study::new(document.clone(), Some(cells))?)?;
     let swept = sweep.run(folder, sweep::SweepOptions { progress: Some(progress), ..Default::default() })?;
-    let mut fit = fit_table_heard(&swept.table, Some(&sweep.study.model.machine), &FitOptions::default(), progress)?;
+    let mut fit = fit_table_heard(&swept.table, Some(&sweep.scope), &FitOptions::default(), progress)?;
     with_uncertainty(&mut fit, swept.slopes.as_ref())?;
     let bytes = file::encode(&fit.surrogate)?;
     let mut largest = None;

@@ -67,7 +67,12 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "explore::schedule",
         ],
     ),
-    ("explore::sweep", &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::*"]),
+    ("explore::cluster", &["error", "foundation::*", "explore::sweep"]),
+    ("explore::external", &["error", "units", "foundation::*", "describe::machine"]),
+    (
+        "explore::sweep",
+        &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::*", "explore::external"],
+    ),
     ("surrogate::fit", &["error", "units", "foundation::*"]),
     ("surrogate::verdict", &["error", "units", "foundation::*", "surrogate::fit"]),
     ("figures::chart", &["error", "units", "foundation::atomic_file"]),

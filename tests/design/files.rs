@@ -131,7 +131,7 @@ fn changes_to_the_machine_are_handed_on() {
     let text = "name = 't'\nmachine = '../m/rig.toml'\ncells = 5000\n[set]\n'contact.motor.conductance' = '600 +- 40 W/(m2 K)'\n\
                 channel.a.bend_factor = 1.5\npart.bed.at = ['1 m', '2 m']\npart.bed.fine = true\n";
     let definition = Definition::new(Document::parse(text, "sweeps/x.toml").unwrap()).unwrap();
-    assert_eq!(definition.machine, std::path::Path::new("sweeps/../m/rig.toml"));
+    assert_eq!(definition.machine.as_deref(), Some(std::path::Path::new("sweeps/../m/rig.toml")));
     assert_eq!(definition.cells, Some(5000));
     let expected = [
         // What is stated as uncertain stays so.

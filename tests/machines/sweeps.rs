@@ -7,7 +7,7 @@ use super::{files, folder};
 
 fn plan(path: &std::path::Path) -> (Machine, Plan) {
     let definition = Definition::read(path).unwrap_or_else(|e| panic!("{e}"));
-    let machine = Machine::read(&definition.machine, &definition.set).unwrap_or_else(|e| panic!("{e}"));
+    let machine = Machine::read(definition.machine.as_ref().unwrap(), &definition.set).unwrap_or_else(|e| panic!("{e}"));
     let plan = definition.plan(&machine.variables).unwrap_or_else(|e| panic!("{e}"));
     (machine, plan)
 }

@@ -10,7 +10,7 @@ use std::time::Duration;
 use coldplate::describe::machine::{ModelError, Variable};
 use coldplate::error::{Error, Result};
 use coldplate::explore::sweep::journal::{Header, Journal, Outcome};
-use coldplate::explore::sweep::{Definition, JOURNAL, Open, Plan, Subject, SweepOptions, Swept, execute};
+use coldplate::explore::sweep::{Definition, JOURNAL, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, execute};
 use coldplate::foundation::document::Document;
 use coldplate::units::Dimension;
 
@@ -33,7 +33,7 @@ fn plan(runs: usize) -> Plan {
 
 fn subject() -> Subject {
     let outputs = [("motor", "degC"), ("plate, \"front\"", "degC")].map(|(n, u)| (n.to_string(), u.to_string())).to_vec();
-    Subject { machine: "rig".into(), hash: "0123456789abcdef".repeat(4), mesh: "1000 cells".into(), outputs, open: nothing_open() }
+    Subject { machine: "rig".into(), hash: "0123456789abcdef".repeat(4), by: SolvedBy::Mesh("1000 cells".into()), outputs, open: nothing_open() }
 }
 
 fn nothing_open() -> Open {
@@ -140,7 +140,7 @@ fn a_journal_of_something_else_is_refused_and_left_alone() {
     let mut machine = subject();
     machine.hash = "f".repeat(64);
     let mut mesh = subject();
-    mesh.mesh = "2000 cells".into();
+    mesh.by = SolvedBy::Mesh("2000 cells".into());
     let mut outputs = subject();
     outputs.outputs[0].0 = "reducer".into();
     for (plan, subject, needles) in [

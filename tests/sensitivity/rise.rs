@@ -59,7 +59,7 @@ fn a_rise_is_over_the_ambient_temperature_and_not_over_the_chamber() {
 
     let rows: String = (0..9).map(|i| 15.0 + 2.5 * f64::from(i)).map(|t| format!("{t},{}\n", solved(t).0)).collect();
     let table = Table::from_csv(&format!("ambient_temperature [degC],top [degC]\n{rows}"), "sweep.csv").unwrap();
-    let fit = fit_table(&table, Some(machine), &FitOptions::default()).unwrap();
+    let fit = fit_table(&table, Some(&machine.scope()), &FitOptions::default()).unwrap();
     let bytes = encode(&fit.surrogate).unwrap();
     let verdict = open(&bytes).unwrap().verdict(&[25.0]);
     assert!((verdict.value - rise).abs() < 1e-3, "{} and {rise}", verdict.value);

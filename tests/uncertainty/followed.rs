@@ -29,11 +29,10 @@ fn fitted(name: &str, follow: &str) -> (Study, Fit) {
     let plan = definition.plan(&study.model.machine.variables).unwrap();
     let sweep = Sweep::of(definition, plan, study).unwrap();
     let swept = sweep.run(&folder, SweepOptions::default()).unwrap();
-    let machine = &sweep.study.model.machine;
-    let mut fit = fit_table(&swept.table, Some(machine), &FitOptions::default()).unwrap();
+    let mut fit = fit_table(&swept.table, Some(&sweep.scope), &FitOptions::default()).unwrap();
     with_uncertainty(&mut fit, swept.slopes.as_ref()).unwrap();
-    with_followed(&mut fit, Some(machine), swept.followed.as_ref()).unwrap();
-    (sweep.study, fit)
+    with_followed(&mut fit, Some(&sweep.scope), swept.followed.as_ref()).unwrap();
+    (sweep.into_study().unwrap(), fit)
 }
 
 #[test]

@@ -121,7 +121,7 @@ fn surrogate(document: &Document, cells: usize, folder: &Path) -> Vec<u8> {
     let plan = definition.plan(&study.model.machine.variables).unwrap();
     let sweep = Sweep::of(definition, plan, study).unwrap();
     let swept = sweep.run(folder, SweepOptions::default()).unwrap();
-    let mut fit = fit_table(&swept.table, Some(&sweep.study.model.machine), &FitOptions::default()).unwrap();
+    let mut fit = fit_table(&swept.table, Some(&sweep.scope), &FitOptions::default()).unwrap();
     with_uncertainty(&mut fit, swept.slopes.as_ref()).unwrap();
     encode(&fit.surrogate).unwrap()
 }

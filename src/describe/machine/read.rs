@@ -110,7 +110,8 @@ fn machine(document: &Document) -> Result<Machine> {
     let sensors = sensors(&root, &index)?;
     let sensor_names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).collect();
     let heat_flows = heat_flows(&root, &index, &contacts, &boundaries)?;
-    let limits = limits(&root, &sensor_names, &variables)?;
+    let limited: Vec<(String, Dimension)> = sensor_names.iter().map(|name| (name.clone(), Dimension::TEMPERATURE)).collect();
+    let limits = limits(&root, &limited, &variables)?;
     let measurements = measurements(&root, &variables, &sensor_names)?;
     let (shared_factors, correlations) = (shared_factors(&root)?, correlations(&root)?);
     let model_error = model_error(&root, &sensor_names, &variables)?;

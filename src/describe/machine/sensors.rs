@@ -82,22 +82,32 @@ pub(super) fn sensors(root: &Section<'_>, index: &Index<'_>) -> Result<Vec<Senso
     Ok(found)
 }
 
-/// Reads `[limit.NAME]`.
-pub(super) fn limits(root: &Section<'_>, sensors: &[String], variables: &[Variable]) -> Result<Vec<Limit>> {
+/// Reads `[limit.NAME]` over points with their dimensions.
+pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variables: &[Variable]) -> Result<Vec<Limit>> {
     let mut found = Vec::new();
-    let ambient = variables.iter().position(|v| v.name == "ambient_temperature").unwrap_or(0);
+    let sensors: Vec<String> = points.iter().map(|(name, _)| name.clone()).collect();
+    let sensors = sensors.as_slice();
+    let difference = |of: &[usize]| points[of[0]].1.of_differences();
     for (name, section) in root.sections("limit")? {
         check_length(&name, &section)?;
         let several = |key: &str| -> Result<Vec<usize>> { section.list(key)?.iter().map(|v| lookup(v, sensors, "sensor")).collect() };
         let (kind, maximum) = match section.one_of(&["maximum", "rise", "difference", "spread"])? {
-            Some("maximum") => (
-                LimitKind::Maximum { point: lookup(&section.value("sensor")?, sensors, "sensor")? },
-                section.quantity("maximum", Dimension::TEMPERATURE)?,
-            ),
-            Some("rise") => (
-                LimitKind::Rise { point: lookup(&section.value("sensor")?, sensors, "sensor")?, variable: ambient },
-                section.quantity("rise", Dimension::DIFFERENCE)?,
-            ),
+            Some("maximum") => {
+                let point = lookup(&section.value("sensor")?, sensors, "sensor")?;
+                (LimitKind::Maximum { point }, section.quantity("maximum", points[point].1)?)
+            }
+            Some("rise") => {
+                let point = lookup(&section.value("sensor")?, sensors, "sensor")?;
+                let Some(variable) = variables.iter().position(|v| v.name == "ambient_temperature") else {
+                    return Err(section
+                        .error_at("rise", "a rise is over the ambient temperature, which is no variable here")
+                        .help("declare ambient_temperature under [variables], or limit the maximum"));
+                };
+                if !points[point].1.is_absolute() {
+                    return Err(section.error_at("sensor", "this point is no temperature, and a rise is over one").help("limit its maximum"));
+                }
+                (LimitKind::Rise { point, variable }, section.quantity("rise", Dimension::DIFFERENCE)?)
+            }
             Some("difference") => {
                 let both = several("between")?;
                 let [first, second] = both[..] else {
@@ -108,7 +118,7 @@ pub(super) fn limits(root: &Section<'_>, sensors: &[String], variables: &[Variab
                 if first == second {
                     return Err(section.error_at("between", "the difference of a sensor to itself is zero").help("name two sensors"));
                 }
-                (LimitKind::Difference { first, second }, section.quantity("difference", Dimension::DIFFERENCE)?)
+                (LimitKind::Difference { first, second }, section.quantity("difference", difference(&both))?)
             }
             Some(_) => {
                 let all = several("sensors")?;
@@ -118,13 +128,22 @@ pub(super) fn limits(root: &Section<'_>, sensors: &[String], variables: &[Variab
                         .error_at("sensors", "two or more different sensors are wanted here")
                         .help("the spread is largest minus smallest"));
                 }
-                (LimitKind::Spread(all), section.positive("spread", Dimension::DIFFERENCE)?)
+                let spread = section.positive("spread", difference(&all))?;
+                (LimitKind::Spread(all), spread)
             }
             None => {
                 let help = "give sensor and maximum = \"30 degC\" or rise = \"3 K\", between and difference, or sensors and spread";
                 return Err(section.error("this limit limits nothing").help(help));
             }
         };
+        let of_points: Vec<usize> = match &kind {
+            LimitKind::Difference { first, second } => vec![*first, *second],
+            LimitKind::Spread(all) => all.clone(),
+            LimitKind::Maximum { .. } | LimitKind::Rise { .. } => Vec::new(),
+        };
+        if of_points.iter().any(|point| points[*point].1 != points[of_points[0]].1) {
+            return Err(section.error("the points of this limit are of different kinds").help("compare temperatures with temperatures"));
+        }
         section.finish()?;
         found.push(Limit { name, kind, maximum });
     }

@@ -20,6 +20,11 @@ const FOUR: [(&str, &str, Dimension, &[&str]); 4] = [
     ("ambient_temperature", "degC", Dimension::TEMPERATURE, &["K"]),
 ];
 
+/// Names of the variables that always exist.
+pub(super) fn four() -> [&'static str; 4] {
+    FOUR.map(|(name, ..)| name)
+}
+
 /// Dimensions a variable of the file may have, found from its unit.
 const DIMENSIONS: [Dimension; 24] = [
     Dimension::NUMBER,

@@ -1,96 +1,120 @@
-//! From a sweep file to the solver: machine, mesh, network and multigrid hierarchy are set up once, and every condition
-//! starts from the same reference state, so that a result does not depend on which conditions went before.
+//! A sweep file with what it takes to run it.
 
-use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::path::{Path, PathBuf};
 
-use super::{Definition, Grow, Open, Plan, Subject, SweepOptions, Swept, execute_growing};
-use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::Load;
+use super::merge::{self, Merged};
+use super::shards::{self, Shard, ShardRecord};
+use super::{Definition, Grow, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, execute, execute_growing, own};
+use crate::describe::machine::{Condition, ModelError, Scope};
 use crate::error::{Error, Result};
-use crate::foundation::document::Document;
-use crate::solve::Solver;
-use crate::solve::meshed::SteadyState;
-use crate::solve::sensitivity::{Derivatives, Study};
-
-/// Conditions of a design for each one that others start from.
-const WORTH_ONE_START: usize = 8;
-/// Most conditions that others start from: each costs its memory and one product with the matrix per start.
-const MOST_STARTS: usize = 16;
+use crate::explore::external::{Program, Values};
+use crate::solve::sensitivity::Study;
 
 /// A sweep ready to run.
 #[derive(Debug)]
 pub struct Sweep {
     /// The sweep file.
     pub definition: Definition,
-    /// The machine file with the machine on its mesh.
-    pub study: Study,
-    /// What is open of it.
-    pub open: Open,
+    /// Its variables, points and limits.
+    pub scope: Scope,
     /// The conditions.
     pub plan: Plan,
+    solver: Solving,
+}
+
+/// Who solves.
+#[derive(Debug)]
+enum Solving {
+    /// We do: the machine file with the machine on its mesh, and what is open of it.
+    Own(Box<(Study, Open)>),
+    /// Another program.
+    Program(Box<Program>),
 }
 
 impl Sweep {
     /// Reads a sweep file and its machine and makes the mesh: of `cells` cells, or else as many as the sweep file says,
     /// or else as many as the machine file says. `sets` are changes to the machine file after those of the sweep file.
+    /// Where another program solves, it is asked for its version.
     ///
     /// # Errors
-    /// One of the files is wrong, or the mesh cannot be made.
+    /// One of the files is wrong, the mesh cannot be made, or the program not be run.
     pub fn open(path: impl AsRef<Path>, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
         let definition = Definition::read(path.as_ref())?;
-        let sets: Vec<(String, String)> = definition.set.iter().chain(sets).cloned().collect();
-        let mut document = Document::read(&definition.machine)?;
-        for (key, value) in &sets {
-            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
-        }
+        let (scope, program) = definition.asked(sets)?;
         // Before the mesh, which takes its time: a mistake in the design should show at once.
-        let plan = definition.plan(&Machine::from_document(&document)?.variables)?;
-        let study = Study::new(document, cells.or(definition.cells))?;
-        Self::of(definition, plan, study)
+        let plan = definition.plan(&scope.variables)?;
+        match (program, definition.machine_file(sets)?) {
+            (Some(mut program), _) => {
+                if cells.is_some() {
+                    return Err(Error::input("another program makes its own mesh").at_key("--cells").help("leave it out"));
+                }
+                program.ask_version().map_err(|e| e.in_file(path))?;
+                Ok(Self { definition, scope, plan, solver: Solving::Program(Box::new(program)) })
+            }
+            (None, Some(document)) => {
+                let study = Study::new(document, cells.or(definition.cells))?;
+                Self::of(definition, plan, study)
+            }
+            (None, None) => Err(Error::input("there is neither a machine nor a solver").in_file(path).help("name the machine file")),
+        }
     }
 
-    /// The same of what was read already.
+    /// A sweep of a machine that was read already.
     ///
     /// # Errors
     /// As [`Open::of`].
     pub fn of(definition: Definition, plan: Plan, study: Study) -> Result<Self> {
         let open = Open::of(&study, definition.uncertainty)?;
-        Ok(Self { definition, study, open, plan })
+        Ok(Self { definition, scope: study.model.machine.scope(), plan, solver: Solving::Own(Box::new((study, open))) })
+    }
+
+    /// The machine file with the machine on its mesh, where we solve.
+    pub fn study(&self) -> Option<&Study> {
+        if let Solving::Own(own) = &self.solver { Some(&own.0) } else { None }
+    }
+
+    /// The machine on its mesh, where we solve, and nothing else of the sweep.
+    pub fn into_study(self) -> Option<Study> {
+        if let Solving::Own(own) = self.solver { Some(own.0) } else { None }
+    }
+
+    /// The program that solves, where it is another.
+    pub fn program(&self) -> Option<&Program> {
+        if let Solving::Program(program) = &self.solver { Some(program) } else { None }
+    }
+
+    /// Who solves, for a line that names the sweep: `on 5000 cells`, `by ccx, version 2.20`.
+    pub fn solver_in_words(&self) -> String {
+        match &self.solver {
+            Solving::Own(own) => format!("on {} cells", own.0.model.mesh.cells),
+            Solving::Program(program) => format!("by {}", program.called()),
+        }
     }
 
     /// What the results depend on, and what they are called.
     pub fn subject(&self) -> Subject {
-        Subject {
-            machine: self.study.model.machine.name.clone(),
-            hash: self.study.model.machine.hash.clone(),
-            mesh: format!("{} cells, {} nodes", self.study.model.mesh.cells, self.study.model.network.nodes),
-            outputs: self.study.model.network.sensor_names.iter().map(|name| (name.clone(), "degC".to_string())).collect(),
-            open: self.open.clone(),
+        let (machine, hash) = (self.scope.name.clone(), self.scope.hash.clone());
+        match &self.solver {
+            Solving::Own(own) => {
+                let (study, open) = own.as_ref();
+                let mesh = format!("{} cells, {} nodes", study.model.mesh.cells, study.model.network.nodes);
+                let outputs = study.model.network.sensor_names.iter().map(|name| (name.clone(), "degC".to_string())).collect();
+                Subject { machine, hash, by: SolvedBy::Mesh(mesh), outputs, open: open.clone() }
+            }
+            Solving::Program(program) => {
+                let by =
+                    SolvedBy::Program { name: program.called(), recover: program.readings.iter().map(|reading| reading.recover).collect() };
+                let outputs: Vec<(String, String)> = program.points().into_iter().map(|point| (point.name, point.unit)).collect();
+                let sensors = vec![0.0; outputs.len()];
+                let model_error = ModelError { sensors, common: 0.0, growth: 0.0, measured: Vec::new(), is_stated: false };
+                Subject { machine, hash, by, outputs, open: Open { parameters: Vec::new(), correlations: Vec::new(), model_error } }
+            }
         }
     }
 
-    /// The middle of the ranges, where the shared setup is made.
+    /// The middle of the ranges.
     pub fn reference(&self) -> Condition {
-        let middle = |v: usize| {
-            let values = self.plan.conditions.iter().map(|row| row[v]);
-            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-            0.5 * (low + high)
-        };
-        Condition::from_si((0..self.plan.variables.len()).map(middle).collect())
-    }
-
-    /// The shared setup, at the middle of the ranges, or at the first condition of the design where it can be made.
-    fn solver(&self) -> Result<Solver<'_>> {
-        let first = match self.study.model.solver(&self.reference()) {
-            Ok(solver) => return Ok(solver),
-            Err(error) => error,
-        };
-        let others = self.plan.conditions.iter().map(|row| self.study.model.solver(&Condition::from_si(row.clone())));
-        others.flatten().next().ok_or_else(|| {
-            Error::numerics(format!("every condition failed, that in the middle of the ranges because: {}", first.what()))
-                .help("solve one of them with `coldplate solve`")
-        })
+        self.plan.middle()
     }
 
     /// Runs what the journal in `folder` does not hold yet and writes the tables.
@@ -106,45 +130,60 @@ impl Sweep {
     /// # Errors
     /// As [`Sweep::run`], and those of `grow`.
     pub fn run_growing(&self, folder: &Path, options: SweepOptions<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
-        let mut solver = self.solver()?;
-        // Every condition starts from the same few, spread evenly over the design as the sweep file states it, so that none
-        // depends on which others have been solved before it or in this run.
-        let rows = &self.plan.conditions;
-        let known = (rows.len() / WORTH_ONE_START).min(MOST_STARTS);
-        let start = |i: usize| Load::at(&self.study.model.machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
-        solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
-        // By stream: conditions solved now at which its wall boils, and the hottest wall, K.
-        let boiling = Mutex::new(vec![(0, 0.0); self.study.model.network.streams.len()]);
-        let solve = |plan: &Plan, row: usize| {
-            let si = &plan.conditions[row];
-            let state = self.study.model.solve(&solver, &Condition::from_si(si.clone()))?;
-            self.count_boiling(&state, &mut boiling.lock().unwrap_or_else(PoisonError::into_inner));
-            let mut values: Vec<f64> = self.study.model.readings(&state).into_iter().map(|t| t.0).collect();
-            let count = self.open.parameters.len() * values.len();
-            if count > 0 && plan.is_sloped(row) {
-                let at = Derivatives::at(&self.study, &Condition::from_si(si.clone()), &state.solution.temperatures)?;
-                values.extend(at.along_open(&self.open.parameters)?.into_iter().flatten());
-            } else {
-                values.extend(std::iter::repeat_n(0.0, count));
-            }
-            Ok(values)
-        };
-        let mut swept = execute_growing(&self.plan, &self.subject(), folder, options, solve, grow)?;
-        let boiling = boiling.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let note = |(s, (count, wall)): (usize, &(usize, f64))| {
-            let network = &self.study.model.network;
-            let what = network.boiling_note(s, *wall);
-            format!("channel '{}' at {count} of the conditions solved now: {what}", network.streams[s].name)
-        };
-        swept.notes = boiling.iter().enumerate().filter(|(_, (count, _))| *count > 0).map(note).collect();
+        let subject = self.subject();
+        let (mut swept, notes) =
+            self.solving(folder, options, |solve, options| execute_growing(&self.plan, &subject, folder, options, solve, grow))?;
+        swept.notes = notes;
         Ok(swept)
     }
 
-    fn count_boiling(&self, state: &SteadyState, found: &mut [(usize, f64)]) {
-        let solution = &state.solution;
-        for (s, (count, hottest)) in found.iter_mut().enumerate() {
-            if let Some(wall) = self.study.model.network.boiling_wall(s, &solution.streams[s], &solution.temperatures) {
-                (*count, *hottest) = (*count + 1, hottest.max(wall));
+    /// Runs what one part of the conditions lacks, into a journal of its own below `folder`.
+    ///
+    /// # Errors
+    /// As [`shards::run`].
+    pub fn run_shard(&self, folder: &Path, shard: Shard, options: SweepOptions<'_>) -> Result<ShardRecord> {
+        let subject = self.subject();
+        Ok(self.solving(folder, options, |solve, options| shards::run((&self.plan, &subject), folder, shard, options, solve))?.0)
+    }
+
+    /// Brings what other journals hold into that of `folder`.
+    ///
+    /// # Errors
+    /// As [`merge::merge`].
+    pub fn merge(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+        merge::merge(&self.plan, &self.subject(), folder, journals)
+    }
+
+    /// The same, where there may be no other journals yet.
+    ///
+    /// # Errors
+    /// As [`merge::merge_any`].
+    pub fn merge_any(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+        merge::merge_any(&self.plan, &self.subject(), folder, journals)
+    }
+
+    /// Writes the tables of a sweep whose journal in `folder` holds every condition; nothing is solved.
+    ///
+    /// # Errors
+    /// As [`super::execute`].
+    pub fn tables(&self, folder: &Path) -> Result<Swept> {
+        execute(&self.plan, &self.subject(), folder, SweepOptions::default(), |_| Err(Error::numerics("the journal does not hold it")))
+    }
+
+    /// Sets up who solves and hands the solver to `work`, with the options as they are for it; notes say what is doubtful.
+    fn solving<R>(
+        &self,
+        folder: &Path,
+        options: SweepOptions<'_>,
+        work: impl FnOnce(&(dyn Fn(&Plan, usize) -> Result<Vec<f64>> + Sync), SweepOptions<'_>) -> Result<R>,
+    ) -> Result<(R, Vec<String>)> {
+        match &self.solver {
+            Solving::Own(own) => own::with(&own.0, &own.1, &self.plan, |solve| work(solve, options)),
+            Solving::Program(program) => {
+                let workshop = program.workshop(folder);
+                let options = SweepOptions { threads: program.at_once.or(options.threads), ..options };
+                let solve = |plan: &Plan, row: usize| workshop.solve(Values { si: &plan.conditions[row], shown: &plan.shown[row] });
+                Ok((work(&solve, options)?, Vec::new()))
             }
         }
     }

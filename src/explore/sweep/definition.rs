@@ -15,8 +15,8 @@ use crate::units::Dimension;
 pub struct Definition {
     /// One-line name.
     pub name: String,
-    /// The machine file, found from the folder of the sweep file.
-    pub machine: PathBuf,
+    /// The machine file, found from the folder of the sweep file; none where another program solves a problem of its own.
+    pub machine: Option<PathBuf>,
     /// Cells aimed at, where the file says.
     pub cells: Option<usize>,
     /// Changes to the machine file: key and value, as for `--set`.
@@ -50,6 +50,9 @@ impl Openness {
         Ok([Self::All, Self::Stated, Self::None][root.opt_choice("uncertainty", &Self::WORDS)?.unwrap_or(0)])
     }
 }
+
+/// The table of another program that solves.
+pub(super) const SOLVER: &str = "solver";
 
 /// Largest degree of a polynomial that a surrogate file holds.
 const MOST_DEGREE: usize = coldplate_runtime::format::MAX_DEGREE;
@@ -92,7 +95,11 @@ impl Definition {
     pub fn new(document: Document) -> Result<Self> {
         let root = document.root();
         let folder = document.file().parent().unwrap_or(Path::new(""));
-        let machine = folder.join(root.text("machine")?);
+        let machine = match root.has(SOLVER) {
+            true => root.opt_text("machine")?,
+            false => Some(root.text("machine")?),
+        };
+        let machine = machine.map(|machine| folder.join(machine));
         let (name, cells) = (root.text("name")?, root.opt_integer("cells", 1)?);
         let mut set = Vec::new();
         if let Some(section) = root.opt("set") {
@@ -127,6 +134,13 @@ impl Definition {
         let others = EMPTY.map(|(table, _)| table);
         for key in ["name", "machine", "cells", "set", "compare", "charts", "fit", "uncertainty"].into_iter().chain(others) {
             let _ = root.has(key);
+        }
+        // Who reads [solver] reads these.
+        if root.has(SOLVER) {
+            let own: &[&str] = if self.machine.is_none() { &["variables", "limit"] } else { &[] };
+            for key in ["point"].iter().chain(own) {
+                let _ = root.has(key);
+            }
         }
         let sweeps = root.tables("one_factor")?;
         let mut builder = Builder::new(self.name.clone(), variables);

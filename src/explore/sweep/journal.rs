@@ -97,6 +97,36 @@ pub fn seen(path: &Path, bytes: &[u8]) -> Result<Seen> {
     Ok(Seen { conditions, solved: count(true), failed: count(false), header, damaged })
 }
 
+/// The outcomes in a journal of the sweep that `header` describes, and its damaged lines; it may be in use meanwhile, and nothing is
+/// changed. What follows the last sound line does not count; a file that is not there, or whose first line is not finished, holds
+/// nothing.
+///
+/// # Errors
+/// It cannot be read, is no journal, or is that of another sweep.
+pub fn held(path: &Path, header: &Header) -> Result<(Vec<Option<Outcome>>, Vec<usize>)> {
+    let mut outcomes = vec![None; header.conditions];
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok((outcomes, Vec::new())),
+        Err(e) => return Err(Error::file("read", path, e)),
+    };
+    let Some(first) = bytes.iter().position(|b| *b == b'\n') else {
+        let is_begun = bytes.starts_with(MAGIC.as_bytes()) || MAGIC.as_bytes().starts_with(&bytes);
+        return if is_begun { Ok((outcomes, Vec::new())) } else { Err(foreign(path)) };
+    };
+    check_header(path, &bytes[..first], header)?;
+    // A line that is being written has no end yet.
+    let end = bytes.iter().rposition(|b| *b == b'\n').map_or(first + 1, |last| last + 1);
+    let mut damaged = Vec::new();
+    for (i, line) in bytes[first + 1..end].split(|b| *b == b'\n').enumerate().filter(|(_, line)| !line.is_empty()) {
+        match sound(line).and_then(|payload| record(payload, outcomes.len())) {
+            Some((index, outcome)) => outcomes[index] = Some(outcome),
+            None => damaged.push(i + 2),
+        }
+    }
+    Ok((outcomes, damaged))
+}
+
 /// An open, locked journal.
 #[derive(Debug)]
 pub struct Journal {
@@ -147,9 +177,9 @@ impl Journal {
         journal.file.read_to_end(&mut bytes).map_err(|e| failed("read", e))?;
         match bytes.iter().position(|b| *b == b'\n') {
             None if bytes.starts_with(MAGIC.as_bytes()) || MAGIC.as_bytes().starts_with(&bytes) => journal.begin(header)?,
-            None => return Err(journal.foreign()),
+            None => return Err(foreign(path)),
             Some(first) => {
-                journal.check_header(&bytes[..first], header)?;
+                check_header(path, &bytes[..first], header)?;
                 journal.recover(&bytes, first + 1)?;
             }
         }
@@ -171,16 +201,24 @@ impl Journal {
     /// # Errors
     /// The file cannot be written, for example because the disk is full; nothing can be recorded after that.
     pub fn append(&mut self, index: usize, outcome: Outcome) -> Result<()> {
-        let payload = match &outcome {
-            Outcome::Values(values) => {
-                let values: Vec<String> = values.iter().map(|v| format!("{v:e}")).collect();
-                format!("{index}\tok\t{}", values.join("\t"))
-            }
-            Outcome::Failed(reason) => format!("{index}\tfailed\t{}", serde_json::Value::from(reason.as_str())),
-        };
-        self.write_line(&payload)?;
+        self.write_line(&payload_of(index, &outcome))?;
         if let Some(slot) = self.outcomes.get_mut(index) {
             *slot = Some(outcome);
+        }
+        Ok(())
+    }
+
+    /// Records what other journals hold; when this returns, all of it is on the disk.
+    ///
+    /// # Errors
+    /// As [`Journal::append`].
+    pub fn absorb(&mut self, outcomes: Vec<(usize, Outcome)>) -> Result<()> {
+        let payloads: Vec<String> = outcomes.iter().map(|(index, outcome)| payload_of(*index, outcome)).collect();
+        self.write_lines(&payloads)?;
+        for (index, outcome) in outcomes {
+            if let Some(slot) = self.outcomes.get_mut(index) {
+                *slot = Some(outcome);
+            }
         }
         Ok(())
     }
@@ -221,13 +259,18 @@ impl Journal {
     }
 
     fn write_line(&mut self, payload: &str) -> Result<()> {
+        self.write_lines(&[payload])
+    }
+
+    fn write_lines(&mut self, payloads: &[impl AsRef<str>]) -> Result<()> {
         let Some(end) = self.end.take() else {
             return Err(Error::input("the journal could not be written before").in_file(&self.path));
         };
-        let line = format!("{payload}\t{:08x}\n", crc32fast::hash(payload.as_bytes()));
-        match self.file.write_all(line.as_bytes()).and_then(|()| self.file.sync_data()) {
+        let line = |payload: &str| format!("{payload}\t{:08x}\n", crc32fast::hash(payload.as_bytes()));
+        let lines: String = payloads.iter().map(|payload| line(payload.as_ref())).collect();
+        match self.file.write_all(lines.as_bytes()).and_then(|()| self.file.sync_data()) {
             Ok(()) => {
-                self.end = Some(end + line.len() as u64);
+                self.end = Some(end + lines.len() as u64);
                 Ok(())
             }
             Err(e) => {
@@ -237,49 +280,6 @@ impl Journal {
                     .help("make room or check the disk, then start again: what the journal holds already is kept"))
             }
         }
-    }
-
-    fn foreign(&self) -> Error {
-        Error::input("this file is not a journal of this program")
-            .in_file(&self.path)
-            .at_line(1)
-            .help("choose another --out, or move the file away")
-    }
-
-    fn check_header(&self, line: &[u8], wanted: &Header) -> Result<()> {
-        if !line.starts_with(MAGIC.as_bytes()) {
-            return Err(self.foreign());
-        }
-        let refuse = |what: String| {
-            let error = Error::input(what).in_file(&self.path).at_line(1);
-            error.help("choose another --out to keep both, or delete the journal to run everything again")
-        };
-        let payload = sound(line).ok_or_else(|| refuse("the first line of the journal is damaged".into()))?;
-        let (version, json) = payload[MAGIC.len()..].split_once(' ').unwrap_or_default();
-        if version != VERSION.to_string() {
-            return Err(refuse(format!("the journal has format version {version}, this program writes {VERSION}")));
-        }
-        let found: Header = serde_json::from_str(json).map_err(|e| refuse(format!("the first line of the journal cannot be read: {e}")))?;
-        if found == *wanted {
-            return Ok(());
-        }
-        let value = |header: &Header, key: &str| {
-            header.identity.iter().find(|(k, _)| k == key).map_or("nothing".to_string(), |(_, v)| abbreviated(v))
-        };
-        let mut differences: Vec<String> = Vec::new();
-        for (key, _) in wanted.identity.iter().chain(&found.identity) {
-            let (now, then) = (value(wanted, key), value(&found, key));
-            if now != then && !differences.iter().any(|d| d.starts_with(&format!("{key}:"))) {
-                differences.push(format!("{key}: {then} then, {now} now"));
-            }
-        }
-        if found.conditions != wanted.conditions {
-            differences.push(format!("conditions: {} then, {} now", found.conditions, wanted.conditions));
-        }
-        if found.outputs != wanted.outputs {
-            differences.push("the outputs differ".to_string());
-        }
-        Err(refuse("the journal belongs to another sweep".into()).read(differences.join("; ")))
     }
 
     /// Reads the lines from byte `start` on and cuts off what follows the last sound one.
@@ -292,7 +292,7 @@ impl Journal {
                 Some(payload) => {
                     match batch_of(payload, self.outcomes.len()) {
                         Some(batch) => self.enlarge(batch),
-                        None => match self.record(payload) {
+                        None => match record(payload, self.outcomes.len()) {
                             Some((index, outcome)) => self.outcomes[index] = Some(outcome),
                             // What it belongs to was added by a line that is damaged.
                             None if !(unsound.is_empty() && self.damaged.is_empty()) => unsound.push(line),
@@ -317,15 +317,74 @@ impl Journal {
         self.end = Some(end as u64);
         Ok(())
     }
+}
 
-    fn record(&self, payload: &str) -> Option<(usize, Outcome)> {
-        let (index, rest) = payload.split_once('\t')?;
-        let index: usize = index.parse().ok().filter(|i| *i < self.outcomes.len())?;
-        if let Some(reason) = rest.strip_prefix("failed\t") {
-            return Some((index, Outcome::Failed(serde_json::from_str(reason).ok()?)));
+/// What a journal of another sweep, or what is none at all, is refused with.
+fn foreign(path: &Path) -> Error {
+    Error::input("this file is not a journal of this program")
+        .in_file(path)
+        .at_line(1)
+        .help("choose another --out, or move the file away")
+}
+
+/// Whether the first line of the journal at `path` is that of the sweep that is wanted.
+///
+/// # Errors
+/// It is not; what differs is told.
+fn check_header(path: &Path, line: &[u8], wanted: &Header) -> Result<()> {
+    if !line.starts_with(MAGIC.as_bytes()) {
+        return Err(foreign(path));
+    }
+    let refuse = |what: String| {
+        let error = Error::input(what).in_file(path).at_line(1);
+        error.help("choose another --out to keep both, or delete the journal to run everything again")
+    };
+    let payload = sound(line).ok_or_else(|| refuse("the first line of the journal is damaged".into()))?;
+    let (version, json) = payload[MAGIC.len()..].split_once(' ').unwrap_or_default();
+    if version != VERSION.to_string() {
+        return Err(refuse(format!("the journal has format version {version}, this program writes {VERSION}")));
+    }
+    let found: Header = serde_json::from_str(json).map_err(|e| refuse(format!("the first line of the journal cannot be read: {e}")))?;
+    if found == *wanted {
+        return Ok(());
+    }
+    let value = |header: &Header, key: &str| {
+        header.identity.iter().find(|(k, _)| k == key).map_or("nothing".to_string(), |(_, v)| abbreviated(v))
+    };
+    let mut differences: Vec<String> = Vec::new();
+    for (key, _) in wanted.identity.iter().chain(&found.identity) {
+        let (now, then) = (value(wanted, key), value(&found, key));
+        if now != then && !differences.iter().any(|d| d.starts_with(&format!("{key}:"))) {
+            differences.push(format!("{key}: {then} then, {now} now"));
         }
-        let values: Vec<f64> = rest.strip_prefix("ok\t")?.split('\t').map(|v| v.parse().ok()).collect::<Option<_>>()?;
-        Some((index, Outcome::Values(values)))
+    }
+    if found.conditions != wanted.conditions {
+        differences.push(format!("conditions: {} then, {} now", found.conditions, wanted.conditions));
+    }
+    if found.outputs != wanted.outputs {
+        differences.push("the outputs differ".to_string());
+    }
+    Err(refuse("the journal belongs to another sweep".into()).read(differences.join("; ")))
+}
+
+/// The index and outcome of a line, of so many conditions.
+fn record(payload: &str, conditions: usize) -> Option<(usize, Outcome)> {
+    let (index, rest) = payload.split_once('\t')?;
+    let index: usize = index.parse().ok().filter(|i| *i < conditions)?;
+    if let Some(reason) = rest.strip_prefix("failed\t") {
+        return Some((index, Outcome::Failed(serde_json::from_str(reason).ok()?)));
+    }
+    let values: Vec<f64> = rest.strip_prefix("ok\t")?.split('\t').map(|v| v.parse().ok()).collect::<Option<_>>()?;
+    Some((index, Outcome::Values(values)))
+}
+
+fn payload_of(index: usize, outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Values(values) => {
+            let values: Vec<String> = values.iter().map(|v| format!("{v:e}")).collect();
+            format!("{index}\tok\t{}", values.join("\t"))
+        }
+        Outcome::Failed(reason) => format!("{index}\tfailed\t{}", serde_json::Value::from(reason.as_str())),
     }
 }
 

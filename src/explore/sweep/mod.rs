@@ -15,27 +15,47 @@ pub mod design;
 mod growth;
 pub mod journal;
 mod lhs;
+pub mod merge;
 pub mod open;
+mod own;
 mod plan;
 pub mod record;
 pub mod runner;
+pub mod shards;
 mod sobol;
+mod target;
 
 pub use definition::{Definition, FitKeys, Openness};
 pub use growth::{ADDED, Growth};
 pub use open::Open;
 pub use plan::{Group, Plan, Purpose};
 pub use runner::{SweepOptions, run};
+pub use target::scope_of;
 
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
+use crate::explore::external::Class;
 use crate::foundation::table::{Column, Table, TextColumn};
 use crate::solve::NUMERICS;
 use journal::{Header, Journal, Outcome};
 
 /// Name of the journal in the output folder.
 pub const JOURNAL: &str = "sweep.journal";
+
+/// What finds the results.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SolvedBy {
+    /// Our own solver, on this mesh in a few words, for example its number of cells.
+    Mesh(String),
+    /// Another program.
+    Program {
+        /// Its name and version.
+        name: String,
+        /// What is written in the place of each output where a condition failed, where the sweep file says.
+        recover: Vec<Option<f64>>,
+    },
+}
 
 /// What is swept: enough to tell whether results on disk are its results.
 #[derive(Debug, Clone)]
@@ -44,8 +64,8 @@ pub struct Subject {
     pub machine: String,
     /// Hash of the machine file with its changes.
     pub hash: String,
-    /// The mesh in a few words, for example its number of cells.
-    pub mesh: String,
+    /// What finds the results.
+    pub by: SolvedBy,
     /// Name and unit of each output.
     pub outputs: Vec<(String, String)>,
     /// What is open of the machine; each output has a slope along each of its parameters.
@@ -154,11 +174,8 @@ pub fn execute_growing(
 ) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let slopes = subject.slopes();
-    let outputs: Vec<String> = subject.outputs.iter().chain(&slopes).map(|(name, unit)| format!("{name} [{unit}]")).collect();
-    let mut deciding = identity(plan, subject);
-    deciding.push(("numerics of the program".into(), NUMERICS.into()));
-    let width = outputs.len();
-    let header = Header { identity: deciding, outputs, conditions: plan.conditions.len() };
+    let header = header(plan, subject);
+    let width = header.outputs.len();
     let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
     let resumed = journal.outcomes().iter().flatten().count();
     let mut grown = plan.clone();
@@ -198,9 +215,13 @@ pub fn execute_growing(
     let mut files = Vec::new();
     write_failures(plan, subject, &failures, folder, &mut files)?;
     if let Some(first) = failures.first().filter(|_| failures.len() == outcomes.len()) {
+        let help = match subject.by {
+            SolvedBy::Mesh(_) => "solve one of them with `coldplate solve`; the reasons of all are in this file",
+            SolvedBy::Program { .. } => "run the command by hand in the folder that the reason names; the reasons of all are in this file",
+        };
         return Err(Error::numerics(format!("every condition failed, the first because: {}", first.reason))
             .in_file(folder.join("failures.csv"))
-            .help("solve one of them with `coldplate solve`; the reasons of all are in this file"));
+            .help(help));
     }
     let table = results(plan, subject, &outcomes, Purpose::Fit);
     let of = |purpose: Purpose| plan.groups.iter().any(|g| g.purpose == purpose).then(|| results(plan, subject, &outcomes, purpose));
@@ -246,6 +267,15 @@ pub fn execute_growing(
     })
 }
 
+/// The first line of the journals of a sweep.
+fn header(plan: &Plan, subject: &Subject) -> Header {
+    let slopes = subject.slopes();
+    let outputs: Vec<String> = subject.outputs.iter().chain(&slopes).map(|(name, unit)| format!("{name} [{unit}]")).collect();
+    let mut deciding = identity(plan, subject);
+    deciding.push(("numerics of the program".into(), NUMERICS.into()));
+    Header { identity: deciding, outputs, conditions: plan.conditions.len() }
+}
+
 fn failures_of(plan: &Plan, outcomes: &[Outcome]) -> Vec<Failure> {
     let group_of = |row: usize| plan.group_of(row).map_or(String::new(), |g| g.name.clone());
     let failure = |(row, outcome): (usize, &Outcome)| match outcome {
@@ -257,10 +287,14 @@ fn failures_of(plan: &Plan, outcomes: &[Outcome]) -> Vec<Failure> {
 
 /// What results depend on.
 fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
+    let (hashed, by) = match &subject.by {
+        SolvedBy::Mesh(mesh) => ("machine hash", ("mesh", mesh.clone())),
+        SolvedBy::Program { name, .. } => ("solver hash", ("solver", name.clone())),
+    };
     let pairs = [
         ("program", format!("coldplate {}", env!("CARGO_PKG_VERSION"))),
-        ("machine hash", subject.hash.clone()),
-        ("mesh", subject.mesh.clone()),
+        (hashed, subject.hash.clone()),
+        by,
         ("design hash", plan.hash()),
     ];
     pairs.map(|(key, value)| (key.to_string(), value)).to_vec()
@@ -313,7 +347,35 @@ fn tabulated(
     Table { texts, columns, inputs: plan.variables.len(), provenance }
 }
 
+/// Key of the provenance of a table whose outputs are no results.
+pub const RECOVERED: &str = "recovered";
+
+/// Writes the values that stand in the place of results that there are none of, where any are stated.
+fn write_recovered(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+    let path = folder.join("recovered.csv");
+    let recover = match &subject.by {
+        SolvedBy::Program { recover, .. } if !failures.is_empty() && recover.iter().any(Option::is_some) => recover,
+        _ => return remove_stale(&path),
+    };
+    let rows: Vec<usize> = failures.iter().map(|f| f.row).collect();
+    let mut columns = plan.columns(&rows);
+    columns.extend(subject.outputs.iter().zip(recover).map(|((name, unit), value)| Column {
+        name: name.clone(),
+        unit: unit.clone(),
+        values: vec![value.unwrap_or(f64::NAN); rows.len()],
+    }));
+    let text = |name: &str, value: fn(&Failure) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
+    let class = |f: &Failure| Class::of(&f.reason).map_or(f.reason.clone(), |class| class.words().into());
+    let texts = vec![text("group", |f| f.group.clone()), text(RECOVERED, class)];
+    let mut provenance = provenance(plan, subject, Purpose::Fit);
+    provenance.push((RECOVERED.into(), "what the sweep file says is to be written where a condition failed; these are no results".into()));
+    Table { texts, columns, inputs: plan.variables.len(), provenance }.write_csv(&path)?;
+    files.push(path);
+    Ok(())
+}
+
 fn write_failures(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+    write_recovered(plan, subject, failures, folder, files)?;
     let path = folder.join("failures.csv");
     if failures.is_empty() {
         return remove_stale(&path);

@@ -5,7 +5,7 @@ use std::ops::Range;
 use sha2::{Digest, Sha256};
 
 use super::growth::{ADDED, Growth, in_si};
-use crate::describe::machine::Variable;
+use crate::describe::machine::{Condition, Variable};
 use crate::foundation::table::Column;
 
 /// What a group of conditions is for.
@@ -82,6 +82,16 @@ impl Plan {
         }
         let counted = |place: usize| place * enough.min(fitted) / fitted;
         counted(place + 1) > counted(place)
+    }
+
+    /// The middle of the ranges.
+    pub fn middle(&self) -> Condition {
+        let middle = |v: usize| {
+            let values = self.conditions.iter().map(|row| row[v]);
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+            0.5 * (low + high)
+        };
+        Condition::from_si((0..self.variables.len()).map(middle).collect())
     }
 
     /// Adds a condition to the last rows: one value per variable in its own unit.

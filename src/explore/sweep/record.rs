@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::bridge::Sweep;
 use super::{Failure, Swept};
+use crate::explore::external::{Class, Program};
 
 /// What was run.
 #[derive(Debug, Clone, Serialize)]
@@ -19,7 +20,11 @@ pub struct SweepRecord {
     /// What is doubtful about the conditions solved now.
     pub notes: Vec<String>,
     pub files: Vec<String>,
-    pub cells: usize,
+    /// Cells of the machine; none where another program solves.
+    pub cells: Option<usize>,
+    /// Name and version of the program that solves, where it is another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub solver: Option<String>,
     pub seconds: f64,
 }
 
@@ -40,12 +45,20 @@ pub struct FailureRecord {
     pub row: usize,
     pub group: String,
     pub reason: String,
+    /// What went wrong with a run of another program.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub class: Option<Class>,
 }
 
 impl Swept {
     /// The results of `sweep` for other programs; `seconds` is the time it took.
     pub fn record(&self, sweep: &Sweep, seconds: f64) -> SweepRecord {
-        let failure = |f: &Failure| FailureRecord { row: f.row + 1, group: f.group.clone(), reason: f.reason.clone() };
+        let failure = |f: &Failure| FailureRecord {
+            row: f.row + 1,
+            group: f.group.clone(),
+            reason: f.reason.clone(),
+            class: Class::of(&f.reason),
+        };
         let groups = self.plan.groups.iter();
         SweepRecord {
             conditions: self.plan.conditions.len(),
@@ -55,7 +68,8 @@ impl Swept {
             failures: self.failures.iter().map(failure).collect(),
             notes: self.notes.clone(),
             files: self.files.iter().map(|f| f.display().to_string()).collect(),
-            cells: sweep.study.model.mesh.cells,
+            cells: sweep.study().map(|study| study.model.mesh.cells),
+            solver: sweep.program().map(Program::called),
             seconds,
         }
     }

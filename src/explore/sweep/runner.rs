@@ -26,10 +26,12 @@ pub struct SweepOptions<'a> {
 /// `solve` gets the place of a condition: what it returns must not depend on which others have been solved, so that
 /// neither the order nor the number of threads shows in the results. It is called from several threads at once; rayon
 /// calls inside it are served by workers that wait or have nothing left to do. An error, a panic or a value that is
-/// not finite is recorded as the reason of a failure and does not stop the rest.
+/// not finite is recorded as the reason of a failure and does not stop the rest. An error that the operating system gave
+/// (a full disk, a program that is not there) is none of the condition: it is not recorded, and ends the sweep.
 ///
 /// # Errors
-/// The journal is not that of these conditions or cannot be written, or the threads cannot be started.
+/// The journal is not that of these conditions or cannot be written, the threads cannot be started, or `solve` met an error of the
+/// operating system.
 pub fn run(
     conditions: Range<usize>,
     outputs: usize,
@@ -37,18 +39,37 @@ pub fn run(
     options: SweepOptions<'_>,
     solve: impl Fn(usize) -> Result<Vec<f64>> + Sync,
 ) -> Result<Vec<Outcome>> {
-    let Range { start, end } = conditions;
-    if journal.outcomes().len() < end {
-        return Err(Error::input(format!("the journal is of {} conditions, the design has {end}", journal.outcomes().len())));
+    let end = conditions.end;
+    run_rows(&conditions.collect::<Vec<_>>(), (end, "conditions"), outputs, journal, options, solve)?;
+    let missing = || Error::numerics("a condition was not run");
+    journal.outcomes()[..end].iter().map(|outcome| outcome.clone().ok_or_else(missing)).collect()
+}
+
+/// Solves those of `rows`, places in the design in ascending order, that `journal` does not hold, as [`run`] does. Progress is told
+/// as so many of `total` pieces of a name, which are all held at the end.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_rows(
+    rows: &[usize],
+    (total, what): (usize, &str),
+    outputs: usize,
+    journal: &mut Journal,
+    options: SweepOptions<'_>,
+    solve: impl Fn(usize) -> Result<Vec<f64>> + Sync,
+) -> Result<()> {
+    let held = journal.outcomes();
+    if let Some(beyond) = rows.last().filter(|last| held.len() <= **last) {
+        return Err(Error::input(format!("the journal is of {} conditions, the design has at least {}", held.len(), beyond + 1)));
     }
     let wanted = |outcome: &Option<Outcome>| match outcome {
         None => true,
         Some(Outcome::Failed(_)) => options.retry_failed,
         Some(Outcome::Values(values)) => values.len() != outputs,
     };
-    let pending: Vec<usize> = journal.outcomes()[..end].iter().enumerate().skip(start).filter(|(_, o)| wanted(o)).map(|(i, _)| i).collect();
-    let known = end - pending.len();
-    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, end, "conditions"));
+    let pending: Vec<usize> = rows.iter().copied().filter(|row| wanted(&held[*row])).collect();
+    let known = total - pending.len();
+    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, total, what));
     count(0);
     let shared = Mutex::new((&mut *journal, None::<Error>));
     let (next, done, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
@@ -61,7 +82,7 @@ pub fn run(
             let mut guard = shared.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
             let (journal, error) = &mut *guard;
             if error.is_none()
-                && let Err(e) = journal.append(index, outcome)
+                && let Err(e) = outcome.and_then(|outcome| journal.append(index, outcome))
             {
                 *error = Some(e);
                 stop.store(true, Ordering::Relaxed);
@@ -78,15 +99,11 @@ pub fn run(
         }
     }
     let (_, error) = shared.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
-    if let Some(error) = error {
-        return Err(error);
-    }
-    let missing = || Error::numerics("a condition was not run");
-    journal.outcomes()[..end].iter().map(|outcome| outcome.clone().ok_or_else(missing)).collect()
+    error.map_or(Ok(()), Err)
 }
 
-fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Vec<f64>> + Sync)) -> Outcome {
-    match catch_unwind(AssertUnwindSafe(|| solve(index))) {
+fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Vec<f64>> + Sync)) -> Result<Outcome> {
+    Ok(match catch_unwind(AssertUnwindSafe(|| solve(index))) {
         Ok(Ok(values)) if values.len() != outputs => {
             Outcome::Failed(format!("the solver gave {} values where {outputs} were expected", values.len()))
         }
@@ -94,6 +111,7 @@ fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Ve
             None => Outcome::Values(values),
             Some(at) => Outcome::Failed(format!("output {} is not finite: {}", at + 1, values[at])),
         },
+        Ok(Err(error)) if std::error::Error::source(&error).is_some() => return Err(error),
         Ok(Err(error)) => {
             Outcome::Failed(error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; "))
         }
@@ -101,5 +119,5 @@ fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Ve
             let text = panic.downcast_ref::<&str>().map(ToString::to_string).or_else(|| panic.downcast_ref::<String>().cloned());
             Outcome::Failed(format!("the solver broke down: {}", text.unwrap_or_else(|| "no message".into())))
         }
-    }
+    })
 }

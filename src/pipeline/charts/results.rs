@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::super::adaptive::{self, Ran};
 use super::super::designs::{Fitted, Tables, fit_designs};
-use crate::describe::machine::Machine;
+use crate::describe::machine::Scope;
 use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{Definition, Plan, SweepOptions};
@@ -57,10 +57,10 @@ impl<'a> Results<'a> {
             return Ok(Rc::clone(known));
         }
         let definition = Definition::read(path)?;
-        let machine = Machine::read(&definition.machine, &definition.set)?;
-        let plan = definition.plan(&machine.variables)?;
+        let scope = definition.scope(&[])?;
+        let plan = definition.plan(&scope.variables)?;
         let folder = self.root.join(path.file_stem().unwrap_or("sweep".as_ref()));
-        let (plan, tables, fit) = match finished(&folder, &plan, &machine)? {
+        let (plan, tables, fit) = match finished(&folder, &plan, &scope)? {
             Some(found) => (plan, found, None),
             None => {
                 self.progress.say(&format!("{}: solving what {} does not hold yet", path.display(), folder.display()));
@@ -69,8 +69,8 @@ impl<'a> Results<'a> {
                 (swept.plan, tables, fit)
             }
         };
-        let fitted = fit_designs(&plan, &machine, &tables, definition.fit, fit)?;
-        let result = Rc::new(SweepResult { plan, machine: machine.name, table: tables.fitted, fitted });
+        let fitted = fit_designs(&plan, &scope, &tables, definition.fit, fit)?;
+        let result = Rc::new(SweepResult { plan, machine: scope.name, table: tables.fitted, fitted });
         self.sweeps.insert(key(path), Rc::clone(&result));
         Ok(result)
     }
@@ -95,16 +95,16 @@ fn key(path: &Path) -> PathBuf {
 }
 
 /// The tables in `folder`, where they are of this machine and hold every condition of the plan.
-fn finished(folder: &Path, plan: &Plan, machine: &Machine) -> Result<Option<Tables>> {
+fn finished(folder: &Path, plan: &Plan, scope: &Scope) -> Result<Option<Tables>> {
     let path = folder.join("sweep.csv");
     // Whether a design that grows is finished is known to its rounds alone.
     if plan.growth.is_some() || !path.exists() {
         return Ok(None);
     }
     let fitted = Table::read(&path)?;
-    let hash = fitted.provenance.iter().find(|(k, _)| k == "machine hash").map(|(_, v)| v.as_str());
-    if hash != Some(machine.hash.as_str()) {
-        return Err(Error::input("these results are of another machine file than the sweep names now")
+    let hash = fitted.provenance.iter().find(|(k, _)| k == "machine hash" || k == "solver hash").map(|(_, v)| v.as_str());
+    if hash != Some(scope.hash.as_str()) {
+        return Err(Error::input("these results are of another machine file or solver than the sweep names now")
             .in_file(&path)
             .help("remove the folder, or look for results elsewhere with --results DIR"));
     }

@@ -1,5 +1,7 @@
 //! `coldplate sweep`: every condition of a sweep file.
 
+mod parts;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -8,6 +10,7 @@ use super::output::Output;
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::record::SweepRecord;
+use crate::explore::sweep::shards::Shard;
 use crate::explore::sweep::{SweepOptions, Swept};
 use crate::pipeline::adaptive::{self, Adaptation, Ran};
 use crate::pipeline::designs;
@@ -29,6 +32,21 @@ pub struct Args {
     /// Run conditions again that failed before
     #[arg(long)]
     retry_failed: bool,
+    /// Run the K-th of N parts alone, into a journal of its own
+    #[arg(long, value_name = "K/N", conflicts_with_all = ["shards", "merge"])]
+    shard: Option<Shard>,
+    /// Print the commands of N parts, one a line, for whatever runs commands
+    #[arg(long, value_name = "N", conflicts_with = "merge", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    shards: Option<u32>,
+    /// Bring the journals of the parts together and write the tables; others than those in DIR/shards may be named
+    #[arg(long, value_name = "JOURNAL|DIR", num_args = 0.., conflicts_with = "retry_failed")]
+    merge: Option<Vec<PathBuf>>,
+    /// Run as N tasks of an array of jobs on a cluster with Slurm, watch over them, and bring the results together
+    #[arg(long, value_name = "N", conflicts_with_all = ["shard", "shards", "merge"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    slurm: Option<u32>,
+    /// Option of sbatch, for example --sbatch=--time=4:00:00
+    #[arg(long, value_name = "OPTION", requires = "slurm", allow_hyphen_values = true)]
+    sbatch: Vec<String>,
 }
 
 /// The folder for the results of a sweep file where the user names none: `out/NAME`.
@@ -43,6 +61,9 @@ pub fn default_folder(sweep: &Path) -> PathBuf {
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    if let Some(count) = args.shards {
+        return parts::list(args, &sets, count as usize, out);
+    }
     let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
     if let Err(error) = designs::rehearse(&sweep) {
         out.note(&format!("warning: no surrogate can be fitted to this sweep: {}", error.what()));
@@ -50,29 +71,44 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
+    if let Some(shard) = args.shard {
+        return parts::run(&sweep, shard, &folder, options, out);
+    }
+    if let Some(parts) = args.slurm {
+        return parts::on_slurm(&sweep, args, parts as usize, &folder, out);
+    }
+    if let Some(journals) = &args.merge {
+        return parts::merge(&sweep, &folder, journals, out);
+    }
     let Ran { swept, adaptation, .. } = adaptive::run(&sweep, &folder, options, &progress)?;
     notes(&swept, out);
     adaptation.iter().for_each(|found| warn_of(found, out));
+    let (text, record) = told(&sweep, &swept, adaptation.as_ref(), start);
+    out.report(&text, &WithRounds { record, adaptive: adaptation });
+    Ok(0)
+}
+
+/// What was run, as text and as a record.
+fn told(sweep: &Sweep, swept: &Swept, adaptation: Option<&Adaptation>, start: Instant) -> (String, SweepRecord) {
     let total = swept.plan.conditions.len();
-    let record = swept.record(&sweep, start.elapsed().as_secs_f64());
+    let record = swept.record(sweep, start.elapsed().as_secs_f64());
     let mut text = format!("{}\n\n", sweep.plan.name);
     for group in &swept.plan.groups {
         text += &format!("{}: {}\n", group.name, group.description);
     }
     text += &format!(
-        "\n{total} conditions on {} cells: {} solved now, {} taken from the journal, {} failed, {:.1} s\n",
-        sweep.study.model.mesh.cells,
+        "\n{total} conditions {}: {} solved now, {} taken from the journal, {} failed, {:.1} s\n",
+        sweep.solver_in_words(),
         total - swept.resumed.min(total),
         swept.resumed,
         swept.failures.len(),
         record.seconds
     );
-    text += &adaptation.as_ref().map_or_else(String::new, |found| format!("\n{}", rounds(found)));
+    text += &adaptation.map_or_else(String::new, |found| format!("\n{}", rounds(found)));
     for file in &record.files {
         text += &format!("wrote {file}\n");
     }
-    out.report(&text, &WithRounds { record, adaptive: adaptation });
-    Ok(0)
+    (text, record)
 }
 
 /// What was run, and how it came to its accuracy.

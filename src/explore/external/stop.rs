@@ -1,0 +1,46 @@
+//! Ctrl-C and the terminate signal while programs run: they are ended with us, and nothing is recorded of them.
+
+use std::io;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{Error, Result};
+
+static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// From now on the first signal to end is noted; the second ends the process at once.
+#[cfg(unix)]
+pub(super) fn listen() {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    STOP.get_or_init(|| {
+        let flag = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: the flag of the first signal arms the second. A signal that cannot be caught ends us as it always did.
+            let _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&flag));
+            let _ = signal_hook::flag::register(signal, Arc::clone(&flag));
+        }
+        flag
+    });
+}
+
+/// Elsewhere signals end the process as they always do.
+#[cfg(not(unix))]
+pub(super) fn listen() {}
+
+/// Whether we were told to stop.
+pub(super) fn is_asked() -> bool {
+    STOP.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
+}
+
+/// # Errors
+/// We were told to stop.
+pub(super) fn check() -> Result<()> {
+    if is_asked() { Err(stopped(Path::new("."))) } else { Ok(()) }
+}
+
+/// What ends a sweep that is told to stop.
+pub(super) fn stopped(folder: &Path) -> Error {
+    Error::file("go on in", folder, io::Error::from(io::ErrorKind::Interrupted))
+        .help("start it again: what the journal holds is not run again")
+}

@@ -1,0 +1,115 @@
+//! The examples that are shipped, against what their problems have as exact results.
+
+use coldplate::foundation::table::Table;
+
+use super::{folder, json, output, root, said};
+
+/// The temperatures of the Python example, worked out here: plate and motor.
+fn cold_plate(flow: f64, inlet: f64, heat: f64) -> (f64, f64) {
+    let water = inlet + heat / (2.0 * 4180.0 * 998.0 / 60e3 * flow);
+    let plate = water + heat / (14.0 * (flow / 4.0).powf(0.8));
+    // motor - plate = heat / (9 (1 - 0.002 ((motor + plate) / 2 - 20))), a quadratic in the difference d
+    let (a, b) = (9.0 * 0.001, 9.0 * (1.0 - 0.002 * (plate - 20.0)));
+    (plate, plate + (b - (b * b - 4.0 * a * heat).sqrt()) / (2.0 * a))
+}
+
+#[test]
+fn a_python_function_is_swept_fitted_and_asked() {
+    if std::process::Command::new("python3").arg("--version").output().is_err() {
+        println!("skipped: there is no python3");
+        return;
+    }
+    let folder = folder("python");
+    let sweep = root().join("examples/solvers/python/sweep.toml");
+    let sweep = sweep.to_str().unwrap();
+    let ran = json(&folder, &["run", sweep, "--out", "out/all"]);
+    assert_eq!((&ran["conditions"], &ran["failed"]), (&50.into(), &0.into()), "{ran}");
+    for point in ran["points"].as_array().unwrap() {
+        assert!(point["held_out"]["max_K"].as_f64().unwrap() < 0.05, "{point}");
+    }
+    let table = Table::read(folder.join("out/all/sweep.csv")).unwrap();
+    let column = |name: &str| &table.column(name).unwrap().values;
+    for row in 0..table.rows() {
+        let (plate, motor) = cold_plate(column("coolant_flow")[row], column("coolant_temperature")[row], column("heat")[row]);
+        assert!((column("plate")[row] - plate).abs() < 1e-9, "row {row}: {} and {plate}", column("plate")[row]);
+        assert!((column("motor")[row] - motor).abs() < 1e-9, "row {row}: {} and {motor}", column("motor")[row]);
+    }
+    assert_eq!(table.columns[3].unit, "degC");
+    let solver = table.provenance.iter().find(|(key, _)| key == "solver").map(|(_, value)| value.as_str());
+    assert_eq!(solver, Some("python3, version cold_plate.py 1.0"));
+    for file in ["report.html", "surrogate.cps", "sweep.parquet", "validation.csv"] {
+        assert!(folder.join("out/all").join(file).is_file(), "{file}");
+    }
+    // What comes after the table knows nothing of who solved.
+    let at = ["--coolant-flow", "4 L/min", "--coolant-temperature", "20 degC", "--at", "heat=100 W"];
+    let answer = json(&folder, &[&["query", "out/all/surrogate.cps"][..], &at].concat());
+    let (plate, motor) = cold_plate(4.0, 20.0, 100.0);
+    assert!((answer["temperatures"]["motor"]["degC"].as_f64().unwrap() - motor).abs() < 0.05, "{answer} {motor}");
+    let margins = answer["limits"].as_array().unwrap();
+    let margin = |name: &str| margins.iter().find(|l| l["name"] == name).unwrap()["margin"].as_f64().unwrap();
+    assert!((margin("motor") - (40.0 - motor)).abs() < 0.05, "{answer}");
+    assert!((margin("motor over plate") - (12.0 - motor + plate)).abs() < 0.05, "{answer}");
+    // Started again, nothing is left to be done; elsewhere, all of it is known.
+    let again = json(&folder, &["sweep", sweep, "--out", "out/all"]);
+    assert_eq!((&again["resumed"], &again["solver"]), (&50.into(), &"python3, version cold_plate.py 1.0".into()), "{again}");
+    let before = std::fs::read(folder.join("out/all/sweep.csv")).unwrap();
+    json(&folder, &["sweep", sweep, "--out", "out/other"]);
+    assert_eq!(std::fs::read(folder.join("out/other/sweep.csv")).unwrap(), before);
+    json(&folder, &["fit", "out/all/sweep.csv", "--machine", sweep, "--out", "out/fit.cps"]);
+    let fitted = json(&folder, &[&["query", "out/fit.cps"][..], &at].concat());
+    assert_eq!(fitted["limits"], answer["limits"]);
+    json(&folder, &["chart", "out/all/surrogate.cps", "--out", "out/figures"]);
+    let info = json(&folder, &["info", sweep]);
+    assert_eq!(info["conditions"], 50, "{info}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+#[test]
+fn calculix_is_swept() {
+    if std::process::Command::new("ccx").arg("-v").output().is_err() {
+        println!("skipped: there is no ccx (scripts/clients installs it)");
+        return;
+    }
+    let folder = folder("calculix");
+    let sweep = root().join("examples/solvers/calculix/sweep.toml");
+    let ran = json(&folder, &["sweep", sweep.to_str().unwrap(), "--out", "out/bar"]);
+    assert_eq!((&ran["conditions"], &ran["failed"]), (&50.into(), &0.into()), "{ran}");
+    let table = Table::read(folder.join("out/bar/sweep.csv")).unwrap();
+    let column = |name: &str| &table.column(name).unwrap().values;
+    for row in 0..table.rows() {
+        // Water takes the heat from the foot; along the bar, k = 40 + T / 10 integrates to 40 T + T^2 / 20.
+        let flux = column("heat_flux")[row];
+        let foot = column("coolant_temperature")[row] + flux / column("film")[row];
+        let integral = 40.0 * foot + foot * foot / 20.0 + flux * 0.2;
+        let heater = -400.0 + (160_000.0 + 20.0 * integral).sqrt();
+        // ccx prints seven digits; its four elements follow a slightly bent profile.
+        assert!((column("foot")[row] - foot).abs() < 1e-3, "row {row}: {} and {foot}", column("foot")[row]);
+        assert!((column("heater")[row] - heater).abs() < 0.03, "row {row}: {} and {heater}", column("heater")[row]);
+    }
+    let solver = table.provenance.iter().find(|(key, _)| key == "solver").unwrap();
+    assert!(solver.1.starts_with("CalculiX, version This is Version "), "{solver:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Programs that cannot be tried here: their sweep files and templates are at least read, and it is told that they are missing.
+#[test]
+fn files_of_programs_that_are_not_here_are_read() {
+    let folder = folder("untried");
+    for (name, program) in [("apdl", "mapdl"), ("comsol", "comsol")] {
+        let own = folder.join(name);
+        std::fs::create_dir(&own).unwrap();
+        for entry in std::fs::read_dir(root().join("examples/solvers").join(name)).unwrap() {
+            let path = entry.unwrap().path();
+            std::fs::copy(&path, own.join(path.file_name().unwrap())).unwrap();
+        }
+        std::fs::write(own.join("plate.mph"), "a model").unwrap();
+        let info = json(&own, &["info", "sweep.toml"]);
+        assert_eq!(info["conditions"], 40, "{info}");
+        if std::process::Command::new(program).arg("-v").output().is_err() {
+            let refused = output(&own, &["sweep", "sweep.toml", "--out", "out"]);
+            assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+            assert!(said(&refused).contains("check that the program is installed"), "{}", said(&refused));
+        }
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
+}

@@ -1,0 +1,78 @@
+//! Sweeps that are killed, or asked to end, while programs run.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::{Child, Command};
+use std::time::{Duration, Instant};
+
+use super::{coldplate, folder, json, runs, shell, tables};
+
+const SLOW: &str = "sleep 0.03\nif [ $x = 500 ]; then exit 2; fi\necho \"t = $x\"";
+
+fn started(folder: &Path) -> Child {
+    coldplate(folder, &["sweep", "sweep.toml", "--out", "out", "--quiet"]).spawn().unwrap()
+}
+
+/// Waits until so many runs have begun since.
+fn wait_for(folder: &Path, count: usize) {
+    let begin = Instant::now();
+    while runs(folder).len() < count {
+        assert!(begin.elapsed() < Duration::from_secs(60), "{} runs", runs(folder).len());
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn a_killed_sweep_goes_on_to_the_same_bytes() {
+    let whole = folder("whole");
+    shell(&whole, 41, "at_once = 2", SLOW);
+    json(&whole, &["sweep", "sweep.toml", "--out", "out"]);
+    let folder = folder("killed");
+    for file in ["sweep.toml", "x.txt.template"] {
+        std::fs::copy(whole.join(file), folder.join(file)).unwrap();
+    }
+    // The same script to the byte, as its hash is part of what results depend on.
+    std::fs::copy(whole.join("solve.sh"), folder.join("solve.sh")).unwrap();
+    let log = whole.join("runs.log");
+    std::fs::remove_file(&log).unwrap();
+    let mut kills = 0;
+    for at in [3, 9, 17, 26, 33] {
+        let mut process = started(&folder);
+        wait_for(&whole, at + kills);
+        process.kill().unwrap();
+        process.wait().unwrap();
+        kills += 1;
+    }
+    let ran = json(&folder, &["sweep", "sweep.toml", "--out", "out"]);
+    assert!(ran["resumed"].as_u64().unwrap() > 5, "{ran}");
+    assert_eq!(tables(&folder.join("out")), tables(&whole.join("out")));
+    let mut of: BTreeMap<String, usize> = BTreeMap::new();
+    runs(&whole).into_iter().for_each(|x| *of.entry(x).or_default() += 1);
+    assert_eq!(of.len(), 41);
+    // What was under way when the sweep was killed, two runs at most each time, is all that was run again.
+    assert!(of.values().sum::<usize>() <= 41 + 2 * kills, "{of:?}");
+    let journal = std::fs::read_to_string(folder.join("out/sweep.journal")).unwrap();
+    assert_eq!(journal.lines().count(), 1 + 41);
+    for folder in [folder, whole] {
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}
+
+/// The terminate signal, as Ctrl-C, ends the runs with the sweep: nothing goes on behind its back.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_sweep_that_is_asked_to_end_takes_its_runs_with_it() {
+    let folder = folder("ended");
+    let mark = format!("37.{}", std::process::id());
+    shell(&folder, 4, "at_once = 2", &format!("if [ $x != 0 ]; then sleep {mark}; fi\necho \"t = $x\""));
+    let process = started(&folder);
+    wait_for(&folder, 3);
+    assert!(Command::new("kill").args(["-TERM", &process.id().to_string()]).status().unwrap().success());
+    let ended = process.wait_with_output().unwrap();
+    assert_eq!(ended.status.code(), Some(2));
+    let processes = std::fs::read_dir("/proc").unwrap().filter_map(|entry| std::fs::read(entry.unwrap().path().join("cmdline")).ok());
+    assert_eq!(processes.filter(|line| String::from_utf8_lossy(line).contains(&mark)).count(), 0);
+    let journal = std::fs::read_to_string(folder.join("out/sweep.journal")).unwrap();
+    assert_eq!(journal.lines().count(), 2, "{journal}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
