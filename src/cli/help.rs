@@ -55,6 +55,14 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     ("update", &["coldplate update out/tutorial/surrogate.cps examples/tutorial/readings.csv --out out/updated.cps --anyway"]),
     ("export", &["coldplate export out/tutorial/surrogate.cps --to c99 --out out/embed --name cooling"]),
+    (
+        "import",
+        &[
+            "coldplate import examples/solvers/studies/comsol.csv --input heat --input v_in --unit motor=degC --out out/study.csv",
+            "coldplate import examples/solvers/studies/dakota.dat --unit x1=W --unit x2=L/min --unit response_fn_1=degC \
+             --input x1 --input x2 --out out/dakota.csv",
+        ],
+    ),
     ("new", &["coldplate new --list", "coldplate new out/press --from spindle"]),
     ("units", &["coldplate units", "coldplate units pressure"]),
     ("materials", &["coldplate materials", "coldplate materials steel"]),
@@ -133,6 +141,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "anyway",
             "list",
             "export.to",
+            "units",
             "export.name",
         ],
     ),

@@ -9,6 +9,7 @@ pub mod export;
 pub mod fit;
 pub mod help;
 pub mod identify;
+pub mod import;
 pub mod info;
 pub mod man;
 pub mod materials;
@@ -76,6 +77,8 @@ enum Command {
     Sweep(sweep::Args),
     /// A surrogate from any table of conditions and outputs
     Fit(fit::Args),
+    /// Results of a study in another program as a table with units
+    Import(import::Args),
     /// Parameters of a machine file from measured data
     Identify(identify::Args),
     /// A machine beside measured data: prediction, residual, RMSE per test and sensor
@@ -126,6 +129,7 @@ pub fn main() -> ExitCode {
         Command::Simulate(args) => simulate::run(args, out),
         Command::Sweep(args) => sweep::run(args, out),
         Command::Fit(args) => fit::run(args, out),
+        Command::Import(args) => import::run(args, out),
         Command::Identify(args) => identify::run(args, out),
         Command::Predict(args) => predict::run(args, out),
         Command::Diagnose(args) => diagnose::run(args, out),

@@ -111,7 +111,8 @@ pub fn with_followed(fit: &mut Fit, scope: Option<&Scope>, table: Option<&Table>
 /// A rise over a variable that was held is a maximum.
 pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
     let (mut limits, mut notes) = (Vec::new(), Vec::new());
-    let point = |sensor: usize| surrogate.points.iter().position(|p| p.name == scope.points[sensor].name && p.unit == scope.points[sensor].unit);
+    let point =
+        |sensor: usize| surrogate.points.iter().position(|p| p.name == scope.points[sensor].name && p.unit == scope.points[sensor].unit);
     let variable = |index: usize| surrogate.variables.iter().position(|v| v.name == scope.variables[index].name);
     for limit in &scope.limits {
         if let LimitKind::Rise { point: sensor, variable } = limit.kind

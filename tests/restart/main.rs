@@ -33,7 +33,13 @@ fn plan(runs: usize) -> Plan {
 
 fn subject() -> Subject {
     let outputs = [("motor", "degC"), ("plate, \"front\"", "degC")].map(|(n, u)| (n.to_string(), u.to_string())).to_vec();
-    Subject { machine: "rig".into(), hash: "0123456789abcdef".repeat(4), by: SolvedBy::Mesh("1000 cells".into()), outputs, open: nothing_open() }
+    Subject {
+        machine: "rig".into(),
+        hash: "0123456789abcdef".repeat(4),
+        by: SolvedBy::Mesh("1000 cells".into()),
+        outputs,
+        open: nothing_open(),
+    }
 }
 
 fn nothing_open() -> Open {

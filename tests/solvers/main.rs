@@ -6,6 +6,7 @@ mod failures;
 mod limits;
 mod parts;
 mod refused;
+mod slurm;
 mod stopped;
 
 use std::path::{Path, PathBuf};

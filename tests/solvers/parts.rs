@@ -15,12 +15,10 @@ fn sweep(name: &str) -> (PathBuf, Vec<(String, Vec<u8>)>) {
     std::fs::remove_dir_all(folder.join("solver-cache")).ok();
     std::fs::remove_file(folder.join("runs.log")).unwrap();
     let expected = tables(&folder.join("whole"));
-    assert_eq!(expected.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), [
-        "failures.csv",
-        "recovered.csv",
-        "sweep.csv",
-        "sweep.parquet"
-    ]);
+    assert_eq!(
+        expected.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(),
+        ["failures.csv", "recovered.csv", "sweep.csv", "sweep.parquet"]
+    );
     (folder, expected)
 }
 
@@ -33,12 +31,17 @@ fn parts_run_by_xargs_give_the_same_bytes() {
     let (folder, expected) = sweep("xargs");
     let commands = output(&folder, &["sweep", "sweep.toml", "--out", "out", "--shards", "5"]);
     assert_eq!(String::from_utf8_lossy(&commands.stdout).lines().count(), 5, "{}", said(&commands));
-    let mut xargs = Command::new("xargs").args(["-P", "3", "-I{}", "sh", "-c", "{}"]).current_dir(&folder).stdin(Stdio::piped()).spawn().unwrap();
+    let mut xargs =
+        Command::new("xargs").args(["-P", "3", "-I{}", "sh", "-c", "{}"]).current_dir(&folder).stdin(Stdio::piped()).spawn().unwrap();
     std::io::Write::write_all(xargs.stdin.as_mut().unwrap(), &commands.stdout).unwrap();
     assert!(xargs.wait().unwrap().success());
     assert_eq!(runs(&folder).len(), 41);
     let merged = json(&folder, &["sweep", "sweep.toml", "--out", "out", "--merge"]);
-    assert_eq!((&merged["merged"]["journals"], &merged["merged"]["taken"], &merged["failed"]), (&5.into(), &41.into(), &1.into()), "{merged}");
+    assert_eq!(
+        (&merged["merged"]["journals"], &merged["merged"]["taken"], &merged["failed"]),
+        (&5.into(), &41.into(), &1.into()),
+        "{merged}"
+    );
     assert_eq!(tables(&folder.join("out")), expected);
     // Once more: nothing is left to be taken, and nothing was run.
     let again = json(&folder, &["sweep", "sweep.toml", "--out", "out", "--merge"]);
@@ -147,5 +150,38 @@ fn a_design_that_grows_is_not_shared_out() {
     let ended = output(&folder, &["sweep", sweep.to_str().unwrap(), "--shards", "4"]);
     assert_eq!(ended.status.code(), Some(2));
     assert!(said(&ended).contains("an adaptive design cannot be shared out"), "{}", said(&ended));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// What docs/cluster.md says it costs: 100 000 conditions in 1000 parts, of which one is run and the others are written here.
+#[test]
+#[ignore = "takes half a minute: --ignored --nocapture prints the figures"]
+fn cost_of_many() {
+    const CONDITIONS: usize = 100_000;
+    const PARTS: usize = 1000;
+    let folder = folder("cost");
+    shell(&folder, 2, "", "echo \"t = $x\"");
+    let text = std::fs::read_to_string(folder.join("sweep.toml")).unwrap();
+    let design = format!("kind = 'sobol'\nruns = {CONDITIONS}");
+    std::fs::write(folder.join("sweep.toml"), text.replace("kind = 'factorial'\npoints = 2", &design)).unwrap();
+    let begin = std::time::Instant::now();
+    part(&folder, "1/1000");
+    println!("one part of {} conditions: {:.2} s", CONDITIONS / PARTS, begin.elapsed().as_secs_f64());
+    let journals = folder.join("out/shards");
+    let first = std::fs::read_to_string(journals.join("1-of-1000.journal")).unwrap();
+    let header = first.lines().next().unwrap();
+    println!("journal: {} bytes, and {:.1} per condition", header.len(), (first.len() - header.len()) as f64 / (CONDITIONS / PARTS) as f64);
+    for number in 2..=PARTS {
+        let mut lines = format!("{header}\n");
+        for row in (number - 1..CONDITIONS).step_by(PARTS) {
+            let payload = format!("{row}\tok\t{:e}", 20.0 + (row as f64).sqrt());
+            lines += &format!("{payload}\t{:08x}\n", crc32fast::hash(payload.as_bytes()));
+        }
+        std::fs::write(journals.join(format!("{number}-of-1000.journal")), lines).unwrap();
+    }
+    let begin = std::time::Instant::now();
+    let merged = json(&folder, &["sweep", "sweep.toml", "--out", "out", "--merge"]);
+    println!("merge of {CONDITIONS} conditions from {PARTS} journals, tables written: {:.1} s", begin.elapsed().as_secs_f64());
+    assert_eq!(merged["merged"]["taken"], CONDITIONS, "{}", merged["merged"]);
     std::fs::remove_dir_all(&folder).unwrap();
 }

@@ -58,6 +58,27 @@ fn a_killed_sweep_goes_on_to_the_same_bytes() {
     }
 }
 
+/// A scheduler ends every process of a job, and a run may hear of it before the sweep: that is no crash of its condition.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_is_told_first_has_not_crashed() {
+    let folder = folder("first");
+    // The run ends itself by the signal, and the sweep a moment later.
+    shell(
+        &folder,
+        3,
+        "at_once = 1",
+        "if [ $x != 0 ]; then (sleep 0.1; kill -TERM $(cat ../../../../pid)) & kill -TERM $$; fi\necho \"t = $x\"",
+    );
+    std::fs::write(folder.join("start.sh"), "echo $$ > pid\nexec \"$0\" sweep sweep.toml --out out --quiet\n").unwrap();
+    let script = std::fs::read_to_string(folder.join("start.sh")).unwrap();
+    let ended = Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_coldplate")]).current_dir(&folder).output().unwrap();
+    assert_eq!(ended.status.code(), Some(2), "{}", super::said(&ended));
+    let journal = std::fs::read_to_string(folder.join("out/sweep.journal")).unwrap();
+    assert!(!journal.contains("failed") && journal.lines().count() == 2, "{journal}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 /// The terminate signal, as Ctrl-C, ends the runs with the sweep: nothing goes on behind its back.
 #[cfg(target_os = "linux")]
 #[test]

@@ -8,12 +8,12 @@ use serde::Serialize;
 use super::{Args, notes, told};
 use crate::cli::output::Output;
 use crate::error::Result;
-use crate::explore::sweep::{Definition, SweepOptions};
 use crate::explore::cluster::{self, ClusterOptions, ClusterRecord};
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::merge::{Merged, ranges};
 use crate::explore::sweep::record::SweepRecord;
 use crate::explore::sweep::shards::{self, Shard};
+use crate::explore::sweep::{Definition, SweepOptions};
 
 /// Runs one part.
 pub(super) fn run(sweep: &Sweep, shard: Shard, folder: &Path, options: SweepOptions<'_>, out: Output) -> Result<u8> {

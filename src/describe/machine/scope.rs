@@ -72,9 +72,11 @@ impl Scope {
         let mut found = variables(root, &mut Symbols::default())?;
         found.retain(|variable| given.contains(&variable.name.as_str()));
         if found.is_empty() {
-            return Err(root
-                .error_at("variables", "no variable is declared")
-                .help(format!("write [variables] {} = {{ unit = \"W\" }}, or one of the usual: {}", "heat", four().join(", "))));
+            return Err(root.error_at("variables", "no variable is declared").help(format!(
+                "write [variables] {} = {{ unit = \"W\" }}, or one of the usual: {}",
+                "heat",
+                four().join(", ")
+            )));
         }
         Ok(found)
     }

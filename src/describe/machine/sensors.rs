@@ -104,7 +104,9 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
                         .help("declare ambient_temperature under [variables], or limit the maximum"));
                 };
                 if !points[point].1.is_absolute() {
-                    return Err(section.error_at("sensor", "this point is no temperature, and a rise is over one").help("limit its maximum"));
+                    return Err(section
+                        .error_at("sensor", "this point is no temperature, and a rise is over one")
+                        .help("limit its maximum"));
                 }
                 (LimitKind::Rise { point, variable }, section.quantity("rise", Dimension::DIFFERENCE)?)
             }

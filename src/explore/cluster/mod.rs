@@ -97,7 +97,9 @@ impl<'a> Campaign<'a> {
         let path = own.join("watch");
         let watch = OpenOptions::new().write(true).create(true).truncate(false).open(&path).map_err(|e| Error::file("open", &path, e))?;
         if matches!(watch.try_lock(), Err(std::fs::TryLockError::WouldBlock)) {
-            return Err(Error::input("another process watches over this sweep").in_file(&path).help("wait for it, or choose another --out"));
+            return Err(Error::input("another process watches over this sweep")
+                .in_file(&path)
+                .help("wait for it, or choose another --out"));
         }
         Ok(Self { sweep, folder, options, progress, own, _watch: watch })
     }
@@ -231,7 +233,9 @@ impl<'a> Campaign<'a> {
             lacking.len(),
             if how.is_empty() { "nobody knows how".into() } else { how.join(", ") }
         ));
-        log.into_iter().fold(error, |error, log| error.in_file(log)).help("mend what the log says and start it again: what is solved is kept")
+        log.into_iter()
+            .fold(error, |error, log| error.in_file(log))
+            .help("mend what the log says and start it again: what is solved is kept")
     }
 }
 

@@ -6,8 +6,7 @@ use std::process::Command;
 use crate::error::{Error, Result};
 
 /// Ends of a task.
-const ENDS: [&str; 9] =
-    ["BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "TIMEOUT"];
+const ENDS: [&str; 9] = ["BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", "NODE_FAIL", "OUT_OF_MEMORY", "PREEMPTED", "TIMEOUT"];
 /// Reasons of a task that waits and will not begin until somebody releases it.
 const HELD: [&str; 2] = ["launch failed requeued held", "JobHoldMaxRequeue"];
 
@@ -67,7 +66,9 @@ pub(super) fn submit(script: &Path, log: &Path, tasks: &[usize], options: &[Stri
     command.args(["--parsable", "--requeue", "--open-mode=append"]);
     command.arg(format!("--array={}", array(tasks))).arg(format!("--output={}", log.display()));
     let output = command.args(options).arg(script).output().map_err(|e| {
-        Error::file("run", Path::new("sbatch"), e).at_key("--slurm").help("run this where jobs are submitted, with Slurm's commands on the path")
+        Error::file("run", Path::new("sbatch"), e)
+            .at_key("--slurm")
+            .help("run this where jobs are submitted, with Slurm's commands on the path")
     })?;
     let said = String::from_utf8_lossy(&output.stdout);
     // `NUMBER` or `NUMBER;CLUSTER`.

@@ -30,7 +30,7 @@ impl Program {
     /// a variable that is needed and stands in none.
     pub fn read(root: &Section<'_>, folder: &Path, variables: &[Variable], is_needed: impl Fn(usize) -> bool) -> Result<Self> {
         let section = root.section("solver")?;
-        let argument = |value: &Value<'_>| Template::parse(&value.text()?, Path::new("[solver]"), variables).map_err(|e| value.place(e));
+        let argument = |value: &Value<'_>| Template::parse(&value.text()?, None, variables).map_err(|e| value.place(e));
         let command: Vec<Template> = words(&section, "command")?
             .ok_or_else(|| section.error("what is run?").help("write command = [\"PROGRAM\", \"ARGUMENT\", ..]"))?
             .iter()
@@ -136,7 +136,7 @@ fn templates(section: &Section<'_>, folder: &Path, variables: &[Variable]) -> Re
         let text = input::text(&path).map_err(|e| value.place(e).help("templates are found from the folder of the sweep file"))?;
         let name = file_name(&path, value)?;
         let name = name.strip_suffix(ENDING).filter(|name| !name.is_empty()).map_or(name.clone(), String::from);
-        Ok((name, Template::parse(&text, &path, variables)?))
+        Ok((name, Template::parse(&text, Some(&path), variables)?))
     });
     read.collect()
 }

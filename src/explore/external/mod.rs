@@ -114,29 +114,42 @@ impl Program {
         format!("{}, version {}", self.name, self.version())
     }
 
-    /// Asks the program for its version.
+    /// Asks the program for its version, in a folder with the files that every run gets.
     ///
     /// # Errors
-    /// It cannot be run, takes longer than a minute or prints nothing.
+    /// It cannot be run, takes longer than a minute or prints nothing; a file cannot be copied.
     pub fn ask_version(&mut self) -> Result<()> {
         let Some(command) = &self.version.command else { return Ok(()) };
         let folder = std::env::temp_dir().join(run_name("version"));
         make(&folder)?;
+        self.carry(&folder)?;
         let ended = process::run(command, &folder, &self.folder, Some(VERSION_LIMIT), None);
-        let said = [process::STDOUT, process::STDERR].iter().find_map(|name| {
+        let first = |name: &str| {
             let text = std::fs::read(folder.join(name)).ok()?;
             line_of(String::from_utf8_lossy(&text).lines())
-        });
+        };
+        // Some say their version where errors are said, and then end well; some say it as they should, and end with any status.
+        let is_well = matches!(&ended, Ok(Ended::Itself(status)) if status.success());
+        let said = first(process::STDOUT).or_else(|| first(process::STDERR).filter(|_| is_well));
         remove(&folder);
         let wrong = |what: &str| Error::input(format!("the command for the program's version {what}")).at_key("solver.version");
         match (ended.map_err(|e| Error::input(e.what()).at_key("solver.version").help(e.remedy().unwrap_or_default()))?, said) {
             (Ended::TimedOut, _) => Err(wrong("takes longer than a minute").help("name one that prints it and ends")),
-            (Ended::Itself(_), None) => Err(wrong("prints nothing").help("name one that prints it")),
+            (Ended::Itself(_), None) => Err(wrong("prints no version").help("name one that prints it")),
             (Ended::Itself(_), Some(said)) => {
                 self.version.said = Some(said);
                 Ok(())
             }
         }
+    }
+
+    /// Copies the files that every run gets.
+    fn carry(&self, folder: &Path) -> Result<()> {
+        for file in &self.files {
+            let path = folder.join(&file.name);
+            std::fs::copy(&file.path, &path).map_err(|e| Error::file("write", &path, e))?;
+        }
+        Ok(())
     }
 
     /// A place for the runs of a sweep whose results are in the folder `out`.
@@ -209,10 +222,7 @@ impl Workshop<'_> {
             let path = folder.join(name);
             std::fs::write(&path, text).map_err(|e| Error::file("write", &path, e))?;
         }
-        for file in &program.files {
-            let path = folder.join(&file.name);
-            std::fs::copy(&file.path, &path).map_err(|e| Error::file("write", &path, e))?;
-        }
+        program.carry(&folder)?;
         let token: Option<File> = program.licence.as_ref().map(Licence::take).transpose()?;
         let ended = process::run(&inputs.arguments, &folder, &program.folder, program.limit, token);
         if ended.is_err() {

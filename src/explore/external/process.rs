@@ -29,7 +29,7 @@ pub(super) enum Ended {
 /// limit. It reads from `token`, an empty file whose lock it so holds for as long as it runs, even if we are killed.
 ///
 /// # Errors
-/// The program cannot be started, or we are told to stop.
+/// The program cannot be started, or we are told to stop: what a run did that ended then is not known.
 pub(super) fn run(arguments: &[String], folder: &Path, files: &Path, limit: Option<Duration>, token: Option<File>) -> Result<Ended> {
     let Some((program, rest)) = arguments.split_first() else { return Err(Error::input("the command is empty")) };
     let printed = |name: &str| {
@@ -49,7 +49,10 @@ pub(super) fn run(arguments: &[String], folder: &Path, files: &Path, limit: Opti
     let mut pause = SHORTEST_PAUSE;
     loop {
         match child.try_wait() {
-            Ok(Some(status)) => return Ok(Ended::Itself(status)),
+            Ok(Some(status)) => {
+                stop::may_come(status);
+                return if stop::is_asked() { Err(stop::stopped(folder)) } else { Ok(Ended::Itself(status)) };
+            }
             Ok(None) => {}
             Err(e) => {
                 end(&mut child);

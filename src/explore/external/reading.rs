@@ -41,7 +41,8 @@ impl Reading {
     /// No unit or an unknown one; none or several of `column`, `pointer` and `pattern`; an expression without exactly one group.
     pub(super) fn read(name: &str, section: Section<'_>) -> Result<Self> {
         let unit = section.text("unit")?;
-        let mut dimension = units::dimension_of(&unit).map_err(|e| section.error_at("unit", e.what()).help(e.remedy().unwrap_or_default()))?;
+        let mut dimension =
+            units::dimension_of(&unit).map_err(|e| section.error_at("unit", e.what()).help(e.remedy().unwrap_or_default()))?;
         let is_difference = section.opt_flag("difference")?.unwrap_or(false);
         if is_difference && dimension.is_absolute() {
             return Err(section.error_at("unit", "a difference of temperatures is in K").help("write unit = \"K\""));
@@ -83,7 +84,8 @@ impl Reading {
         };
         let (value, unit) = found.map_err(|why| missing(format!("{file}: {why}")))?;
         let unit = unit.unwrap_or_else(|| self.unit.clone());
-        let si = units::convert(value, &unit, self.point.dimension).map_err(|e| missing(format!("{file}: {value} {unit}: {}", e.what())))?;
+        let si =
+            units::convert(value, &unit, self.point.dimension).map_err(|e| missing(format!("{file}: {value} {unit}: {}", e.what())))?;
         let own = match unit == self.point.unit {
             true => Ok(value),
             false => units::express(si, &self.point.unit, self.point.dimension).map_err(|e| missing(e.what().into())),

@@ -2,10 +2,15 @@
 
 use std::io;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
+use std::process::ExitStatus;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 
 use crate::error::{Error, Result};
+
+/// Within which all processes of a job are told to stop.
+const GRACE: Duration = Duration::from_millis(500);
 
 static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
@@ -31,6 +36,20 @@ pub(super) fn listen() {}
 /// Whether we were told to stop.
 pub(super) fn is_asked() -> bool {
     STOP.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
+}
+
+/// Schedulers tell everybody of a job to stop, and programs may hear it before we do: one that was killed, or says so, is no crash
+/// until we have waited whether we are told too.
+pub(super) fn may_come(status: ExitStatus) {
+    /// The shell's status of a program that a signal ended is above this.
+    const BY_SIGNAL: i32 = 128;
+    if status.code().is_some_and(|code| code < BY_SIGNAL) {
+        return;
+    }
+    let begin = Instant::now();
+    while !is_asked() && begin.elapsed() < GRACE {
+        std::thread::sleep(GRACE / 50);
+    }
 }
 
 /// # Errors

@@ -32,20 +32,20 @@ enum Piece {
 }
 
 impl Template {
-    /// Reads a text; `file` is the name used in errors.
+    /// Reads a text; `file` is the name used in errors, where the text is that of a file.
     ///
     /// # Errors
     /// A place that is not closed, has no unit, names no variable, or a unit that is not one of the variable.
-    pub(super) fn parse(text: &str, file: &Path, variables: &[Variable]) -> Result<Self> {
+    pub(super) fn parse(text: &str, file: Option<&Path>, variables: &[Variable]) -> Result<Self> {
         let (mut pieces, mut rest) = (Vec::new(), text);
         while let Some((before, after)) = rest.split_once(OPEN) {
             let line = 1 + text[..text.len() - after.len()].matches('\n').count();
-            let wrong = |what: String| Error::input(what).in_file(file).at_line(line);
+            let placed = |error: Error| file.map_or(error.clone(), |file| error.in_file(file).at_line(line));
             let closed = after.split_once(CLOSE).filter(|(place, _)| !place.contains('\n'));
             let (place, behind) =
-                closed.ok_or_else(|| wrong("a place for a value is not closed".into()).help("write {{NAME:UNIT}} on one line"))?;
+                closed.ok_or_else(|| placed(Error::input("a place for a value is not closed").help("write {{NAME:UNIT}} on one line")))?;
             pieces.push(Piece::Text(before.into()));
-            pieces.push(value(place, variables).map_err(|e| e.in_file(file).at_line(line).read(format!("{OPEN}{place}{CLOSE}")))?);
+            pieces.push(value(place, variables).map_err(|e| placed(e.read(format!("{OPEN}{place}{CLOSE}"))))?);
             rest = behind;
         }
         pieces.push(Piece::Text(rest.into()));
@@ -82,11 +82,11 @@ fn value(place: &str, variables: &[Variable]) -> Result<Piece> {
         .ok_or_else(|| Error::input(format!("'{name}' is not a variable of this sweep")).help(suggestion(name, &known)))?;
     let own = &variables[variable];
     if unit.is_empty() {
-        return Err(Error::input("the value needs the unit that the program expects")
-            .help(format!("write {OPEN}{name}:{}{CLOSE}", own.unit)));
+        return Err(
+            Error::input("the value needs the unit that the program expects").help(format!("write {OPEN}{name}:{}{CLOSE}", own.unit))
+        );
     }
-    units::express(units::ZERO_CELSIUS, unit, own.dimension)
-        .map_err(|e| Error::input(e.what()).help(e.remedy().unwrap_or_default()))?;
+    units::express(units::ZERO_CELSIUS, unit, own.dimension).map_err(|e| Error::input(e.what()).help(e.remedy().unwrap_or_default()))?;
     Ok(Piece::Value { variable, unit: unit.into() })
 }
 
@@ -107,14 +107,15 @@ mod tests {
     use crate::units::Dimension;
 
     fn variables() -> Vec<Variable> {
-        let variable = |name: &str, unit: &str, dimension| Variable { name: name.into(), unit: unit.into(), dimension, default: None, range: None };
+        let variable =
+            |name: &str, unit: &str, dimension| Variable { name: name.into(), unit: unit.into(), dimension, default: None, range: None };
         vec![variable("coolant_flow", "L/min", Dimension::VOLUME_FLOW), variable("inlet", "degC", Dimension::TEMPERATURE)]
     }
 
     #[test]
     fn values_stand_in_the_unit_of_their_place() {
         let text = "q = {{coolant_flow:L/min}}\nQ = {{ coolant_flow : m3/s }}, T = {{inlet:K}}\n";
-        let template = Template::parse(text, Path::new("deck.inp"), &variables()).unwrap();
+        let template = Template::parse(text, Some(Path::new("deck.inp")), &variables()).unwrap();
         let values = Values { si: &[9.42 / 6e4, 293.65], shown: &[9.42, 20.5] };
         assert_eq!(template.render(values, &variables()).unwrap(), "q = 9.42\nQ = 0.000157, T = 293.65\n");
         assert_eq!(number(1.5e-7), "1.5e-7");
@@ -128,7 +129,7 @@ mod tests {
             ("\n{{inlet:bar}}", 2, "not the unit of this quantity"),
             ("{{inlet:degC\n}}", 1, "not closed"),
         ] {
-            let error = Template::parse(text, Path::new("deck.inp"), &variables()).unwrap_err();
+            let error = Template::parse(text, Some(Path::new("deck.inp")), &variables()).unwrap_err();
             assert_eq!(error.location().line, Some(line), "{error}");
             assert!(error.to_string().contains(needle), "{error}");
         }

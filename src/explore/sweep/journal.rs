@@ -321,10 +321,7 @@ impl Journal {
 
 /// What a journal of another sweep, or what is none at all, is refused with.
 fn foreign(path: &Path) -> Error {
-    Error::input("this file is not a journal of this program")
-        .in_file(path)
-        .at_line(1)
-        .help("choose another --out, or move the file away")
+    Error::input("this file is not a journal of this program").in_file(path).at_line(1).help("choose another --out, or move the file away")
 }
 
 /// Whether the first line of the journal at `path` is that of the sweep that is wanted.
@@ -348,9 +345,8 @@ fn check_header(path: &Path, line: &[u8], wanted: &Header) -> Result<()> {
     if found == *wanted {
         return Ok(());
     }
-    let value = |header: &Header, key: &str| {
-        header.identity.iter().find(|(k, _)| k == key).map_or("nothing".to_string(), |(_, v)| abbreviated(v))
-    };
+    let value =
+        |header: &Header, key: &str| header.identity.iter().find(|(k, _)| k == key).map_or("nothing".to_string(), |(_, v)| abbreviated(v));
     let mut differences: Vec<String> = Vec::new();
     for (key, _) in wanted.identity.iter().chain(&found.identity) {
         let (now, then) = (value(wanted, key), value(&found, key));

@@ -115,7 +115,8 @@ fn listed(named: &[PathBuf]) -> Result<Vec<PathBuf>> {
             continue;
         }
         let entries = std::fs::read_dir(path).map_err(|e| Error::file("read", path, e))?;
-        let mut inside = entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>().map_err(|e| Error::file("read", path, e))?;
+        let mut inside =
+            entries.map(|entry| Ok(entry?.path())).collect::<std::io::Result<Vec<_>>>().map_err(|e| Error::file("read", path, e))?;
         inside.retain(|file| file.extension().is_some_and(|e| e == ENDING));
         inside.sort();
         files.extend(inside);
@@ -161,8 +162,7 @@ pub fn ranges(numbers: &[usize]) -> String {
             None => runs.push((*number, *number)),
         }
     }
-    let words: Vec<String> =
-        runs.iter().take(MOST_SHOWN).map(|(a, b)| if a == b { a.to_string() } else { format!("{a}-{b}") }).collect();
+    let words: Vec<String> = runs.iter().take(MOST_SHOWN).map(|(a, b)| if a == b { a.to_string() } else { format!("{a}-{b}") }).collect();
     let beyond: usize = runs.iter().skip(MOST_SHOWN).map(|(a, b)| b - a + 1).sum();
     if beyond > 0 { format!("{} and {beyond} more", words.join(", ")) } else { words.join(", ") }
 }

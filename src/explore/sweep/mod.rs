@@ -291,12 +291,8 @@ fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
         SolvedBy::Mesh(mesh) => ("machine hash", ("mesh", mesh.clone())),
         SolvedBy::Program { name, .. } => ("solver hash", ("solver", name.clone())),
     };
-    let pairs = [
-        ("program", format!("coldplate {}", env!("CARGO_PKG_VERSION"))),
-        (hashed, subject.hash.clone()),
-        by,
-        ("design hash", plan.hash()),
-    ];
+    let pairs =
+        [("program", format!("coldplate {}", env!("CARGO_PKG_VERSION"))), (hashed, subject.hash.clone()), by, ("design hash", plan.hash())];
     pairs.map(|(key, value)| (key.to_string(), value)).to_vec()
 }
 

@@ -53,12 +53,8 @@ pub struct FailureRecord {
 impl Swept {
     /// The results of `sweep` for other programs; `seconds` is the time it took.
     pub fn record(&self, sweep: &Sweep, seconds: f64) -> SweepRecord {
-        let failure = |f: &Failure| FailureRecord {
-            row: f.row + 1,
-            group: f.group.clone(),
-            reason: f.reason.clone(),
-            class: Class::of(&f.reason),
-        };
+        let failure =
+            |f: &Failure| FailureRecord { row: f.row + 1, group: f.group.clone(), reason: f.reason.clone(), class: Class::of(&f.reason) };
         let groups = self.plan.groups.iter();
         SweepRecord {
             conditions: self.plan.conditions.len(),

@@ -204,24 +204,24 @@ pub fn quoted(text: &str) -> String {
 }
 
 #[derive(Debug, Default)]
-struct Cell {
-    text: String,
+pub(super) struct Cell {
+    pub(super) text: String,
 }
 
-struct Record<'a> {
+pub(super) struct Record<'a> {
     line: usize,
-    cells: Vec<Cell>,
+    pub(super) cells: Vec<Cell>,
     comment: Option<&'a str>,
 }
 
 /// Splits text into records, skipping empty lines; quoted cells may hold line ends.
-struct Records<'a> {
+pub(super) struct Records<'a> {
     rest: &'a str,
     line: usize,
 }
 
 impl<'a> Records<'a> {
-    fn new(text: &'a str) -> Self {
+    pub(super) fn new(text: &'a str) -> Self {
         Self { rest: text, line: 0 }
     }
 

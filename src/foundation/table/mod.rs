@@ -14,11 +14,13 @@
 //! ```
 
 mod csv;
+mod foreign;
 mod parquet;
 
 use std::path::Path;
 
 pub use csv::quoted;
+pub use foreign::UnitOf;
 
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::{atomic_file, input};
