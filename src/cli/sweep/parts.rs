@@ -67,8 +67,9 @@ fn shell(words: &[String]) -> String {
     words.iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
-/// Between two looks at the queue.
+/// Between two looks at the queue and the journals, and longer for each part: a thousand are looked at every twelve seconds.
 const POLL: Duration = Duration::from_secs(2);
+const POLL_PER_PART: Duration = Duration::from_millis(10);
 
 /// Runs the parts on a cluster and writes the tables.
 pub(super) fn on_slurm(sweep: &Sweep, args: &Args, parts: usize, folder: &Path, out: Output) -> Result<u8> {
@@ -78,7 +79,7 @@ pub(super) fn on_slurm(sweep: &Sweep, args: &Args, parts: usize, folder: &Path, 
         sbatch: args.sbatch.clone(),
         command: shell(&arguments(args, Some(folder))),
         retry_failed: args.retry_failed,
-        poll: POLL,
+        poll: POLL + POLL_PER_PART * u32::try_from(parts).unwrap_or(u32::MAX),
     };
     let slurm = cluster::run(sweep, folder, &options, &out.progress())?;
     let swept = sweep.tables(folder)?;
