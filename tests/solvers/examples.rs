@@ -124,7 +124,7 @@ fn finished_studies_come_and_go() {
     let told = json(&folder, &[&["import", comsol.to_str().unwrap(), "--out", "study.parquet"][..], &units].concat());
     assert_eq!(told["conditions"], serde_json::json!(["heat [W]", "v_in [m3/s]"]), "{told}");
     let table = Table::read(folder.join("study.parquet")).unwrap();
-    assert!((table.column("motor").unwrap().values[8] - 38.37).abs() < 1e-9);
+    assert_eq!(table.column("motor").unwrap().values[8], 38.37);
     assert!((table.column("v_in").unwrap().values[8] - 8.0 / 6e4).abs() < 1e-18);
     json(&folder, &["fit", "study.parquet", "--max-degree", "1"]);
     let of = ["--unit", "x1=W", "--unit", "x2=L/min", "--unit", "response_fn_1=degC", "--input", "x1", "--input", "x2"];
@@ -138,5 +138,52 @@ fn finished_studies_come_and_go() {
     assert!(sample.starts_with("\"x1 [W]\";\"x2 [L/min]\";\"response_fn_1 [degC]\"\n2e1;2e0;2.416e1\n"), "{sample}");
     let bare = output(&folder, &["import", dakota.to_str().unwrap(), "--out", "bare.csv"]);
     assert!(bare.status.code() == Some(2) && said(&bare).contains("--unit NAME=UNIT"), "{}", said(&bare));
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// A design that grows, of another program: it stops where the fit is accurate, and goes on to a finer accuracy.
+#[test]
+fn a_design_that_grows_is_solved_by_another_program() {
+    let folder = folder("growing");
+    for name in ["cold_plate.py", "condition.json.template"] {
+        std::fs::copy(root().join("examples/solvers/python").join(name), folder.join(name)).unwrap();
+    }
+    let text = std::fs::read_to_string(root().join("examples/solvers/python/sweep.toml")).unwrap();
+    let growing = |accuracy: &str| {
+        let design = format!("kind = \"adaptive\"\naccuracy = \"{accuracy}\"\nruns = 12\nmax_runs = 80\n");
+        std::fs::write(folder.join("sweep.toml"), text.replace("kind = \"latin_hypercube\"\nruns = 40\n", &design)).unwrap();
+        json(&folder, &["run", "sweep.toml", "--out", "out"])
+    };
+    let rough = growing("0.2 K");
+    assert_eq!(rough["adaptive"]["reached"], true, "{rough}");
+    let fine = growing("0.02 K");
+    assert_eq!(fine["adaptive"]["reached"], true, "{fine}");
+    assert!(fine["resumed"].as_u64() >= rough["conditions"].as_u64() && fine["conditions"].as_u64() > rough["conditions"].as_u64());
+    let worst = fine["points"].as_array().unwrap().iter().map(|p| p["held_out"]["max_K"].as_f64().unwrap()).fold(0.0, f64::max);
+    assert!(worst < 0.02, "{fine}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Another program for a machine of ours: variables and limits are those of the machine file, and no mesh is made.
+#[test]
+fn a_machine_file_gives_variables_and_limits() {
+    let folder = folder("machine");
+    let machine = root().join("examples/tutorial/machine.toml");
+    let sweep = format!(
+        "name = 'two nodes'\nmachine = '{}'\n[solver]\ncommand = ['awk', 'BEGIN {{ print \"{{{{motor_speed:rpm}}}}\" / 100 + \
+         \"{{{{ambient_temperature:degC}}}}\" + 1 / \"{{{{coolant_flow:L/min}}}}\" + \"{{{{coolant_temperature:K}}}}\" / 100 }}']\n\
+         [point.motor]\nunit = 'degC'\npattern = '(.*)'\nmatch = 'first'\n[range]\ncoolant_flow = ['2 L/min', '8 L/min']\n\
+         motor_speed = ['500 rpm', '3000 rpm']\nambient_temperature = ['20 degC', '26 degC']\n[hold]\n\
+         coolant_temperature = '20 degC'\n[design]\nkind = 'latin_hypercube'\nruns = 20\n",
+        machine.display()
+    );
+    std::fs::write(folder.join("sweep.toml"), sweep).unwrap();
+    let ran = json(&folder, &["run", "sweep.toml", "--out", "out"]);
+    assert_eq!((&ran["conditions"], &ran["failed"]), (&20.into(), &0.into()), "{ran}");
+    let at = ["--coolant-flow", "4 L/min", "--motor-speed", "1000 rpm", "--ambient-temperature", "22 degC"];
+    let answer = json(&folder, &[&["query", "out/surrogate.cps"][..], &at].concat());
+    let expected = 10.0 + 22.0 + 0.25 + 2.9315;
+    assert!((answer["temperatures"]["motor"]["degC"].as_f64().unwrap() - expected).abs() < 0.05, "{answer}");
+    assert!(!answer["limits"].as_array().unwrap().is_empty(), "{answer}");
     std::fs::remove_dir_all(&folder).unwrap();
 }

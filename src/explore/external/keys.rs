@@ -3,15 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use regex::Regex;
-
 use super::cache::{self, Key};
 use super::licence::Licence;
-use super::reading::Reading;
+use super::reading::{Reading, expression};
 use super::template::Template;
 use super::{Carried, Program, Version};
 use crate::describe::machine::Variable;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::foundation::document::{Section, Value};
 use crate::foundation::input;
 use crate::units::Dimension;
@@ -171,16 +169,4 @@ fn licence(section: Section<'_>, folder: &Path) -> Result<Licence> {
     let found = Licence { folder: folder.join(PathBuf::from(section.text("folder")?)), tokens: section.integer("tokens", 1)? };
     section.finish()?;
     Ok(found)
-}
-
-/// Reads a regular expression; `^` and `$` mean lines.
-///
-/// # Errors
-/// It cannot be read.
-pub(super) fn expression(value: &Value<'_>) -> Result<Regex> {
-    let built = regex::RegexBuilder::new(&value.text()?).multi_line(true).build();
-    built.map_err(|e| {
-        let what = e.to_string().lines().last().unwrap_or_default().trim().to_string();
-        value.place(Error::input(format!("this expression cannot be read: {what}")).help("single quotes keep backslashes as they are"))
-    })
 }

@@ -6,7 +6,7 @@ use regex::Regex;
 
 use super::failure::{Class, Failure};
 use crate::describe::machine::Point;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::foundation::document::{Section, Value};
 use crate::foundation::table::Table;
 use crate::units::{self, Dimension};
@@ -105,7 +105,7 @@ fn place(section: &Section<'_>) -> Result<Place> {
             Err(section.error_at("pointer", "a JSON pointer begins with a slash").help("for example \"/results/0/temperature\""))
         }
         Some(_) => {
-            let expression = super::keys::expression(&section.value("pattern")?)?;
+            let expression = expression(&section.value("pattern")?)?;
             if expression.captures_len() != 2 {
                 let what = format!("the expression has {} groups, and one is wanted", expression.captures_len() - 1);
                 return Err(section
@@ -119,6 +119,18 @@ fn place(section: &Section<'_>) -> Result<Place> {
             .error("where does this result stand?")
             .help("give file and column (CSV), pointer (JSON) or pattern (an expression with one group)")),
     }
+}
+
+/// Reads a regular expression; `^` and `$` mean lines.
+///
+/// # Errors
+/// It cannot be read.
+pub(super) fn expression(value: &Value<'_>) -> Result<Regex> {
+    let built = regex::RegexBuilder::new(&value.text()?).multi_line(true).build();
+    built.map_err(|e| {
+        let what = e.to_string().lines().last().unwrap_or_default().trim().to_string();
+        value.place(Error::input(format!("this expression cannot be read: {what}")).help("single quotes keep backslashes as they are"))
+    })
 }
 
 fn recovered(value: &Value<'_>, point: &Point) -> Result<f64> {

@@ -183,7 +183,9 @@ fn express(table: &mut Table, name: &str, unit: &str) -> Result<()> {
         dimension = units::Dimension::TEMPERATURE;
     }
     for value in values.iter_mut().filter(|value| !value.is_nan()) {
-        *value = units::convert(*value, before, dimension).and_then(|si| units::express(si, unit, dimension)).map_err(wrong)?;
+        let found = units::convert(*value, before, dimension).and_then(|si| units::express(si, unit, dimension)).map_err(wrong)?;
+        // Twelve digits, as conditions have: what the conversion adds is no digit of the value.
+        *value = format!("{found:.11e}").parse().unwrap_or(found);
     }
     *before = unit.to_string();
     Ok(())
