@@ -78,7 +78,7 @@
 //! | [`discretise`] | cells, and the thermal network they make |
 //! | [`solve`] | matrices, multigrid, steady and transient solvers, derivatives |
 //! | [`reduce`] | reduced models: few modes for a machine, with a bound on every reading |
-//! | [`explore`] | sweeps, schedules, simulation over time |
+//! | [`explore`] | sweeps, by our own solver or another, here or on a cluster; schedules, simulation over time |
 //! | [`surrogate`] | fitting, the surrogate file, verdicts and inverse questions |
 //! | [`figures`] | charts and reports as plain data |
 //! | [`evidence`] | measured data, identification, diagnosis |

@@ -72,6 +72,30 @@ fn where_all_fail_the_status_says_so() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
+/// A program that fails because the disk is full has not failed at its condition. Needs root, to make a small disk.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_under_a_program_is_no_failure_of_a_condition() {
+    use std::process::Command;
+    let folder = folder("full");
+    let small = folder.join("small");
+    std::fs::create_dir(&small).unwrap();
+    let mount = |arguments: &[&str]| Command::new("mount").args(arguments).arg(&small).output().is_ok_and(|o| o.status.success());
+    if !mount(&["-t", "tmpfs", "-o", "size=300k", "tmpfs"]) {
+        println!("skipped: no small disk can be made here");
+        return;
+    }
+    shell(&folder, 4, "scratch = 'small'", "if [ $x != 0 ]; then dd if=/dev/zero of=big bs=1024 count=1000 || exit 1; fi\necho \"t = $x\"");
+    let ended = output(&folder, &["sweep", "sweep.toml", "--out", "out", "--threads", "1"]);
+    assert!(Command::new("umount").arg(&small).status().unwrap().success());
+    assert_eq!(ended.status.code(), Some(2), "{}", said(&ended));
+    assert!(said(&ended).contains("make room"), "{}", said(&ended));
+    let journal = std::fs::read_to_string(folder.join("out/sweep.journal")).unwrap();
+    assert!(journal.lines().count() == 2 && !journal.contains("failed"), "{journal}");
+    assert_eq!(json(&folder, &["sweep", "sweep.toml", "--out", "out"])["failed"], 0);
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 /// A full disk says nothing of a condition: the sweep ends, and nothing is recorded of what was under way.
 #[test]
 fn trouble_with_files_is_no_failure_of_a_condition() {

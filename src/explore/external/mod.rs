@@ -20,6 +20,7 @@ pub use reading::Reading;
 pub use template::Values;
 
 use std::fs::File;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
@@ -229,6 +230,9 @@ impl Workshop<'_> {
             remove(&folder);
         }
         let found = self.outcome(ended?, &folder);
+        if let Err(Failure { class: Class::Crashed | Class::ResultMissing, .. }) = &found {
+            has_room(&folder).inspect_err(|_| remove(&folder))?;
+        }
         match (&found, program.keep) {
             (Err(_), _) => keep(&folder, &self.kept.join("failed").join(inputs.key.short())),
             (Ok(_), true) => keep(&folder, &self.kept.join("kept").join(inputs.key.short())),
@@ -276,6 +280,15 @@ fn run_name(what: &str) -> String {
 
 fn make(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e))
+}
+
+/// Whether a program could write here: where the disk is full, what it failed at was not the condition.
+fn has_room(folder: &Path) -> Result<()> {
+    const PROBE: usize = 64 << 10;
+    let path = folder.join(".room");
+    let written = File::create(&path).and_then(|mut file| file.write_all(&vec![0; PROBE]).and_then(|()| file.sync_all()));
+    let _ = std::fs::remove_file(&path);
+    written.map_err(|e| Error::file("write", &path, e).help("make room and start again: what the journal holds is kept"))
 }
 
 /// A folder that stays behind is a nuisance and no failure.
