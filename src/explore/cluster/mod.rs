@@ -196,10 +196,17 @@ impl<'a> Campaign<'a> {
         let total = self.sweep.plan.conditions.len();
         let mut journals = Lines::of(Shard::all(parts).map(|shard| shard.journal(self.folder)));
         let begun = journals.count();
+        let mut told = String::new();
+        let mut tell = |what: String| {
+            if what != told {
+                self.progress.at(&what);
+                told = what;
+            }
+        };
         loop {
             self.progress.count((before + journals.count().saturating_sub(begun)).min(total), total, "conditions");
             match slurm::look(job) {
-                Seen::Silent(why) => self.progress.at(&format!("Slurm does not answer: {why}")),
+                Seen::Silent(why) => tell(format!("Slurm does not answer: {why}")),
                 Seen::Forgotten => return Ok(Vec::new()),
                 Seen::Tasks(tasks) if tasks.iter().all(Task::is_over) => {
                     let held: Vec<usize> = tasks.iter().filter(|task| task.is_held()).map(|task| task.number).collect();
@@ -212,7 +219,7 @@ impl<'a> Campaign<'a> {
                     let running = tasks.iter().filter(|task| task.is_running()).count();
                     let over = tasks.iter().filter(|task| task.is_over()).count();
                     let waiting = tasks.len() - running - over;
-                    self.progress.at(&format!("job {job}: {running} tasks run, {waiting} wait, {over} are over"));
+                    tell(format!("job {job}: {running} tasks run, {waiting} wait, {over} are over"));
                 }
             }
             std::thread::sleep(self.options.poll);
