@@ -29,22 +29,27 @@ fn part(folder: &Path, shard: &str) {
 #[test]
 fn parts_run_by_xargs_give_the_same_bytes() {
     let (folder, expected) = sweep("xargs");
-    let commands = output(&folder, &["sweep", "sweep.toml", "--out", "out", "--shards", "5"]);
+    // Quotes in the commands are those of the shell, not of xargs.
+    let commands = output(&folder, &["sweep", "sweep.toml", "--out", "of parts/(all)", "--shards", "5"]);
     assert_eq!(String::from_utf8_lossy(&commands.stdout).lines().count(), 5, "{}", said(&commands));
-    let mut xargs =
-        Command::new("xargs").args(["-P", "3", "-I{}", "sh", "-c", "{}"]).current_dir(&folder).stdin(Stdio::piped()).spawn().unwrap();
+    let mut xargs = Command::new("xargs")
+        .args(["-d", "\\n", "-P", "3", "-I{}", "sh", "-c", "{}"])
+        .current_dir(&folder)
+        .stdin(Stdio::piped())
+        .spawn()
+        .unwrap();
     std::io::Write::write_all(xargs.stdin.as_mut().unwrap(), &commands.stdout).unwrap();
     assert!(xargs.wait().unwrap().success());
     assert_eq!(runs(&folder).len(), 41);
-    let merged = json(&folder, &["sweep", "sweep.toml", "--out", "out", "--merge"]);
+    let merged = json(&folder, &["sweep", "sweep.toml", "--out", "of parts/(all)", "--merge"]);
     assert_eq!(
         (&merged["merged"]["journals"], &merged["merged"]["taken"], &merged["failed"]),
         (&5.into(), &41.into(), &1.into()),
         "{merged}"
     );
-    assert_eq!(tables(&folder.join("out")), expected);
+    assert_eq!(tables(&folder.join("of parts/(all)")), expected);
     // Once more: nothing is left to be taken, and nothing was run.
-    let again = json(&folder, &["sweep", "sweep.toml", "--out", "out", "--merge"]);
+    let again = json(&folder, &["sweep", "sweep.toml", "--out", "of parts/(all)", "--merge"]);
     assert_eq!((&again["merged"]["taken"], &again["merged"]["doubles"]), (&0.into(), &40.into()), "{again}");
     assert_eq!(runs(&folder).len(), 41);
     std::fs::remove_dir_all(&folder).unwrap();
