@@ -41,7 +41,7 @@ fn surrogate(model: &ReducedModel) -> Surrogate {
         inputs: machine.variables.len(),
         provenance: Vec::new(),
     };
-    fitting::fit_table(&table, Some(machine), &FitOptions::default()).expect("a fit").surrogate
+    fitting::fit_table(&table, Some(&machine.scope()), &FitOptions::default()).expect("a fit").surrogate
 }
 
 /// Follows a schedule that neither was made from, and compares every reading with the full solver's.
