@@ -133,6 +133,14 @@ impl Error {
         self
     }
 
+    /// Names what holds the key: `conditions[3]` for `conditions[3].coolant_flow`.
+    #[must_use]
+    pub fn within(mut self, holder: &str) -> Self {
+        let key = &mut self.inner.location.key;
+        *key = Some(key.take().map_or_else(|| holder.to_owned(), |key| format!("{holder}.{key}")));
+        self
+    }
+
     /// Shows the value that was read.
     #[must_use]
     pub fn read(mut self, value: impl fmt::Display) -> Self {

@@ -23,6 +23,7 @@ pub mod reduced;
 pub mod run;
 pub mod schema;
 pub mod sensitivity;
+pub mod serve;
 pub mod simulate;
 pub mod solve;
 pub mod sweep;
@@ -89,6 +90,8 @@ enum Command {
     Chart(chart::Args),
     /// Temperatures, verdict and margins from a surrogate file
     Query(query::Args),
+    /// Answers over HTTP: surrogates for other programs, and as pages
+    Serve(serve::Args),
     /// New readings into the parameters of a surrogate file
     Update(update::Args),
     /// A surrogate as source text in another language
@@ -135,6 +138,7 @@ pub fn main() -> ExitCode {
         Command::Diagnose(args) => diagnose::run(args, out),
         Command::Chart(args) => chart::run(args, out),
         Command::Query(args) => query::run(args, out),
+        Command::Serve(args) => serve::run(args, out),
         Command::Update(args) => update::run(args, out),
         Command::Export(args) => export::run(args, out),
         Command::New(args) => new::run(args, out),

@@ -4,6 +4,7 @@
 use std::path::Path;
 
 use coldplate_runtime::format;
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::model_text;
@@ -20,7 +21,7 @@ use crate::surrogate::verdict::{self, LimitAnswer, LimitKind, Surrogate};
 use crate::units::express;
 
 /// What is in a file.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 #[allow(missing_docs)]
 pub enum Info {
@@ -32,7 +33,7 @@ pub enum Info {
 }
 
 /// A surrogate.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct SurrogateInfo {
     /// Version of its layout.
@@ -47,7 +48,7 @@ pub struct SurrogateInfo {
 }
 
 /// A variable that was held, with the range within which another value may be stated for it, where there is one.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct HeldInfo {
     pub name: String,
@@ -58,7 +59,7 @@ pub struct HeldInfo {
 }
 
 /// A variable with its range, in its unit; ends that are not known are `null`.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct RangeInfo {
     pub name: String,
@@ -68,7 +69,7 @@ pub struct RangeInfo {
 }
 
 /// A value with its unit.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct ValueInfo {
     pub name: String,
@@ -77,7 +78,7 @@ pub struct ValueInfo {
 }
 
 /// A measurement point.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct PointInfo {
     pub name: String,
@@ -89,7 +90,7 @@ pub struct PointInfo {
 }
 
 /// An uncertain parameter of the machine.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct ParameterInfo {
     pub name: String,
@@ -105,7 +106,7 @@ pub struct ParameterInfo {
 }
 
 /// A limit.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct LimitInfo {
     pub name: String,
@@ -116,7 +117,7 @@ pub struct LimitInfo {
 }
 
 /// A fact on where the numbers come from.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct Fact {
     pub key: String,
@@ -124,7 +125,7 @@ pub struct Fact {
 }
 
 /// A machine file; what it has of each kind by name.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct MachineInfo {
     pub name: String,
@@ -145,7 +146,7 @@ pub struct MachineInfo {
 }
 
 /// A variable of a machine.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct MachineVariable {
     #[serde(flatten)]
@@ -156,7 +157,7 @@ pub struct MachineVariable {
 }
 
 /// A sweep file.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct SweepInfo {
     pub name: String,
@@ -168,7 +169,7 @@ pub struct SweepInfo {
 }
 
 /// A design of a sweep.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct GroupInfo {
     pub name: String,
@@ -177,7 +178,7 @@ pub struct GroupInfo {
 }
 
 /// The journal of a sweep.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct JournalInfo {
     pub conditions: usize,
@@ -191,7 +192,7 @@ pub struct JournalInfo {
 }
 
 /// A table.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct TableInfo {
     pub rows: usize,
@@ -203,7 +204,7 @@ pub struct TableInfo {
 }
 
 /// A column of numbers.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct ColumnInfo {
     #[serde(flatten)]
@@ -213,6 +214,14 @@ pub struct ColumnInfo {
 }
 
 impl Info {
+    /// What is in the bytes of a surrogate file.
+    ///
+    /// # Errors
+    /// It is damaged.
+    pub fn of_surrogate(bytes: &[u8]) -> Result<Self> {
+        surrogate(bytes).map(Self::Surrogate)
+    }
+
     /// Looks into a file.
     ///
     /// # Errors
@@ -223,7 +232,7 @@ impl Info {
         }
         let bytes = input::read(path).map_err(|e| e.help("check the path"))?;
         if bytes.starts_with(&format::MAGIC) {
-            return surrogate(&bytes).map(Self::Surrogate).map_err(|e| e.in_file(path));
+            return Self::of_surrogate(&bytes).map_err(|e| e.in_file(path));
         }
         if bytes.starts_with(journal::MAGIC.as_bytes()) {
             return journal::seen(path, &bytes).map(|seen| Self::Journal(journal_info(seen)));

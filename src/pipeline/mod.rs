@@ -12,6 +12,7 @@ pub mod measured;
 pub mod moving;
 mod pages;
 pub mod refit;
+pub mod service;
 mod usual;
 
 use std::path::{Path, PathBuf};

@@ -15,8 +15,9 @@ use super::output::Output;
 use crate::error::{Error, Result};
 use crate::foundation::{atomic_file, input};
 use crate::surrogate::fit::file;
+use crate::surrogate::verdict::question::{Question, Reply};
 use crate::surrogate::verdict::stream::{self, Form};
-use crate::surrogate::verdict::{self, Acceptability, Surrogate, condition, indices, stated};
+use crate::surrogate::verdict::{Acceptability, Surrogate, stated};
 
 /// Arguments of `coldplate query`.
 #[derive(Debug, clap::Args)]
@@ -69,36 +70,34 @@ pub struct Args {
 /// A file that cannot be read or is damaged; a wrong, doubled or missing variable; a value without
 /// its unit.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let mut bytes = input::read(&args.surrogate)?;
-    let given = args.condition.values()?;
-    let opened = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
-    let (stated, given): (Vec<_>, Vec<_>) = given.into_iter().partition(|(name, _)| stated::is_parameter(&opened, name));
-    if !stated.is_empty() {
-        bytes = stated::with_stated(&bytes, &stated)?;
-    }
+    let bytes = input::read(&args.surrogate)?;
     if let Some(path) = &args.out {
         check_ending(path)?;
     }
-    let (bytes, given) = stated::with_moved(&bytes, &given)?;
+    let (bytes, given) = stated::with_known(&bytes, &args.condition.values()?).map_err(|e| e.in_file(&args.surrogate))?;
     if let Some(path) = &args.out {
         atomic_file::write(path, &bytes)?;
     }
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
-    let is_open = !args.free.is_empty() || args.minimise.is_some() || args.maximise.is_some();
-    match &args.csv {
-        Some(csv) => many(&surrogate, csv, &given, args, out),
-        None if args.indices => {
-            let found = indices::indices(&surrogate, &condition::varied(&surrogate, condition::partial(&surrogate, &given)?)?)?;
-            out.report(&text::of_indices(&surrogate, &given, &found), &found);
-            Ok(0)
-        }
-        None if is_open => free::answer(&surrogate, &given, args, out),
-        None => {
-            let answer = verdict::query_at(&surrogate, &condition::condition(&surrogate, &given)?, args.confidence)?;
-            out.report(&text::text(&surrogate, &answer), &answer.record());
-            Ok(status(answer.verdict))
-        }
+    if let Some(csv) = &args.csv {
+        return many(&surrogate, csv, &given, args, out);
     }
+    let question = Question {
+        condition: given,
+        confidence: args.confidence,
+        free: args.free.clone(),
+        minimise: args.minimise.clone(),
+        maximise: args.maximise.clone(),
+        indices: args.indices,
+    };
+    let reply = question.ask(&surrogate)?;
+    let (text, status) = match &reply {
+        Reply::At(answer) => (text::text(&surrogate, answer), status(answer.verdict)),
+        Reply::Indices(found) => (text::of_indices(&surrogate, &question.condition, found), 0),
+        open => free::told(&surrogate, open),
+    };
+    out.report(&text, &reply.record(&surrogate));
+    Ok(status)
 }
 
 fn confidence(text: &str) -> std::result::Result<f64, String> {

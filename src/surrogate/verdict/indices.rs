@@ -11,6 +11,7 @@
 use coldplate_runtime::{Band, Origin, Surrogate};
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use schemars::JsonSchema;
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -26,7 +27,7 @@ const BANDS: usize = 1024;
 const CORRELATED: f64 = 0.01;
 
 /// Indices of all points and limits.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Indices {
     /// What was varied.
     pub factors: Vec<Factor>,
@@ -37,7 +38,7 @@ pub struct Indices {
 }
 
 /// Something that moves the values.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Factor {
     /// A variable, a parameter, several parameters that are correlated, `fit`, or `what the model misses`.
     pub name: String,
@@ -46,7 +47,7 @@ pub struct Factor {
 }
 
 /// A point or limit with what moves it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Quantity {
     /// Name of the point or limit.
     pub name: String,
@@ -59,7 +60,7 @@ pub struct Quantity {
 }
 
 /// What a factor does to a quantity, as shares of its variance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct Index {
     /// Share of the variance that would go if the factor were known.
     pub first_order: f64,

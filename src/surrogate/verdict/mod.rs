@@ -19,6 +19,7 @@ pub mod indices;
 pub mod instruments;
 pub mod inverse;
 pub mod optimum;
+pub mod question;
 pub mod record;
 mod slack;
 pub mod stated;
@@ -33,6 +34,7 @@ pub use optimum::{Free, Objective, Optimum, Sense, best};
 pub use trade_off::{TradeOff, trade_off};
 
 use coldplate_runtime::{Band, CONFIDENCE, NINETY_FIVE};
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::fit::model::Held;
@@ -56,7 +58,7 @@ pub struct Temperature {
 }
 
 /// What the half width of a 95 % band is made of; each is that of a band by this part alone.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
 pub struct BandParts {
     /// Of the function that was fitted to the solver's results.
     pub fit: f64,
@@ -73,7 +75,7 @@ impl From<Band> for BandParts {
 }
 
 /// A limit at one condition.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct LimitAnswer {
     /// Name of the limit.
     pub name: String,
@@ -100,7 +102,7 @@ pub struct LimitAnswer {
 }
 
 /// A variable outside the range the surrogate was fitted on.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Outside {
     /// Name of the variable.
     #[serde(rename = "variable")]
@@ -139,7 +141,7 @@ pub struct Answer {
 }
 
 /// The probability of a verdict, and what decides it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct ChanceAnswer {
     /// Probability that all limits are kept together.
     pub probability: f64,
@@ -154,7 +156,7 @@ pub struct ChanceAnswer {
 }
 
 /// A share of a variance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Share {
     /// Key of a parameter, name of a factor, `fit`, or `what the model misses`.
     pub name: String,
@@ -165,7 +167,7 @@ pub struct Share {
 }
 
 /// A reading that would tell much.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct Settling {
     /// The point.
     pub point: String,

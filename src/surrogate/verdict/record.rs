@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::batch::Row;
@@ -13,7 +14,7 @@ use super::{
 use crate::units::celsius;
 
 /// The answer at one condition.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[non_exhaustive]
 #[allow(missing_docs)]
 pub struct QueryRecord {
@@ -47,7 +48,7 @@ pub struct QueryRecord {
 }
 
 /// The value of a point under the name of its unit, and its band. Kelvins are given in degC.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct PointRecord {
     #[serde(flatten)]
@@ -60,7 +61,7 @@ pub struct PointRecord {
 }
 
 /// The smallest value of one variable that makes a condition acceptable.
-#[derive(Debug, Clone, Default, Serialize)]
+#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct FreeRecord {
     pub variable: String,
@@ -78,7 +79,7 @@ pub struct FreeRecord {
 }
 
 /// The value that comes closest to being acceptable.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct NearestRecord {
     pub best: f64,
@@ -90,7 +91,7 @@ pub struct NearestRecord {
 }
 
 /// What was made smallest or largest, and the values that do it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct OptimumRecord {
     /// `minimise` or `maximise`.
@@ -102,7 +103,7 @@ pub struct OptimumRecord {
 }
 
 /// Rows of a trade-off.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct TradeOffRecord {
     /// The variable whose smallest acceptable value is given.
@@ -115,7 +116,7 @@ pub struct TradeOffRecord {
 }
 
 /// `low` and `high` are the ends of the acceptable interval, `null` where no value is acceptable.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct ExchangeRecord {
     pub at: f64,
@@ -124,7 +125,7 @@ pub struct ExchangeRecord {
 }
 
 /// Where in a table of conditions an answer belongs.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct RowRecord {
     /// Line in the file, from 1.
@@ -135,7 +136,7 @@ pub struct RowRecord {
 }
 
 /// A number with its unit.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct ValueRecord {
     pub value: f64,

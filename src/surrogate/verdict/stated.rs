@@ -1,5 +1,7 @@
 //! The same surrogate for a machine of which more is known: parameters that are stated, or learnt from readings.
 
+use std::borrow::Cow;
+
 use coldplate_runtime::{Belief, Parameter, Surrogate, Variable};
 
 use super::condition;
@@ -14,6 +16,28 @@ pub type Given = (String, String);
 /// Whether a name is that of an uncertain parameter of a surrogate.
 pub fn is_parameter(surrogate: &Surrogate<'_>, name: &str) -> bool {
     surrogate.uncertainty().is_some_and(|own| own.parameters().any(|p| p.name == name))
+}
+
+/// Whether something stated makes another surrogate: a parameter, or a variable that was held.
+pub fn changes(surrogate: &Surrogate<'_>, given: &[Given]) -> bool {
+    let is_held = |name: &str| surrogate.held().any(|held| held.name == name.trim() || held.name == name.trim().replace('-', "_"));
+    given.iter().any(|(name, _)| is_parameter(surrogate, name) || is_held(name))
+}
+
+/// The surrogate file of the machine of which `given` is known: its parameters, and its held variables where they are followed. What
+/// is stated of others comes back as it is.
+///
+/// # Errors
+/// As [`with_stated`] and [`with_moved`].
+pub fn with_known<'b>(bytes: &'b [u8], given: &[Given]) -> Result<(Cow<'b, [u8]>, Vec<Given>)> {
+    let opened = file::open(bytes)?;
+    if !changes(&opened, given) {
+        return Ok((Cow::Borrowed(bytes), given.to_vec()));
+    }
+    let (stated, given): (Vec<Given>, Vec<Given>) = given.iter().cloned().partition(|(name, _)| is_parameter(&opened, name));
+    let bytes = if stated.is_empty() { Cow::Borrowed(bytes) } else { Cow::Owned(with_stated(bytes, &stated)?) };
+    let (moved, given) = with_moved(&bytes, &given)?;
+    Ok((Cow::Owned(moved), given))
 }
 
 /// The surrogate file of the machine at other values of variables that it holds and follows; what is stated of other variables, or

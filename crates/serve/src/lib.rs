@@ -1,0 +1,47 @@
+//! A service for questions about surrogates: JSON over HTTP/1.1, with limits on size, time and number of requests, a token,
+//! metrics, and an end that answers what is under way.
+//!
+//! What an answer is, the caller of [`run`] says with [`Answers`]; this crate knows requests alone.
+//!
+//! ```text
+//!     connection --> door: places, slow clients, the end
+//!                     guard: token, host, requests in flight, time, metrics
+//!                      routes: which question of which surrogate --> Answers
+//! ```
+#![warn(missing_docs)]
+
+mod answers;
+mod door;
+mod guard;
+mod metrics;
+mod openapi;
+mod routes;
+mod settings;
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+
+pub use answers::{Answers, Ask, Refusal, Reply, Work};
+pub use settings::{Limits, Settings, Token};
+
+/// Listens and answers until the process is told to end (Ctrl-C, SIGTERM); requests under way are then still answered.
+/// `listening` is told the address once connections are accepted, which a port of 0 leaves to the system.
+///
+/// # Errors
+/// The address cannot be listened at, or the system gives no threads.
+pub fn run(answers: impl Answers, settings: &Settings, listening: impl FnOnce(SocketAddr)) -> io::Result<()> {
+    let threads = settings.limits.threads.max(1);
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(threads).enable_all().build()?;
+    let site = Arc::new(routes::Site::new(answers, settings));
+    let ended = runtime.block_on(async {
+        let listener = tokio::net::TcpListener::bind(settings.address).await?;
+        let end = door::told_to_end()?;
+        listening(listener.local_addr()?);
+        door::open(listener, &routes::router(site), settings.limits, end).await;
+        Ok(())
+    });
+    // Work that outlived its time limit is not waited for.
+    runtime.shutdown_timeout(std::time::Duration::from_millis(100));
+    ended
+}

@@ -1,0 +1,123 @@
+//! Surrogates that answer for as long as the process lives: opened once, asked from many threads.
+
+use std::path::Path;
+
+use coldplate_export::{Target, export};
+use rayon::prelude::*;
+use serde::de::DeserializeOwned;
+
+use super::info::Info;
+use crate::error::{Error, Result};
+use crate::foundation::input;
+use crate::foundation::progress::Silent;
+use crate::surrogate::fit::file;
+use crate::surrogate::verdict::Surrogate;
+use crate::surrogate::verdict::question::{Batch, BatchRecord, Question, ReplyRecord};
+use crate::surrogate::verdict::stated;
+use crate::surrogate::verdict::stream::{self, Form};
+
+/// A surrogate under a name.
+pub struct Book {
+    name: String,
+    /// Read once, and never given back: it is asked until the process ends.
+    bytes: &'static [u8],
+    opened: Surrogate<'static>,
+    info: Vec<u8>,
+    page: Vec<u8>,
+}
+
+impl Book {
+    /// Reads a surrogate file; its name is that of the file without its ending, with `_` for what an address cannot carry.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is damaged, or whose name has no letter or digit.
+    pub fn read(path: &Path) -> Result<Self> {
+        let bytes: &'static [u8] = Box::leak(input::read(path)?.into_boxed_slice());
+        let opened = file::open(bytes).map_err(|e| e.in_file(path))?;
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' };
+        let name: String = stem.chars().map(plain).collect();
+        let pages = export(&opened, Target::Html, &name).map_err(|e| Error::input(e.to_string()).in_file(path).help("rename the file"))?;
+        let page = pages.into_iter().next().map(|file| file.content).unwrap_or_default();
+        let info = json(&Info::of_surrogate(bytes).map_err(|e| e.in_file(path))?)?;
+        Ok(Self { name, bytes, opened, info, page })
+    }
+
+    /// Its name: letters, digits, `-`, `_` and `.`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// What `coldplate info --json` says of it.
+    pub fn info(&self) -> &[u8] {
+        &self.info
+    }
+
+    /// The page that `coldplate export --to html` makes of it.
+    pub fn page(&self) -> &[u8] {
+        &self.page
+    }
+
+    /// Whether a question is answered in microseconds.
+    pub fn is_quick(&self, question: &Question) -> bool {
+        question.is_plain(&self.opened)
+    }
+
+    /// The answer as JSON, as `coldplate query --json` gives it.
+    ///
+    /// # Errors
+    /// As [`Question::ask`].
+    pub fn answer(&self, question: &Question) -> Result<Vec<u8>> {
+        json(&self.reply(question)?)
+    }
+
+    fn reply(&self, question: &Question) -> Result<ReplyRecord> {
+        if !stated::changes(&self.opened, &question.condition) {
+            return Ok(question.ask(&self.opened)?.record(&self.opened));
+        }
+        let (bytes, condition) = stated::with_known(self.bytes, &question.condition)?;
+        let known = file::open(&bytes)?;
+        Ok(Question { condition, ..question.clone() }.ask(&known)?.record(&known))
+    }
+
+    /// The answers to many conditions as JSON, in their order.
+    ///
+    /// # Errors
+    /// No condition at all; that of the first condition that has one.
+    pub fn answers(&self, batch: &Batch) -> Result<Vec<u8>> {
+        if batch.conditions.is_empty() {
+            return Err(Error::input("there are no conditions here").at_key("conditions").help("give one object for each"));
+        }
+        let one = |(place, condition): (usize, &crate::surrogate::verdict::question::BatchCondition)| {
+            let question = Question { condition: condition.0.clone(), confidence: batch.confidence, ..Question::default() };
+            self.reply(&question).map_err(|e| e.within(&format!("conditions[{place}]")))
+        };
+        let found: Vec<Result<ReplyRecord>> = batch.conditions.par_iter().enumerate().map(one).collect();
+        json(&BatchRecord { conditions: found.into_iter().collect::<Result<_>>()? })
+    }
+
+    /// The answers to rows of CSV as CSV, as `coldplate query --csv` gives them, and how many there are.
+    ///
+    /// # Errors
+    /// As [`stream::answer`].
+    pub fn table(&self, rows: &[u8], form: &Form) -> Result<(Vec<u8>, usize)> {
+        let mut text = Vec::new();
+        let tally = stream::answer(&self.opened, rows, &[], form, None, &Silent, |piece| text.extend_from_slice(piece))?;
+        Ok((text, tally.rows))
+    }
+}
+
+/// Reads a question, or many, from JSON.
+///
+/// # Errors
+/// It is no JSON, or has keys or values that are not asked for.
+pub fn read<T: DeserializeOwned>(json: &[u8]) -> Result<T> {
+    serde_json::from_slice(json).map_err(|e| {
+        let error = Error::input(format!("this JSON cannot be read: {e}"));
+        if e.is_data() { error.help("the OpenAPI description says what may stand here") } else { error }
+    })
+}
+
+fn json(record: &impl serde::Serialize) -> Result<Vec<u8>> {
+    serde_json::to_vec(record).map_err(|e| Error::input(format!("this answer cannot be written as JSON: {e}")))
+}
