@@ -63,6 +63,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
              --input x1 --input x2 --out out/dakota.csv",
         ],
     ),
+    ("serve", &["coldplate serve out/tutorial/surrogate.cps --listen 127.0.0.1:0"]),
     ("new", &["coldplate new --list", "coldplate new out/press --from spindle"]),
     ("units", &["coldplate units", "coldplate units pressure"]),
     ("materials", &["coldplate materials", "coldplate materials steel"]),
@@ -120,6 +121,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
     ),
     ("Search", &["identify.free", "scan", "starts", "brief", "max_degree", "seed"]),
     ("Time", &["every", "until", "hold", "repeat", "tolerance", "simulate.from"]),
+    ("Service", &["listen", "token_file", "most_bytes", "most_seconds", "patience", "most_requests", "most_connections"]),
     ("Going on", &["checkpoint", "checkpoint_every", "resume", "retry_failed"]),
     ("Parts", &["shard", "shards", "merge", "slurm", "sbatch"]),
     (

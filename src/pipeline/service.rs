@@ -4,6 +4,7 @@ use std::path::Path;
 
 use coldplate_export::{Target, export};
 use rayon::prelude::*;
+use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use super::info::Info;
@@ -12,7 +13,7 @@ use crate::foundation::input;
 use crate::foundation::progress::Silent;
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::Surrogate;
-use crate::surrogate::verdict::question::{Batch, BatchRecord, Question, ReplyRecord};
+use crate::surrogate::verdict::question::{Batch, BatchCondition, BatchRecord, Question, ReplyRecord};
 use crate::surrogate::verdict::stated;
 use crate::surrogate::verdict::stream::{self, Form};
 
@@ -88,7 +89,7 @@ impl Book {
         if batch.conditions.is_empty() {
             return Err(Error::input("there are no conditions here").at_key("conditions").help("give one object for each"));
         }
-        let one = |(place, condition): (usize, &crate::surrogate::verdict::question::BatchCondition)| {
+        let one = |(place, condition): (usize, &BatchCondition)| {
             let question = Question { condition: condition.0.clone(), confidence: batch.confidence, ..Question::default() };
             self.reply(&question).map_err(|e| e.within(&format!("conditions[{place}]")))
         };
@@ -118,6 +119,9 @@ pub fn read<T: DeserializeOwned>(json: &[u8]) -> Result<T> {
     })
 }
 
-fn json(record: &impl serde::Serialize) -> Result<Vec<u8>> {
-    serde_json::to_vec(record).map_err(|e| Error::input(format!("this answer cannot be written as JSON: {e}")))
+fn json(record: &impl Serialize) -> Result<Vec<u8>> {
+    // Room for the answer of a machine with some twenty points.
+    let mut text = Vec::with_capacity(8192);
+    serde_json::to_writer(&mut text, record).map_err(|e| Error::input(format!("this answer cannot be written as JSON: {e}")))?;
+    Ok(text)
 }

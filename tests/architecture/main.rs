@@ -186,6 +186,10 @@ const CRATES: &[(&str, &[&str])] = &[
     ("capi", &["coldplate-runtime"]),
     ("export", &["coldplate-runtime", "prost", "zip"]),
     ("runtime", &[]),
+    (
+        "serve",
+        &["axum", "hyper", "hyper-util", "prometheus-client", "serde_json", "subtle", "tokio", "tokio-io-timeout"],
+    ),
     ("tables", &["polars-core", "polars-io"]),
 ];
 
@@ -264,6 +268,18 @@ fn files_of_a_room_do_not_use_each_other_in_a_circle() {
     let circles: Vec<&str> = leaves.iter().copied().filter(|m| reach(m).contains(m)).collect();
     assert!(circles.is_empty(), "files that use each other in a circle: {circles:#?}");
     assert!(arrows.values().map(BTreeSet::len).sum::<usize>() > 100, "the arrows between files were not found");
+}
+
+#[test]
+fn only_the_command_line_knows_the_web() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let place = |file: &SourceFile| {
+        let folder = file.module.replace("::", "/");
+        root.join(if file.is_folder { format!("{folder}/mod.rs") } else { format!("{folder}.rs") })
+    };
+    let knows = |file: &SourceFile| std::fs::read_to_string(place(file)).unwrap().contains("coldplate_serve::");
+    let found: Vec<String> = sources(&root).into_iter().filter(knows).map(|file| file.module).collect();
+    assert_eq!(found, ["cli::serve"]);
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! `--help`, completions and manual pages: every example works, every option has its heading.
 
+use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Output, Stdio};
 
 use coldplate::cli::help::{EXAMPLES, command};
 
@@ -19,6 +20,15 @@ fn words(line: &str) -> Vec<String> {
     }
     words.extend((!word.is_empty()).then_some(word));
     words
+}
+
+/// What a service prints before it is told to end.
+fn until_it_listens(run: &mut Command) -> Output {
+    let mut child = run.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let (mut lines, mut line) = (BufReader::new(child.stdout.take().unwrap()), String::new());
+    lines.read_line(&mut line).unwrap();
+    assert!(Command::new("kill").arg(child.id().to_string()).status().unwrap().success());
+    Output { stdout: line.into_bytes(), ..child.wait_with_output().unwrap() }
 }
 
 /// In a folder that looks like the project but for its results; coarse where cells can be said.
@@ -41,7 +51,7 @@ fn every_example_works() {
             if has_cells && !line.contains("solvers") {
                 run.args(["--cells", "150"]);
             }
-            let output = run.output().unwrap();
+            let output = if *name == "serve" { until_it_listens(&mut run) } else { run.output().unwrap() };
             assert_eq!(status(&output), 0, "{line}\n{}", message(&output));
             assert!(!output.stdout.is_empty(), "{line}");
         }

@@ -22,7 +22,7 @@ use crate::error::{Error, Result};
 pub struct Question {
     /// Variables, held ones and parameters by name, as `"coolant_flow": "9.42 L/min"` or `"coolant_flow [L/min]": 9.42`.
     #[serde(default, deserialize_with = "given")]
-    #[schemars(with = "BTreeMap<String, Stated>")]
+    #[schemars(with = "BTreeMap<String, Stated>", extend("default" = {}))]
     pub condition: Vec<Given>,
     /// Probability with which a verdict is said: above 0.5, below 1.
     #[serde(default = "usual_confidence")]
