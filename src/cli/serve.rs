@@ -121,7 +121,9 @@ impl Shelf {
         for path in paths {
             let book = Book::read(path)?;
             if shelf.names.iter().any(|name| name == book.name()) {
-                return Err(Error::input(format!("two surrogates would be called '{}'", book.name())).in_file(path).help("rename one file"));
+                return Err(Error::input(format!("two surrogates would be called '{}'", book.name()))
+                    .in_file(path)
+                    .help("rename one file"));
             }
             shelf.names.push(book.name().to_owned());
             shelf.books.push(Arc::new(book));

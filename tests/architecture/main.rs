@@ -186,10 +186,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("capi", &["coldplate-runtime"]),
     ("export", &["coldplate-runtime", "prost", "zip"]),
     ("runtime", &[]),
-    (
-        "serve",
-        &["axum", "hyper", "hyper-util", "prometheus-client", "serde_json", "subtle", "tokio", "tokio-io-timeout"],
-    ),
+    ("serve", &["axum", "hyper", "hyper-util", "prometheus-client", "serde_json", "subtle", "tokio", "tokio-io-timeout"]),
     ("tables", &["polars-core", "polars-io"]),
 ];
 

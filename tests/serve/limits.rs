@@ -6,8 +6,7 @@ use crate::client::Client;
 use crate::{LARGE, Service, UNCERTAIN};
 
 const QUERY: &str = "/surrogates/uncertain/query";
-const GOOD: &str =
-    r#"{"condition": {"coolant_flow": "8 L/min", "coolant_temperature": "20 degC", "ambient_temperature": "21 degC"}}"#;
+const GOOD: &str = r#"{"condition": {"coolant_flow": "8 L/min", "coolant_temperature": "20 degC", "ambient_temperature": "21 degC"}}"#;
 /// A question that takes a good part of a second, or seconds.
 const LONG: (&str, &str) = ("/surrogates/bench-uncertain/query", r#"{"indices": true}"#);
 
@@ -19,7 +18,12 @@ fn a_body_has_a_length() {
     assert_eq!(service.post(QUERY, &padded(1001)).status, 413);
     // In pieces, no length is said before.
     let mut client = service.client();
-    client.write(format!("POST {QUERY} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nTransfer-Encoding: chunked\r\n\r\n").as_bytes()).unwrap();
+    client
+        .write(
+            format!("POST {QUERY} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nTransfer-Encoding: chunked\r\n\r\n")
+                .as_bytes(),
+        )
+        .unwrap();
     for _ in 0..3 {
         client.write(format!("200\r\n{}\r\n", " ".repeat(0x200)).as_bytes()).unwrap();
     }

@@ -7,9 +7,7 @@ use crate::{Service, UNCERTAIN, root};
 /// Whether what is shown is part of what came: objects by their keys, numbers to the digits shown.
 fn shows(shown: &Value, came: &Value) -> bool {
     match (shown, came) {
-        (Value::Object(shown), Value::Object(came)) => {
-            shown.iter().all(|(key, value)| came.get(key).is_some_and(|own| shows(value, own)))
-        }
+        (Value::Object(shown), Value::Object(came)) => shown.iter().all(|(key, value)| came.get(key).is_some_and(|own| shows(value, own))),
         (Value::Array(shown), Value::Array(came)) => {
             shown.len() <= came.len() && shown.iter().zip(came).all(|(shown, came)| shows(shown, came))
         }

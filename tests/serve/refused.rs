@@ -6,8 +6,7 @@ use crate::client::Client;
 use crate::{HELD, Service, UNCERTAIN, coldplate, scratch};
 
 const QUERY: &str = "/surrogates/uncertain/query";
-const GOOD: &str =
-    r#"{"condition": {"coolant_flow": "8 L/min", "coolant_temperature": "20 degC", "ambient_temperature": "21 degC"}}"#;
+const GOOD: &str = r#"{"condition": {"coolant_flow": "8 L/min", "coolant_temperature": "20 degC", "ambient_temperature": "21 degC"}}"#;
 
 #[test]
 fn mistakes_are_named_with_their_remedy() {
@@ -44,7 +43,8 @@ fn mistakes_are_named_with_their_remedy() {
         let message = answer.json()["error"]["message"].as_str().unwrap().to_owned();
         assert!(message.contains(word), "{shown}: {message}");
     }
-    let answer = client.post("/surrogates/uncertain/batch", &format!("{{\"conditions\": [{{{rest}, \"coolant_flow\": \"8 L/min\"}}, {{{rest}}}]}}"));
+    let answer =
+        client.post("/surrogates/uncertain/batch", &format!("{{\"conditions\": [{{{rest}, \"coolant_flow\": \"8 L/min\"}}, {{{rest}}}]}}"));
     assert_eq!(answer.unwrap().json()["error"]["key"], "conditions[1].coolant_flow");
     let terminal = coldplate(&["query", UNCERTAIN, "--coolant-flow", "8", "--coolant-temperature", "20 degC"]);
     let message = client.post(QUERY, &condition("\"coolant_flow\": \"8\", \"coolant_temperature\": \"20 degC\"")).unwrap().json();
@@ -131,7 +131,8 @@ fn what_cannot_be_served_is_said_before_it_listens() {
 #[test]
 fn what_is_no_request_harms_nobody() {
     let service = Service::start(&[UNCERTAIN, "--patience", "2"]);
-    let length = |n: &str| format!("POST {QUERY} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {n}\r\n\r\n{{}}");
+    let length =
+        |n: &str| format!("POST {QUERY} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {n}\r\n\r\n{{}}");
     let rude: Vec<Vec<u8>> = vec![
         b"\r\n\r\n\r\n".to_vec(),
         vec![0xff; 4096],

@@ -57,7 +57,10 @@ fn a_flood_is_answered_one_by_one() {
     let mut client = service.client();
     let request = |k: usize| {
         let body = question(k);
-        format!("POST {QUERY} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}", body.len())
+        format!(
+            "POST {QUERY} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
+            body.len()
+        )
     };
     client.write((0..20).map(request).collect::<String>().as_bytes()).unwrap();
     for k in 0..20 {

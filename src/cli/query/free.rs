@@ -9,9 +9,7 @@ use crate::cli::text::table;
 use crate::foundation::numbers::without_zeros;
 use crate::surrogate::verdict::question::{Reply, shown};
 use crate::surrogate::verdict::trade_off::Exchange;
-use crate::surrogate::verdict::{
-    Acceptability, Answer, Free, Inverse, Objective, Optimum, Outside, Sense, Surrogate, TradeOff, condition,
-};
+use crate::surrogate::verdict::{Acceptability, Answer, Free, Inverse, Objective, Optimum, Outside, Sense, Surrogate, TradeOff, condition};
 
 /// The reply in words, and the exit status; nothing where no variable was free.
 pub(super) fn told(surrogate: &Surrogate<'_>, reply: &Reply) -> (String, u8) {
