@@ -7,18 +7,19 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
-use super::text::{duration, table};
+use super::text::table;
 use crate::describe::machine::Machine;
 use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, Crossing, History, Start, Subject, Watch};
 use crate::figures::chart::draw_as;
-use crate::figures::chart::history::{Course, HistoryFigure};
 use crate::figures::chart::output::check_name;
 use crate::figures::chart::style::Quantity;
 use crate::foundation::input;
 use crate::foundation::numbers::significant;
+use crate::pipeline::course;
+use crate::foundation::numbers::{duration, significant};
 use crate::foundation::table::Table;
 use crate::pipeline::moving::Moving;
 use crate::reduce::ReducedModel;
@@ -171,7 +172,7 @@ fn tell(model: &Subject<'_>, history: &History, args: &Args, start: Instant, out
         out.note(&format!("wrote {}", path.display()));
     }
     if let Some(path) = &args.chart {
-        draw_as(path, &figure(model, history, &args.schedule))?;
+        draw_as(path, &course::figure(model, history, vec![format!("schedule: {}", args.schedule.display())]))?;
         out.note(&format!("wrote {}", path.display()));
     }
     let seconds = start.elapsed().as_secs_f64();

@@ -61,9 +61,27 @@ pub fn short(value: &str) -> String {
     out + rest
 }
 
+/// A time as a reader says it: `12.5 s`, `4 min 30 s`, `3 h 12 min`, `2 d 5 h`.
+pub fn duration(seconds: f64) -> String {
+    if !seconds.is_finite() || seconds.abs() < 59.95 {
+        return format!("{} s", (seconds * 10.0).round() / 10.0);
+    }
+    let sign = if seconds < 0.0 { "-" } else { "" };
+    let two = |large: f64, small: f64, names: [&str; 2]| {
+        let parts = (seconds.abs() / small).round();
+        let (whole, rest) = ((parts * small / large).floor(), parts % (large / small));
+        if rest == 0.0 { format!("{sign}{whole} {}", names[0]) } else { format!("{sign}{whole} {} {rest} {}", names[0], names[1]) }
+    };
+    match seconds.abs() {
+        s if s < 3599.5 => two(60.0, 1.0, ["min", "s"]),
+        s if s < 172_770.0 => two(3600.0, 60.0, ["h", "min"]),
+        _ => two(86400.0, 3600.0, ["d", "h"]),
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{compact, short, significant};
+    use super::{compact, duration, short, significant};
 
     #[test]
     fn digits_are_kept_or_cut() {
@@ -83,6 +101,23 @@ mod tests {
             ("[1, 2]", "[1, 2]"),
         ] {
             assert_eq!(short(value), shown);
+        }
+    }
+
+    #[test]
+    fn times_read_well() {
+        for (seconds, text) in [
+            (0.0, "0 s"),
+            (12.34, "12.3 s"),
+            (59.99, "1 min"),
+            (270.0, "4 min 30 s"),
+            (3599.7, "1 h"),
+            (61_200.0, "17 h"),
+            (11_530.0, "3 h 12 min"),
+            (190_800.0, "2 d 5 h"),
+            (-90.0, "-1 min 30 s"),
+        ] {
+            assert_eq!(duration(seconds), text, "{seconds}");
         }
     }
 }

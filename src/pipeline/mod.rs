@@ -2,6 +2,7 @@
 
 pub mod adaptive;
 pub mod charts;
+pub mod course;
 pub mod designs;
 pub mod diagnosis;
 pub mod figures;

@@ -104,7 +104,7 @@ fn one_who_takes_no_answer_is_left() {
     let mut service = Service::start(&[UNCERTAIN, "--patience", "1", "--most-seconds", "2"]);
     let mut client = service.client();
     // Requests in a row whose answers nobody reads fill the buffers of both sides.
-    let request = format!("GET / HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    let request = "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n";
     client.stream.get_ref().set_write_timeout(Some(Duration::from_millis(500))).unwrap();
     let began = Instant::now();
     while began.elapsed() < Duration::from_secs(20) && client.write(request.repeat(100).as_bytes()).is_ok() {}

@@ -1,1 +1,27 @@
+//! coldplate for Python: the part in Rust, which the package `coldplate` dresses.
+//!
+//! Conditions go in and values come out as arrays; what is not an array comes out as the JSON of the command line, which the
+//! package reads. Long work runs on a thread of its own, so that Ctrl-C is heard.
 
+mod errors;
+mod pipeline;
+mod surrogate;
+mod table;
+mod work;
+
+use pyo3::prelude::*;
+
+/// The native part of the package `coldplate`.
+#[pymodule]
+fn _coldplate(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<surrogate::Surrogate>()?;
+    module.add_class::<pipeline::Machine>()?;
+    module.add_function(wrap_pyfunction!(pipeline::sweep, module)?)?;
+    module.add_function(wrap_pyfunction!(pipeline::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(pipeline::identify, module)?)?;
+    module.add_function(wrap_pyfunction!(pipeline::diagnose, module)?)?;
+    module.add_function(wrap_pyfunction!(table::read_table, module)?)?;
+    module.add_function(wrap_pyfunction!(pipeline::write_file, module)?)?;
+    Ok(())
+}

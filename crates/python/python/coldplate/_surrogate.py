@@ -1,0 +1,187 @@
+"""Surrogates: values with bands, verdicts, gradients, the inverse question."""
+
+from __future__ import annotations
+
+import html
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _coldplate
+from ._errors import InputError
+
+VERDICTS = np.array(["acceptable", "not_acceptable", "uncertain"])
+
+
+class Record(dict):
+    """What the command line prints as JSON; keys are attributes too."""
+
+    def __getattr__(self, name: str) -> Any:
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"there is no {name!r}; there are {', '.join(self)}") from None
+
+    @classmethod
+    def of(cls, text: str) -> Any:
+        return json.loads(text, object_hook=cls)
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Answers to n conditions."""
+
+    values: np.ndarray
+    """Values (n, points), in the units of the points."""
+    low: np.ndarray
+    """Lower ends of the bands of 95 %, (n, points)."""
+    high: np.ndarray
+    """Upper ends."""
+    verdicts: np.ndarray
+    """`acceptable`, `not_acceptable` or `uncertain`, (n)."""
+    probabilities: np.ndarray
+    """Probability that all limits are kept, (n); not a number where the file says nothing of what its answers leave open."""
+    margins: np.ndarray
+    """What is left to each limit, (n, limits); negative where it is broken."""
+    inside: np.ndarray
+    """Whether each condition is inside the fitted range, (n)."""
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+class Surrogate:
+    """A function fitted to a table of conditions, from a `.cps` file or from `fit`.
+
+    >>> plate = Surrogate.read("crates/runtime/fixtures/uncertain.cps")
+    >>> plate.variables, plate.points
+    (['coolant_flow', 'coolant_temperature', 'ambient_temperature'], ['motor', 'screw nut'])
+    >>> plate([[8.0, 20.0, 21.0], [5.0, 20.0, 21.0]]).round(3)
+    array([[23.875, 21.916],
+           [24.775, 22.186]])
+    >>> plate.query(coolant_flow="8 L/min", coolant_temperature="20 degC", ambient_temperature="21 degC").verdict
+    'acceptable'
+    """
+
+    def __init__(self, content: bytes):
+        """From the bytes of a surrogate file."""
+        self._native = _coldplate.Surrogate(content)
+        self.info = Record.of(self._native.info())
+        """What `coldplate info --json` says: variables, held, points, limits, uncertain, provenance."""
+        self.variables = [own["name"] for own in self.info["variables"]]
+        self.points = [own["name"] for own in self.info["points"]]
+        self.limits = [own["name"] for own in self.info["limits"]]
+        self.units = {own["name"]: own["unit"] for own in self.info["variables"] + self.info["points"]}
+
+    @classmethod
+    def read(cls, path: str | os.PathLike) -> Surrogate:
+        """Reads a `.cps` file."""
+        with open(path, "rb") as file:
+            content = file.read()
+        try:
+            return cls(content)
+        except InputError as error:
+            raise InputError(f"{error}\n file: {os.fspath(path)}") from None
+
+    def write(self, path: str | os.PathLike) -> None:
+        """Writes the file, whole or not at all."""
+        _coldplate.write_file(os.fspath(path), self._native.content)
+
+    @property
+    def content(self) -> bytes:
+        """The bytes of the file."""
+        return self._native.content
+
+    def _conditions(self, conditions: Any) -> tuple[np.ndarray, bool]:
+        if isinstance(conditions, Mapping) or hasattr(conditions, "columns"):
+            plain = {str(name).partition("[")[0].strip(): conditions[name] for name in conditions}
+            missing = [name for name in self.variables if name not in plain]
+            if missing:
+                raise InputError(f"'{missing[0]}' is missing\n help: this surrogate asks for {', '.join(self.variables)}")
+            conditions = np.stack(np.broadcast_arrays(*(np.asarray(plain[name], dtype=float) for name in self.variables)), axis=-1)
+        array = np.asarray(conditions, dtype=float)
+        single = array.ndim == 1
+        array = np.atleast_2d(array)
+        if array.ndim != 2:
+            raise InputError(f"conditions have shape (n, {len(self.variables)}), these {array.shape}")
+        return np.ascontiguousarray(array), single
+
+    def __call__(self, conditions: Any) -> np.ndarray:
+        """Values (n, points) at conditions (n, variables), in the units of the file; one condition gives (points,). A mapping or
+        data frame with the names of the variables is taken too, its numbers in the units of the file. All cores work on it, and
+        other threads of Python go on."""
+        array, single = self._conditions(conditions)
+        values = self._native.evaluate(array)
+        return values[0] if single else values
+
+    def gradient(self, conditions: Any) -> np.ndarray:
+        """Derivatives (n, points, variables) in closed form, in a point's unit per unit of the variable.
+
+        >>> Surrogate.read("crates/runtime/fixtures/uncertain.cps").gradient([8.0, 20.0, 21.0]).shape
+        (2, 3)
+        """
+        array, single = self._conditions(conditions)
+        slopes = self._native.gradient(array)
+        return slopes[0] if single else slopes
+
+    def answers(self, conditions: Any, confidence: float = 0.95) -> Answers:
+        """Values with bands, verdicts, probabilities and margins at conditions (n, variables).
+
+        >>> found = Surrogate.read("crates/runtime/fixtures/uncertain.cps").answers([[8.0, 20.0, 21.0], [3.0, 20.0, 21.0]])
+        >>> found.verdicts.tolist(), found.probabilities.round(3).tolist()
+        (['acceptable', 'uncertain'], [0.999, 0.752])
+        """
+        array, _ = self._conditions(conditions)
+        values, half, verdicts, probabilities, margins, inside = self._native.assess(array, confidence)
+        return Answers(values, values - half, values + half, VERDICTS[verdicts], probabilities, margins, inside)
+
+    def query(
+        self,
+        condition: Mapping[str, str] | None = None,
+        *,
+        confidence: float = 0.95,
+        free: str | Sequence[str] = (),
+        minimise: str | None = None,
+        maximise: str | None = None,
+        indices: bool = False,
+        **values: str,
+    ) -> Record:
+        """One question, as `coldplate query --json` answers it; values carry their units.
+
+        >>> plate = Surrogate.read("crates/runtime/fixtures/uncertain.cps")
+        >>> found = plate.query(free="coolant_flow", coolant_temperature="20 degC", ambient_temperature="21 degC")
+        >>> round(found.free.value, 2), found.free.unit
+        (3.96, 'L/min')
+        """
+        question = {
+            "condition": {**(condition or {}), **values},
+            "confidence": confidence,
+            "free": [free] if isinstance(free, str) else list(free),
+            "minimise": minimise,
+            "maximise": maximise,
+            "indices": indices,
+        }
+        return Record.of(self._native.ask(json.dumps(question)))
+
+    def page(self, name: str = "surrogate") -> str:
+        """A page with sliders as HTML, which asks for nothing."""
+        return self._native.page(name)
+
+    def __repr__(self) -> str:
+        return f"Surrogate(variables {', '.join(self.variables)}; points {', '.join(self.points)})"
+
+    def _repr_html_(self) -> str:
+        def rows(head: Sequence[str], keys: Sequence[str], list_: Sequence[Mapping[str, Any]]) -> str:
+            show = lambda value: f"{value:.4g}" if isinstance(value, float) else html.escape(str(value))
+            body = "".join("<tr>" + "".join(f"<td>{show(own.get(key, ''))}</td>" for key in keys) + "</tr>" for own in list_)
+            return "<table><tr>" + "".join(f"<th>{text}</th>" for text in head) + f"</tr>{body}</table>"
+
+        return (
+            rows(["variable", "from", "to", "unit"], ["name", "low", "high", "unit"], self.info["variables"])
+            + rows(["point", "model", "band +-", "unit"], ["name", "model", "half_width", "unit"], self.info["points"])
+            + rows(["limit", "of", "maximum", "unit"], ["name", "of", "maximum", "unit"], self.info["limits"])
+        )

@@ -1,0 +1,248 @@
+//! From machine file to diagnosis: each function is a command, and gives what its JSON says.
+
+use std::path::PathBuf;
+use std::time::Instant;
+
+use coldplate::cli::measured;
+use coldplate::evidence::diagnose::Problem as Diagnosed;
+use coldplate::evidence::identify::{Free, IdentifyOptions, Problem as Identified, identify_and_learn, write_machine};
+use coldplate::explore::schedule::{Schedule, ScheduleOptions};
+use coldplate::explore::simulate::{self, SimulateOptions, Start, Subject};
+use coldplate::figures::chart::output::to_svg_string;
+use coldplate::foundation::atomic_file;
+use coldplate::foundation::table::Table;
+use coldplate::pipeline::diagnosis::examine;
+use coldplate::pipeline::fitting::{self, FitRecord};
+use coldplate::pipeline::info::Info;
+use coldplate::pipeline::{adaptive, course};
+use coldplate::units::{Dimension, parse};
+use coldplate::{FitOptions, MeshedMachine, Progress, Study, Sweep, SweepOptions};
+use pyo3::prelude::*;
+
+use crate::errors::{json, told};
+use crate::table::{Columns, Given, given, taken};
+use crate::work;
+
+/// Names and values with units.
+type Pairs = Vec<(String, String)>;
+
+/// A machine file, read and checked.
+#[pyclass(frozen, module = "coldplate._coldplate")]
+pub struct Machine {
+    path: PathBuf,
+    sets: Pairs,
+    machine: coldplate::Machine,
+}
+
+#[pymethods]
+impl Machine {
+    #[new]
+    fn new(py: Python<'_>, path: PathBuf, sets: Pairs) -> PyResult<Self> {
+        let machine = told(py, coldplate::Machine::read(&path, &sets))?;
+        Ok(Self { path, sets, machine })
+    }
+
+    /// Its name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.machine.name
+    }
+
+    /// Where its file is.
+    #[getter]
+    fn path(&self) -> PathBuf {
+        self.path.clone()
+    }
+
+    /// What is in the file, as JSON.
+    fn info(&self, py: Python<'_>) -> PyResult<String> {
+        json(py, &told(py, Info::of(&self.path))?)
+    }
+
+    /// The steady state at a condition, as JSON.
+    #[pyo3(signature = (condition, cells, progress))]
+    fn solve(&self, py: Python<'_>, condition: Pairs, cells: Option<usize>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
+        let record = work::run(py, progress, |heard| {
+            let began = Instant::now();
+            let given: Vec<(&str, &str)> = condition.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
+            let condition = self.machine.condition(&given)?;
+            heard.at("meshing");
+            let model = MeshedMachine::new(self.machine.clone(), cells)?;
+            let solver = model.solver_heard(&condition, heard)?;
+            let state = model.solve(&solver, &condition)?;
+            let mut record = model.record(&state);
+            record.seconds.total = began.elapsed().as_secs_f64();
+            Ok(record)
+        })?;
+        json(py, &record)
+    }
+
+    /// A simulation through a schedule: its record as JSON, the readings over time, and a figure.
+    #[pyo3(signature = (schedule, condition, start, within, every, cells, progress))]
+    #[allow(clippy::too_many_arguments)]
+    fn simulate<'py>(
+        &self,
+        py: Python<'py>,
+        schedule: PathBuf,
+        condition: Pairs,
+        start: &str,
+        within: &str,
+        every: Option<&str>,
+        cells: Option<usize>,
+        progress: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(String, Given<'py>, String)> {
+        let (record, table, figure) = work::run(py, progress, |heard| {
+            let began = Instant::now();
+            let options = SimulateOptions {
+                start: match start.trim() {
+                    "steady" => Start::Steady,
+                    text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| e.at_key("start"))?),
+                },
+                within: parse(within, Dimension::DIFFERENCE).map_err(|e| e.at_key("within"))?,
+                every: every.map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("every"))).transpose()?,
+                ..SimulateOptions::default()
+            };
+            let rows = ScheduleOptions { hold: false, repeat: 1, until: None };
+            let read = Schedule::read(&schedule, &self.machine, &condition, rows)?;
+            heard.at("meshing");
+            let model = MeshedMachine::new(self.machine.clone(), cells)?;
+            let whole = read.end() - read.start();
+            let history = simulate::run(&model, &read, &options, &mut |seen| {
+                heard.count((1e3 * (seen.state.time - read.start()) / whole) as usize, 1000, "thousandths of the time");
+            })?;
+            let subject = Subject::from(&model);
+            let figure = course::figure(&subject, &history, vec![format!("schedule: {}", schedule.display())]);
+            let record = history.record(&subject, began.elapsed().as_secs_f64());
+            Ok((record, history.table(&subject)?, to_svg_string(&figure)?))
+        })?;
+        Ok((json(py, &record)?, given(py, table), figure))
+    }
+}
+
+/// The conditions of a sweep file, solved into a folder or taken from its journal: the record as JSON, and the table.
+#[pyfunction]
+#[pyo3(signature = (path, out, sets, cells, progress))]
+pub fn sweep<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    out: PathBuf,
+    sets: Pairs,
+    cells: Option<usize>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(String, Given<'py>)> {
+    let (record, table) = work::run(py, progress, |heard| {
+        let began = Instant::now();
+        let sweep = Sweep::open(&path, cells, &sets)?;
+        let options = SweepOptions { threads: None, progress: Some(heard), retry_failed: false };
+        let swept = adaptive::run(&sweep, &out, options, heard)?.swept;
+        let record = swept.record(&sweep, began.elapsed().as_secs_f64());
+        Ok((record, swept.table))
+    })?;
+    Ok((json(py, &record)?, given(py, table)))
+}
+
+/// A surrogate of a table: the bytes of its file, and the record of the fit as JSON. `beside` is the folder of a sweep, whose slopes
+/// and followed variables are taken in.
+#[pyfunction]
+#[pyo3(signature = (table, machine, beside, max_degree, seed, progress))]
+pub fn fit<'py>(
+    py: Python<'py>,
+    table: Columns<'py>,
+    machine: Option<PyRef<'py, Machine>>,
+    beside: Option<PathBuf>,
+    max_degree: usize,
+    seed: u64,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<(Vec<u8>, String)> {
+    let table = taken(py, table)?;
+    let machine = machine.as_ref().map(|own| &own.machine);
+    let (bytes, record) = work::run(py, progress, |heard| {
+        let began = Instant::now();
+        let options = FitOptions { max_degree, seed, ..FitOptions::default() };
+        let mut fit = fitting::fit_table_heard(&table, machine, &options, heard)?;
+        let read = |name: &str| {
+            let path = beside.as_ref().map(|folder| folder.join(name).with_extension("csv")).filter(|path| path.is_file());
+            path.map(Table::read).transpose()
+        };
+        fitting::with_uncertainty(&mut fit, read("slopes")?.as_ref())?;
+        fitting::with_followed(&mut fit, machine, read("followed")?.as_ref())?;
+        let bytes = fit.to_bytes()?;
+        let record = FitRecord::of(&fit, &PathBuf::new(), bytes.len() as u64, began.elapsed().as_secs_f64());
+        Ok((bytes, record))
+    })?;
+    Ok((bytes, json(py, &record)?))
+}
+
+/// Numbers of a machine file from readings: the record as JSON, and the text of the machine file with them.
+#[pyfunction]
+#[pyo3(signature = (machine, data, free, tests, starts, cells, progress))]
+#[allow(clippy::too_many_arguments)]
+pub fn identify(
+    py: Python<'_>,
+    machine: PyRef<'_, Machine>,
+    data: Option<PathBuf>,
+    free: Vec<String>,
+    tests: Vec<String>,
+    starts: usize,
+    cells: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(String, String)> {
+    let (path, sets) = (machine.path.clone(), machine.sets.clone());
+    let (record, text) = work::run(py, progress, |heard| {
+        let began = Instant::now();
+        let study = Study::read(&path, &sets, cells)?;
+        let mut all = measured::data(data.as_deref(), &study.model.machine)?;
+        let uncertainty = measured::stated(data.as_deref(), &path, &all, &study.model.machine)?;
+        let faults = measured::clear(&mut all, &study, &uncertainty, Start::Steady, false)?;
+        let chosen = if tests.is_empty() { all } else { all.split(&tests)?.0 };
+        let free = free.iter().map(|text| Free::each(text, &study, &chosen)).collect::<coldplate::Result<Vec<_>>>()?.concat();
+        let problem = Identified { study, data: chosen, uncertainty, free, start: Start::Steady }.thinned();
+        let options = IdentifyOptions { starts, ..IdentifyOptions::default() };
+        let estimate = identify_and_learn(&problem, &options, heard)?;
+        let mut record = estimate.record(&problem, &[], &[], None);
+        record.faults = faults.iter().map(|fault| fault.record()).collect();
+        record.seconds = began.elapsed().as_secs_f64();
+        Ok((record, write_machine(&problem, &estimate, &problem.data.tests())?))
+    })?;
+    Ok((json(py, &record)?, text))
+}
+
+/// What the machine file gets wrong: the record as JSON, the answer in a sentence, the text of the extended machine file where one
+/// can be written, the report as HTML and the ladder of gains as SVG.
+#[pyfunction]
+#[pyo3(signature = (machine, data, cells, progress))]
+#[allow(clippy::type_complexity)]
+pub fn diagnose(
+    py: Python<'_>,
+    machine: PyRef<'_, Machine>,
+    data: PathBuf,
+    cells: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+) -> PyResult<(String, String, Option<String>, String, Option<String>)> {
+    let (path, sets) = (machine.path.clone(), machine.sets.clone());
+    let (record, headline, extended, report, gains) = work::run(py, progress, |heard| {
+        let study = Study::read(&path, &sets, Some(cells.unwrap_or(USUAL_CELLS)))?;
+        let table = measured::data(Some(&data), &study.model.machine)?;
+        let uncertainty = measured::stated(Some(&data), &path, &table, &study.model.machine)?;
+        let uncertain = study.uncertain()?;
+        let mut problem = Diagnosed::new(study, table);
+        (problem.uncertainty, problem.uncertain) = (uncertainty, uncertain);
+        let problem = problem.cleared()?.thinned().timed()?;
+        let goal = measured::goal(None, &path, &problem.study.model.machine, "extended")?;
+        let found = examine(&problem, &goal, None, heard)?;
+        let gains = found.gains().map(|figure| to_svg_string(&figure)).transpose()?;
+        let extended = found.extended.as_ref().map(|own| own.text.clone());
+        let record = serde_json::to_value(found.record()).map_err(|e| coldplate::Error::input(e.to_string()))?;
+        Ok((record, found.headline(), extended, found.report()?.to_html(), gains))
+    })?;
+    Ok((json(py, &record)?, headline, extended, report, gains))
+}
+
+/// Cells that suffice where only differences matter.
+const USUAL_CELLS: usize = 3000;
+
+/// Writes a file under a temporary name and renames it.
+#[pyfunction]
+pub fn write_file(py: Python<'_>, path: PathBuf, content: &[u8]) -> PyResult<()> {
+    told(py, atomic_file::write(&path, content))
+}

@@ -1,0 +1,200 @@
+//! A surrogate and its answers to batches.
+
+use coldplate::pipeline::info::Info;
+use coldplate::pipeline::service;
+use coldplate::surrogate::fit::file;
+use coldplate::surrogate::verdict::question::Question;
+use coldplate::surrogate::verdict::stated;
+use coldplate_export::{Target, export};
+use coldplate_runtime::{Acceptability, Band, Surrogate as Opened};
+use numpy::ndarray::{Array2, Array3};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2};
+use pyo3::prelude::*;
+use rayon::prelude::*;
+
+use crate::errors::{json, told, wrong};
+
+/// Conditions that a thread takes at once.
+const PIECE: usize = 1024;
+
+self_cell::self_cell!(
+    struct File {
+        owner: Vec<u8>,
+        #[covariant]
+        dependent: Opened,
+    }
+);
+
+/// An opened surrogate file.
+#[pyclass(frozen, module = "coldplate._coldplate")]
+pub struct Surrogate {
+    file: File,
+}
+
+/// Values, half widths, verdicts, probabilities, margins, whether inside.
+type Assessed<'py> = (
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<i8>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray2<f64>>,
+    Bound<'py, PyArray1<bool>>,
+);
+
+impl Surrogate {
+    fn opened(&self) -> &Opened<'_> {
+        self.file.borrow_dependent()
+    }
+
+    /// The conditions row by row, if each has a value per variable.
+    fn rows<'x>(&self, py: Python<'_>, x: &'x PyReadonlyArray2<'_, f64>) -> PyResult<(std::borrow::Cow<'x, [f64]>, usize, usize)> {
+        let (array, variables) = (x.as_array(), self.opened().variable_count());
+        let (n, columns) = array.dim();
+        if columns != variables {
+            return Err(wrong(py, format!("conditions of this surrogate have shape (n, {variables}), these (n, {columns})")));
+        }
+        // Columns beside each other, as data frames have them, are put in rows first.
+        let flat = array.to_slice().map_or_else(|| array.iter().copied().collect::<Vec<_>>().into(), std::borrow::Cow::Borrowed);
+        Ok((flat, n, variables))
+    }
+}
+
+#[pymethods]
+impl Surrogate {
+    #[new]
+    fn new(py: Python<'_>, content: Vec<u8>) -> PyResult<Self> {
+        let file = File::try_new(content, |bytes| file::open(bytes));
+        Ok(Self { file: told(py, file)? })
+    }
+
+    /// The bytes of the file.
+    #[getter]
+    fn content(&self) -> &[u8] {
+        self.file.borrow_owner()
+    }
+
+    /// What is in it, as JSON.
+    fn info(&self, py: Python<'_>) -> PyResult<String> {
+        json(py, &told(py, Info::of_surrogate(self.file.borrow_owner()))?)
+    }
+
+    /// A page with sliders.
+    fn page(&self, py: Python<'_>, name: &str) -> PyResult<String> {
+        let pages = export(self.opened(), Target::Html, name).map_err(|e| wrong(py, e.to_string()))?;
+        Ok(pages.into_iter().next().map(|page| String::from_utf8_lossy(&page.content).into_owned()).unwrap_or_default())
+    }
+
+    /// The answer to a question, both as JSON.
+    fn ask(&self, py: Python<'_>, question: &str) -> PyResult<String> {
+        let question: Question = told(py, service::read(question.as_bytes()))?;
+        let record = py.detach(|| {
+            let (bytes, condition) = stated::with_known(self.file.borrow_owner(), &question.condition)?;
+            let known = file::open(&bytes)?;
+            Ok(Question { condition, ..question }.ask(&known)?.record(&known))
+        });
+        json(py, &told(py, record)?)
+    }
+
+    /// Values (n, points) at conditions (n, variables).
+    fn evaluate<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let (x, n, variables) = self.rows(py, &x)?;
+        let (opened, points) = (self.opened(), self.opened().point_count());
+        let mut values = Array2::zeros((n, points));
+        if let Some(values) = values.as_slice_mut() {
+            py.detach(|| {
+                let pieces = values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables));
+                pieces.try_for_each(|(values, x)| {
+                    let mut rows = values.chunks_exact_mut(points).zip(x.chunks_exact(variables));
+                    rows.try_for_each(|(values, x)| opened.evaluate(x, values))
+                })
+            })
+            .map_err(|e| wrong(py, e.to_string()))?;
+        }
+        Ok(values.into_pyarray(py))
+    }
+
+    /// Derivatives (n, points, variables) at conditions (n, variables).
+    fn gradient<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+        let (x, n, variables) = self.rows(py, &x)?;
+        let (opened, points) = (self.opened(), self.opened().point_count());
+        let mut slopes = Array3::zeros((n, points, variables));
+        if let Some(slopes) = slopes.as_slice_mut() {
+            py.detach(|| {
+                let rows = slopes.par_chunks_mut(points * variables).zip(x.par_chunks(variables)).with_min_len(64);
+                rows.try_for_each(|(slopes, x)| {
+                    let mut each = slopes.chunks_exact_mut(variables).enumerate();
+                    each.try_for_each(|(point, slopes)| opened.gradient(x, point, slopes))
+                })
+            })
+            .map_err(|e| wrong(py, e.to_string()))?;
+        }
+        Ok(slopes.into_pyarray(py))
+    }
+
+    /// Values, half widths of bands of 95 %, verdicts (0 acceptable, 1 not, 2 uncertain), the probability that all limits are kept,
+    /// margins and whether each condition is inside the fitted range.
+    fn assess<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>, confidence: f64) -> PyResult<Assessed<'py>> {
+        if !(confidence > 0.5 && confidence < 1.0) {
+            return Err(wrong(py, "a confidence above 0.5 and below 1 is wanted, for example 0.95"));
+        }
+        let (x, n, variables) = self.rows(py, &x)?;
+        let opened = self.opened();
+        let (points, limits) = (opened.point_count(), opened.limit_count());
+        let found: Vec<Found> = py.detach(|| {
+            x.par_chunks(PIECE * variables).map(|x| Found::at(opened, x, confidence)).collect::<Result<_, _>>()
+        })
+        .map_err(|e: coldplate_runtime::ShapeError| wrong(py, e.to_string()))?;
+        let table = |columns: usize, of: fn(&Found) -> &[f64]| {
+            let all: Vec<f64> = found.iter().flat_map(of).copied().collect();
+            Array2::from_shape_vec((n, columns), all).map_err(|e| wrong(py, e.to_string()))
+        };
+        Ok((
+            table(points, |own| &own.values)?.into_pyarray(py),
+            table(points, |own| &own.half_widths)?.into_pyarray(py),
+            found.iter().flat_map(|own| &own.verdicts).copied().collect::<Vec<_>>().into_pyarray(py),
+            found.iter().flat_map(|own| &own.probabilities).copied().collect::<Vec<_>>().into_pyarray(py),
+            table(limits, |own| &own.margins)?.into_pyarray(py),
+            found.iter().flat_map(|own| &own.inside).copied().collect::<Vec<_>>().into_pyarray(py),
+        ))
+    }
+}
+
+/// What was found at some conditions, one after the other.
+#[derive(Default)]
+struct Found {
+    values: Vec<f64>,
+    half_widths: Vec<f64>,
+    verdicts: Vec<i8>,
+    probabilities: Vec<f64>,
+    margins: Vec<f64>,
+    inside: Vec<bool>,
+}
+
+impl Found {
+    fn at(opened: &Opened<'_>, x: &[f64], confidence: f64) -> Result<Self, coldplate_runtime::ShapeError> {
+        let mut found = Self::default();
+        let (mut values, mut bands) = (vec![0.0; opened.point_count()], vec![Band::default(); opened.point_count()]);
+        let own: Vec<f64> = opened.points().map(|point| point.half_width).collect();
+        for x in x.chunks_exact(opened.variable_count()) {
+            let (state, probability) = if opened.uncertainty().is_some() {
+                let chance = opened.assess(x, None, confidence, &mut values, &mut bands)?;
+                found.half_widths.extend(bands.iter().map(|band| band.half_width()));
+                (chance.state, chance.probability)
+            } else {
+                found.half_widths.extend(&own);
+                (opened.query(x, &mut values)?.state, f64::NAN)
+            };
+            found.values.extend(&values);
+            found.verdicts.push(match state {
+                Acceptability::Acceptable => 0,
+                Acceptability::NotAcceptable => 1,
+                Acceptability::Uncertain => 2,
+            });
+            found.probabilities.push(probability);
+            let margin = |limit| opened.limit_value(limit, x, &values).map_or(f64::NAN, |own| own.margin);
+            found.margins.extend((0..opened.limit_count()).map(margin));
+            found.inside.push(opened.in_domain(x));
+        }
+        Ok(found)
+    }
+}

@@ -1,0 +1,129 @@
+"""From machine file to diagnosis, on the files of the tutorial."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import coldplate
+import numpy as np
+import pytest
+from coldplate import InputError, Machine, Table
+
+FOLDER = pathlib.Path("examples/tutorial")
+
+
+def machine(**set):
+    return Machine.read(FOLDER / "machine.toml", set={name.replace("__", "."): value for name, value in set.items()})
+
+
+def test_solve_is_the_command():
+    state = machine().solve(motor_speed="2500 rpm", cells=150)
+    assert state.heat_balance.relative < 1e-8 and "motor" in state._repr_html_()
+    if program := os.environ.get("COLDPLATE"):
+        args = ["solve", FOLDER / "machine.toml", "--motor-speed", "2500 rpm", "--cells", "150", "--no-mesh-error", "--json"]
+        terminal = json.loads(subprocess.run([program, *args], capture_output=True, text=True, check=True).stdout)
+        assert state.sensors == terminal["sensors"] and state.limits == terminal["limits"]
+    hotter = machine(contact__motor_foot__conductance="100 W/(m2 K)").solve(motor_speed="2500 rpm", cells=150)
+    assert hotter.sensors["motor"] > state.sensors["motor"]
+
+
+def test_errors_are_those_of_the_terminal():
+    with pytest.raises(InputError, match="motor_speed") as error:
+        machine().solve(motor_speed="2500", cells=150)
+    if program := os.environ.get("COLDPLATE"):
+        args = ["solve", FOLDER / "machine.toml", "--motor-speed", "2500", "--cells", "150", "--json"]
+        assert f"error: {error.value}\n" == subprocess.run([program, *args], capture_output=True, text=True).stderr
+    with pytest.raises(InputError, match="nowhere.toml"):
+        Machine.read("nowhere.toml")
+
+
+def test_simulate():
+    seen = []
+    history = machine().simulate(FOLDER / "warm_up.csv", cells=150, progress=lambda *word: seen.append(word))
+    assert history._repr_svg_().startswith("<svg") or "<svg" in history._repr_svg_()
+    assert history.table.rows == len(history.table["time"]) and history.energy.relative < 1e-3
+    assert seen and any(total for _, _, total in seen)
+
+
+def test_sweep_and_fit(swept):
+    assert swept.table.rows > 10 and swept.table.inputs
+    again = coldplate.sweep(FOLDER / "sweep.toml", swept.folder, cells=150)
+    for name in again.table:
+        np.testing.assert_array_equal(again.table[name], swept.table[name])
+    surrogate = coldplate.fit(swept, machine=machine())
+    x = np.stack([swept.table[name] for name in surrogate.variables], axis=-1)
+    solved = np.stack([swept.table[name] for name in surrogate.points], axis=-1)
+    assert np.abs(surrogate(x) - solved).max() < 0.1
+    assert surrogate.limits and surrogate.info.uncertain and len(surrogate.fit.points) == len(surrogate.points)
+    assert surrogate.query({own.name: f"{(own.low + own.high) / 2} {own.unit}" for own in surrogate.info.variables}).in_domain
+
+
+def test_tables_to_frames(swept, tmp_path):
+    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
+    frame, other = swept.table.to_pandas(), swept.table.to_polars()
+    assert isinstance(frame, pandas.DataFrame) and isinstance(other, polars.DataFrame)
+    name = f"{swept.table.outputs[0]} [{swept.table.units[swept.table.outputs[0]]}]"
+    np.testing.assert_array_equal(frame[name], swept.table[swept.table.outputs[0]])
+    np.testing.assert_array_equal(other[name].to_numpy(), frame[name])
+    whole = coldplate.fit(swept.table, machine=machine())
+    x = np.stack([swept.table[name] for name in whole.variables], axis=-1)
+    for table in [frame, other]:
+        own = coldplate.fit({name: table[name] for name in table.columns}, inputs=swept.table.inputs)
+        np.testing.assert_array_equal(own(x), whole(x))
+    # What the sweep wrote for others is the same table.
+    written = Table.read(pathlib.Path(swept.folder) / "sweep.parquet")
+    assert written.inputs == swept.table.inputs and set(written) == set(swept.table)
+    assert "rows" in swept._repr_html_()
+
+
+def test_identify(tmp_path):
+    found = machine().identify(FOLDER / "readings.csv", free=["contact.motor_foot.conductance"], cells=150)
+    own = found.parameters["contact.motor_foot.conductance"]
+    assert own.low < own.value < own.high and found.misfit.after < found.misfit.before
+    found.write(tmp_path / "identified.toml")
+    assert Machine.read(tmp_path / "identified.toml").name == machine().name
+    assert "motor_foot" in found._repr_html_()
+
+
+def test_diagnose(tmp_path):
+    found = machine().diagnose(FOLDER / "readings.csv", cells=150)
+    assert found.misfit.p < 0.002 and found.causes and found.headline
+    assert "<html" in found.report and found.headline[:20] in found._repr_html_()
+    if found.machine is not None:
+        found.write(tmp_path / "extended.toml")
+        assert Machine.read(tmp_path / "extended.toml").name
+
+
+def test_an_exception_of_the_callback_ends_the_work(tmp_path):
+    def refuse(what, done, total):
+        if done:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        coldplate.sweep(FOLDER / "sweep.toml", tmp_path / "broken", cells=150, progress=refuse)
+    whole = coldplate.sweep(FOLDER / "sweep.toml", tmp_path / "broken", cells=150)
+    assert 0 < whole.resumed < whole.table.rows or whole.conditions
+
+
+def test_ctrl_c_ends_the_work_and_loses_nothing(tmp_path):
+    script = f"""
+import coldplate
+try:
+    coldplate.sweep("sweeps/five_axis.toml", {str(tmp_path / "five")!r}, cells=3000, progress=lambda *word: print(word, flush=True))
+except KeyboardInterrupt:
+    print("interrupted", flush=True)
+"""
+    child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
+    for line in child.stdout:
+        if "conditions" in line and not line.startswith(("('', ", "('conditions', 0")):
+            break
+    child.send_signal(signal.SIGINT)
+    began = time.monotonic()
+    rest = child.stdout.read()
+    assert child.wait(timeout=30) == 0 and rest.endswith("interrupted\n"), rest[-300:]
+    assert time.monotonic() - began < 30
+    assert sum(1 for _ in open(tmp_path / "five" / "sweep.journal", "rb")) > 1

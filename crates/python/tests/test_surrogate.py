@@ -1,0 +1,119 @@
+"""Surrogates against the command line's JSON and against themselves."""
+
+import json
+import os
+import subprocess
+import threading
+import time
+
+import coldplate
+import numpy as np
+import pytest
+from coldplate import InputError, Surrogate
+
+UNCERTAIN = "crates/runtime/fixtures/uncertain.cps"
+LARGE = "crates/runtime/fixtures/bench-gaussian.cps"
+
+
+def conditions(surrogate, n, seed=1):
+    ranges = np.array([(own.low, own.high) for own in surrogate.info.variables])
+    return np.random.default_rng(seed).uniform(ranges[:, 0], ranges[:, 1], (n, len(ranges)))
+
+
+@pytest.mark.parametrize("name", [UNCERTAIN, LARGE, "crates/runtime/fixtures/held.cps"])
+def test_a_batch_is_its_conditions_one_by_one(name):
+    surrogate = Surrogate.read(name)
+    x = conditions(surrogate, 3000)
+    values = surrogate(x)
+    assert values.shape == (3000, len(surrogate.points))
+    np.testing.assert_array_equal(values[:50], [surrogate(row) for row in x[:50]])
+    # Other layouts, types and containers hold the same numbers.
+    np.testing.assert_array_equal(values, surrogate(np.asfortranarray(x)))
+    np.testing.assert_array_equal(values[::7], surrogate(x[::7]))
+    np.testing.assert_array_equal(values, surrogate({name: x[:, i] for i, name in enumerate(surrogate.variables)}))
+    found = surrogate.answers(x)
+    np.testing.assert_allclose(found.values, values, rtol=1e-13)
+    assert (found.low <= found.values).all() and found.inside.all() and found.margins.shape == (3000, len(surrogate.limits))
+
+
+def test_an_answer_is_that_of_the_command_line():
+    program = os.environ.get("COLDPLATE")
+    if not program:
+        pytest.skip("COLDPLATE does not name the program")
+    args = ["--coolant-flow", "8 L/min", "--coolant-temperature", "20 degC", "--ambient-temperature", "21 degC"]
+    given = {"coolant_flow": "8 L/min", "coolant_temperature": "20 degC", "ambient_temperature": "21 degC"}
+    surrogate = Surrogate.read(UNCERTAIN)
+    terminal = subprocess.run([program, "query", UNCERTAIN, *args, "--json"], capture_output=True, text=True)
+    found = surrogate.query(given)
+    assert found == json.loads(terminal.stdout)
+    batch = surrogate.answers([[8.0, 20.0, 21.0]])
+    assert batch.verdicts[0] == found.verdict
+    assert batch.probabilities[0] == pytest.approx(found.probability, rel=1e-12)
+    assert batch.margins[0].tolist() == pytest.approx([own.margin for own in found.limits])
+    assert batch.high[0, 0] == pytest.approx(found.temperatures["motor"].high)
+    wrong = subprocess.run([program, "query", UNCERTAIN, "--coolant-flow", "8", *args[2:]], capture_output=True, text=True)
+    with pytest.raises(InputError) as error:
+        surrogate.query({**given, "coolant_flow": "8"})
+    assert f"error: {error.value}\n" == wrong.stderr
+    terminal = subprocess.run([program, "info", UNCERTAIN, "--json"], capture_output=True, text=True)
+    assert surrogate.info == json.loads(terminal.stdout)
+
+
+def test_gradients_are_differences():
+    surrogate = Surrogate.read(LARGE)
+    x = conditions(surrogate, 20)
+    slopes = surrogate.gradient(x)
+    for v in range(x.shape[1]):
+        step = np.zeros(x.shape[1])
+        step[v] = 1e-5 * np.ptp([surrogate.info.variables[v].low, surrogate.info.variables[v].high])
+        difference = (surrogate(x + step) - surrogate(x - step)) / (2 * step[v])
+        np.testing.assert_allclose(slopes[:, :, v], difference, rtol=1e-5, atol=1e-6 * np.abs(slopes).max())
+
+
+def test_what_is_wrong_is_said(tmp_path):
+    surrogate = Surrogate.read(UNCERTAIN)
+    with pytest.raises(InputError, match=r"shape \(n, 3\)"):
+        surrogate(np.zeros((4, 2)))
+    with pytest.raises(InputError, match="ambient_temperature"):
+        surrogate({"coolant_flow": 8.0, "coolant_temperature": 20.0})
+    with pytest.raises(InputError, match="confidence"):
+        surrogate.answers([[8.0, 20.0, 21.0]], confidence=0.3)
+    with pytest.raises(ValueError, match="did you mean 'coolant_flow'"):
+        surrogate.query(coolant_flwo="8 L/min")
+    damaged = tmp_path / "damaged.cps"
+    damaged.write_bytes(surrogate.content[:-1])
+    with pytest.raises(InputError, match="damaged.cps"):
+        Surrogate.read(damaged)
+    assert surrogate(np.zeros((0, 3))).shape == (0, 2)
+
+
+def test_files_and_pages(tmp_path):
+    surrogate = Surrogate.read(UNCERTAIN)
+    surrogate.write(tmp_path / "copy.cps")
+    assert (tmp_path / "copy.cps").read_bytes() == surrogate.content == open(UNCERTAIN, "rb").read()
+    assert "<html" in surrogate.page() and "motor" in surrogate._repr_html_()
+
+
+def test_other_threads_go_on():
+    surrogate = Surrogate.read(LARGE)
+    x = conditions(surrogate, 400_000)
+    ticks, over = [], threading.Event()
+
+    def tick():
+        while not over.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0.001)
+
+    ticking = threading.Thread(target=tick)
+    ticking.start()
+    began = time.perf_counter()
+    surrogate(x)
+    ended = time.perf_counter()
+    over.set()
+    ticking.join()
+    during = [t for t in ticks if began < t < ended]
+    assert len(during) > 0.02 * (ended - began) / 0.001, f"{len(during)} ticks in {ended - began} s"
+
+
+def test_version():
+    assert coldplate.__version__
