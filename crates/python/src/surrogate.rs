@@ -140,10 +140,9 @@ impl Surrogate {
         let (x, n, variables) = self.rows(py, &x)?;
         let opened = self.opened();
         let (points, limits) = (opened.point_count(), opened.limit_count());
-        let found: Vec<Found> = py.detach(|| {
-            x.par_chunks(PIECE * variables).map(|x| Found::at(opened, x, confidence)).collect::<Result<_, _>>()
-        })
-        .map_err(|e: coldplate_runtime::ShapeError| wrong(py, e.to_string()))?;
+        let found: Vec<Found> = py
+            .detach(|| x.par_chunks(PIECE * variables).map(|x| Found::at(opened, x, confidence)).collect::<Result<_, _>>())
+            .map_err(|e: coldplate_runtime::ShapeError| wrong(py, e.to_string()))?;
         let table = |columns: usize, of: fn(&Found) -> &[f64]| {
             let all: Vec<f64> = found.iter().flat_map(of).copied().collect();
             Array2::from_shape_vec((n, columns), all).map_err(|e| wrong(py, e.to_string()))

@@ -1,7 +1,9 @@
 """Surrogates against the command line's JSON and against themselves."""
 
+import copy
 import json
 import os
+import pickle
 import subprocess
 import threading
 import time
@@ -113,6 +115,13 @@ def test_other_threads_go_on():
     ticking.join()
     during = [t for t in ticks if began < t < ended]
     assert len(during) > 0.02 * (ended - began) / 0.001, f"{len(during)} ticks in {ended - began} s"
+
+
+def test_copies_and_pickles():
+    surrogate = Surrogate.read(UNCERTAIN)
+    again = pickle.loads(pickle.dumps(surrogate))
+    x = conditions(surrogate, 10)
+    np.testing.assert_array_equal(again(x), copy.deepcopy(surrogate)(x))
 
 
 def test_version():

@@ -125,7 +125,7 @@ class Machine:
 
     >>> machine = Machine.read("examples/tutorial/machine.toml")
     >>> machine.name, sorted(machine.info.sensors)[:2]
-    ('spindle drive of the tutorial', ['bearing', 'motor'])
+    ('Motor and bearing on a cold plate', ['bearing', 'motor'])
     """
 
     def __init__(self, native: _coldplate.Machine):

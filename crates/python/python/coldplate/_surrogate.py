@@ -96,6 +96,9 @@ class Surrogate:
         """The bytes of the file."""
         return self._native.content
 
+    def __reduce__(self):
+        return type(self), (self.content,), {name: value for name, value in vars(self).items() if name == "fit"}
+
     def _conditions(self, conditions: Any) -> tuple[np.ndarray, bool]:
         if isinstance(conditions, Mapping) or hasattr(conditions, "columns"):
             plain = {str(name).partition("[")[0].strip(): conditions[name] for name in conditions}
@@ -133,7 +136,7 @@ class Surrogate:
 
         >>> found = Surrogate.read("crates/runtime/fixtures/uncertain.cps").answers([[8.0, 20.0, 21.0], [3.0, 20.0, 21.0]])
         >>> found.verdicts.tolist(), found.probabilities.round(3).tolist()
-        (['acceptable', 'uncertain'], [0.999, 0.752])
+        (['acceptable', 'uncertain'], [0.999, 0.729])
         """
         array, _ = self._conditions(conditions)
         values, half, verdicts, probabilities, margins, inside = self._native.assess(array, confidence)
