@@ -35,7 +35,7 @@ pub fn partial(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Result<
     let variables = variables(surrogate);
     let mut x = vec![None; variables.len()];
     for (name, text) in given {
-        let index = index_of(surrogate, name)?;
+        let index = place_of(&variables, name)?;
         if x[index].is_some() {
             return Err(Error::input(format!("'{name}' is given twice")).at_key(name));
         }
@@ -49,11 +49,11 @@ pub fn partial(surrogate: &Surrogate<'_>, given: &[(String, String)]) -> Result<
 /// # Errors
 /// Names every missing variable.
 pub fn complete(surrogate: &Surrogate<'_>, mut x: Vec<Option<f64>>) -> Result<Vec<f64>> {
-    let variables = variables(surrogate);
-    x.resize(variables.len(), None);
-    let (varied, held) = x.split_at_mut(surrogate.variable_count());
+    let count = surrogate.variable_count();
+    x.resize(count + surrogate.held().count(), None);
+    let (varied, held) = x.split_at_mut(count);
     held.iter_mut().zip(surrogate.held()).for_each(|(x, held)| *x = x.or(Some(held.value)));
-    let missing: Vec<&Variable<'_>> = varied.iter().zip(&variables).filter(|(x, _)| x.is_none()).map(|(_, variable)| variable).collect();
+    let missing: Vec<Variable<'_>> = varied.iter().zip(surrogate.variables()).filter(|(x, _)| x.is_none()).map(|(_, v)| v).collect();
     if !missing.is_empty() {
         let names: Vec<String> = missing.iter().map(|v| format!("'{}'", v.name)).collect();
         let (verb, keys): (_, Vec<&str>) = (if names.len() == 1 { "is" } else { "are" }, missing.iter().map(|v| v.name).collect());
@@ -88,8 +88,11 @@ pub fn varied(surrogate: &Surrogate<'_>, mut x: Vec<Option<f64>>) -> Result<Vec<
 /// # Errors
 /// There is none; says which there are and which was probably meant.
 pub fn index_of(surrogate: &Surrogate<'_>, name: &str) -> Result<usize> {
+    place_of(&variables(surrogate), name)
+}
+
+fn place_of(variables: &[Variable<'_>], name: &str) -> Result<usize> {
     let plain = name.trim().replace('-', "_");
-    let variables = variables(surrogate);
     variables.iter().position(|v| v.name == name.trim() || v.name == plain).ok_or_else(|| {
         let known: Vec<&str> = variables.iter().map(|v| v.name).collect();
         let error = Error::input(format!("this surrogate has no variable '{name}'")).at_key(name);

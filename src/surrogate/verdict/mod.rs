@@ -206,14 +206,15 @@ pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result
     let outside = outside(surrogate, x, stated);
     let wrong =
         |e: coldplate_runtime::ShapeError| Error::input(format!("a condition of this surrogate has {} values", e.expected)).read(e.found);
-    let mut verdict = surrogate.query(x, &mut values).map_err(wrong)?;
     let mut bands = vec![Band::default(); values.len()];
-    let mut chance = None;
-    if surrogate.uncertainty().is_some() {
+    let (binding, mut state, mut in_domain, chance) = if surrogate.uncertainty().is_some() {
         let found = surrogate.assess(x, None, confidence, &mut values, &mut bands).map_err(wrong)?;
-        verdict.state = found.state;
-        chance = Some(chances::explain(surrogate, x, &values, found, confidence));
-    }
+        let chance = chances::explain(surrogate, x, &values, found, confidence);
+        (found.binding, found.state, found.in_domain, Some(chance))
+    } else {
+        let found = surrogate.query(x, &mut values).map_err(wrong)?;
+        (found.binding, found.state, found.in_domain, None)
+    };
     let is_open = chance.is_some();
     let temperatures = surrogate.points().zip(&values).zip(&bands).map(|((point, value), band)| {
         let half = if is_open { band.half_width() } else { point.half_width };
@@ -243,7 +244,7 @@ pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result
         })
     });
     if !outside.is_empty() {
-        (verdict.in_domain, verdict.state) = (false, Acceptability::Uncertain);
+        (in_domain, state) = (false, Acceptability::Uncertain);
     }
     let held: Vec<Held> =
         surrogate.held().map(|held| Held { name: held.name.to_owned(), unit: held.unit.to_owned(), value: held.value }).collect();
@@ -252,9 +253,9 @@ pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result
         held,
         temperatures: temperatures.collect(),
         limits: limits.collect(),
-        binding: verdict.binding,
-        verdict: verdict.state,
-        in_domain: verdict.in_domain,
+        binding,
+        verdict: state,
+        in_domain,
         outside,
         chance,
     })

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::ser::{Serialize, SerializeMap, Serializer};
 
 use super::batch::Row;
 use super::condition;
@@ -14,7 +14,7 @@ use super::{
 use crate::units::celsius;
 
 /// The answer at one condition.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[non_exhaustive]
 #[allow(missing_docs)]
 pub struct QueryRecord {
@@ -48,11 +48,12 @@ pub struct QueryRecord {
 }
 
 /// The value of a point under the name of its unit, and its band. Kelvins are given in degC.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct PointRecord {
     #[serde(flatten)]
-    pub value: BTreeMap<String, f64>,
+    #[schemars(with = "BTreeMap<String, f64>")]
+    pub value: InUnit,
     pub low: f64,
     pub high: f64,
     /// Half widths of the band by each part alone.
@@ -60,8 +61,24 @@ pub struct PointRecord {
     pub parts: Option<BandParts>,
 }
 
+/// A value under the name of its unit.
+#[derive(Debug, Clone)]
+#[allow(missing_docs)]
+pub struct InUnit {
+    pub unit: String,
+    pub value: f64,
+}
+
+impl Serialize for InUnit {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(1))?;
+        map.serialize_entry(&self.unit, &self.value)?;
+        map.end()
+    }
+}
+
 /// The smallest value of one variable that makes a condition acceptable.
-#[derive(Debug, Clone, Default, Serialize, JsonSchema)]
+#[derive(Debug, Clone, Default, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct FreeRecord {
     pub variable: String,
@@ -79,7 +96,7 @@ pub struct FreeRecord {
 }
 
 /// The value that comes closest to being acceptable.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct NearestRecord {
     pub best: f64,
@@ -91,7 +108,7 @@ pub struct NearestRecord {
 }
 
 /// What was made smallest or largest, and the values that do it.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct OptimumRecord {
     /// `minimise` or `maximise`.
@@ -103,7 +120,7 @@ pub struct OptimumRecord {
 }
 
 /// Rows of a trade-off.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct TradeOffRecord {
     /// The variable whose smallest acceptable value is given.
@@ -116,7 +133,7 @@ pub struct TradeOffRecord {
 }
 
 /// `low` and `high` are the ends of the acceptable interval, `null` where no value is acceptable.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct ExchangeRecord {
     pub at: f64,
@@ -125,7 +142,7 @@ pub struct ExchangeRecord {
 }
 
 /// Where in a table of conditions an answer belongs.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct RowRecord {
     /// Line in the file, from 1.
@@ -136,7 +153,7 @@ pub struct RowRecord {
 }
 
 /// A number with its unit.
-#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[derive(Debug, Clone, serde::Serialize, JsonSchema)]
 #[allow(missing_docs)]
 pub struct ValueRecord {
     pub value: f64,
@@ -253,6 +270,6 @@ impl PointRecord {
             "" => ("value".into(), values),
             unit => (unit.replace("°C", "degC"), values),
         };
-        Self { value: BTreeMap::from([(unit, value)]), low, high, parts: point.parts }
+        Self { value: InUnit { unit, value }, low, high, parts: point.parts }
     }
 }
