@@ -15,16 +15,11 @@ use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, Crossing, History, Start, Subject, Watch};
 use crate::figures::chart::draw_as;
 use crate::figures::chart::output::check_name;
-use crate::figures::chart::style::Quantity;
 use crate::foundation::input;
-use crate::foundation::numbers::significant;
-use crate::pipeline::course;
 use crate::foundation::numbers::{duration, significant};
 use crate::foundation::table::Table;
+use crate::pipeline::course;
 use crate::pipeline::moving::Moving;
-use crate::foundation::numbers::{duration, significant};
-use crate::foundation::table::Table;
-use crate::pipeline::course;
 use crate::reduce::ReducedModel;
 use crate::solve::meshed::MeshedMachine;
 use crate::surrogate::fit::file::open;
@@ -254,26 +249,6 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
     let mut series = series.clone();
     series.provenance.push(("schedule".into(), schedule.display().to_string()));
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) { series.write_parquet(path) } else { series.write_csv(path) }
-}
-
-fn figure(model: &Subject<'_>, history: &History, schedule: &Path) -> HistoryFigure {
-    let courses = model
-        .sensors
-        .iter()
-        .enumerate()
-        .map(|(s, name)| Course { name: name.clone(), values: history.readings.iter().map(|r| celsius(r[s])).collect() });
-    let start = history.times.first().copied().unwrap_or(0.0);
-    HistoryFigure {
-        title: model.name.to_string(),
-        times: history.times.clone(),
-        quantity: Quantity::new("temperature", "degC"),
-        courses: courses.collect(),
-        mark: history
-            .settled_overall()
-            .filter(|after| *after > 0.0)
-            .map(|after| (start + after, format!("all within {} K of the steady state after {}", history.within, duration(after)))),
-        notes: vec![format!("schedule: {}", schedule.display())],
-    }
 }
 
 fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {

@@ -9,14 +9,13 @@ use crate::units::celsius;
 /// The readings of every sensor over time; `notes` are lines for the footer.
 pub fn figure(model: &Subject<'_>, history: &History, notes: Vec<String>) -> HistoryFigure {
     let courses = model
-        .network
-        .sensor_names
+        .sensors
         .iter()
         .enumerate()
         .map(|(s, name)| Course { name: name.clone(), values: history.readings.iter().map(|r| celsius(r[s])).collect() });
     let start = history.times.first().copied().unwrap_or(0.0);
     HistoryFigure {
-        title: model.machine.name.clone(),
+        title: model.name.to_string(),
         times: history.times.clone(),
         quantity: Quantity::new("temperature", "degC"),
         courses: courses.collect(),

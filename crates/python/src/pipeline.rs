@@ -155,17 +155,17 @@ pub fn fit<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<(Vec<u8>, String)> {
     let table = taken(py, table)?;
-    let machine = machine.as_ref().map(|own| &own.machine);
+    let scope = machine.as_ref().map(|own| own.machine.scope());
     let (bytes, record) = work::run(py, progress, |heard| {
         let began = Instant::now();
         let options = FitOptions { max_degree, seed, ..FitOptions::default() };
-        let mut fit = fitting::fit_table_heard(&table, machine, &options, heard)?;
+        let mut fit = fitting::fit_table_heard(&table, scope.as_ref(), &options, heard)?;
         let read = |name: &str| {
             let path = beside.as_ref().map(|folder| folder.join(name).with_extension("csv")).filter(|path| path.is_file());
             path.map(Table::read).transpose()
         };
         fitting::with_uncertainty(&mut fit, read("slopes")?.as_ref())?;
-        fitting::with_followed(&mut fit, machine, read("followed")?.as_ref())?;
+        fitting::with_followed(&mut fit, scope.as_ref(), read("followed")?.as_ref())?;
         let bytes = fit.to_bytes()?;
         let record = FitRecord::of(&fit, &PathBuf::new(), bytes.len() as u64, began.elapsed().as_secs_f64());
         Ok((bytes, record))
