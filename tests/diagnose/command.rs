@@ -383,9 +383,14 @@ fn a_written_cause_carries_its_deviation() {
     let folder = scratch("deviations");
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let out = folder.join("extended.toml");
-    let tutorial = |name: &str| root.join("examples/tutorial").join(name).display().to_string();
-    let found =
-        json(&coldplate(&["diagnose", &tutorial("machine.toml"), &tutorial("readings.csv"), "--json", "--out", out.to_str().unwrap()]));
+    let tutorial = root.join("examples/tutorial");
+    // The machine as identified, whose contact is uncertain: it is refitted beside the cause.
+    let text = std::fs::read_to_string(tutorial.join("machine.toml")).unwrap();
+    let identified = text.replace("\"600 W/(m2 K)\"", "\"497.4 +- 20.5 W/(m2 K)\"");
+    assert_ne!(identified, text);
+    let machine = write(&folder, "identified.toml", identified);
+    let readings = tutorial.join("readings.csv").display().to_string();
+    let found = json(&coldplate(&["diagnose", &machine, &readings, "--json", "--out", out.to_str().unwrap()]));
     let study = coldplate::solve::sensitivity::Study::read(&out, &[], Some(400)).unwrap();
     let stated = study.open_parameters(false).unwrap();
     let causes = found["rungs"].as_array().unwrap().iter().flat_map(|rung| rung["causes"].as_array().unwrap());
@@ -402,7 +407,9 @@ fn a_written_cause_carries_its_deviation() {
         seen += 1;
     }
     assert!(seen > 0);
-    // What was fitted together may be correlated, as quantities can be.
+    // More heat with less contact reads alike: what was fitted together is correlated.
     let correlations = study.correlations(&stated).unwrap();
-    assert!(correlations.iter().flatten().all(|c| c.abs() <= 1.0));
+    let apart = correlations.iter().enumerate().flat_map(|(i, row)| row.iter().enumerate().filter(move |(j, _)| *j < i));
+    let strongest = apart.map(|(_, c)| *c).fold(0.0, |most: f64, c| if c.abs() > most.abs() { c } else { most });
+    assert!((0.3..=1.0).contains(&strongest.abs()), "{strongest}");
 }

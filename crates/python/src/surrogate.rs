@@ -6,9 +6,10 @@ use coldplate::surrogate::fit::file;
 use coldplate::surrogate::verdict::question::Question;
 use coldplate::surrogate::verdict::stated;
 use coldplate_export::{Target, export};
-use coldplate_runtime::{Acceptability, Band, Surrogate as Opened};
+use coldplate_runtime::format::MAX_STATES;
+use coldplate_runtime::{Acceptability, Band, State, StepError, Surrogate as Opened};
 use numpy::ndarray::{Array2, Array3};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
@@ -95,6 +96,56 @@ impl Surrogate {
         json(py, &told(py, record)?)
     }
 
+    /// By how much each point may be off over time; empty where the file knows steady states only.
+    fn errors_in_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let points = self.opened().point_count();
+        let errors = self.opened().in_time().map(|own| (0..points).map(|point| own.error(point)).collect::<Vec<_>>());
+        errors.unwrap_or_default().into_pyarray(py)
+    }
+
+    /// The state at rest at a condition, at one temperature everywhere, or as readings tell: its numbers.
+    fn at_rest(&self, py: Python<'_>, x: Vec<f64>) -> PyResult<Vec<f64>> {
+        numbers(py, self.opened().at_rest(&x))
+    }
+
+    fn at_temperature(&self, py: Python<'_>, temperature: f64) -> PyResult<Vec<f64>> {
+        numbers(py, self.opened().at_temperature(temperature))
+    }
+
+    fn at_readings(&self, py: Python<'_>, x: Vec<f64>, readings: Vec<f64>, deviation: f64) -> PyResult<Vec<f64>> {
+        numbers(py, self.opened().at_readings(&x, &readings, deviation))
+    }
+
+    /// Values (n, points) after each of n steps of so many seconds at conditions (n, variables), and the state at the end.
+    fn follow<'py>(
+        &self,
+        py: Python<'py>,
+        state: Vec<f64>,
+        seconds: PyReadonlyArray1<'py, f64>,
+        x: PyReadonlyArray2<'py, f64>,
+    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Vec<f64>)> {
+        let (x, n, variables) = self.rows(py, &x)?;
+        let seconds: Vec<f64> = seconds.as_array().iter().copied().collect();
+        if seconds.len() != n {
+            return Err(wrong(py, format!("there are {} steps and {n} conditions", seconds.len())));
+        }
+        let state: [f64; MAX_STATES + 1] = state.try_into().map_err(|_| wrong(py, format!("a state has {} numbers", MAX_STATES + 1)))?;
+        let (opened, points) = (self.opened(), self.opened().point_count());
+        let mut values = Array2::zeros((n, points));
+        let mut moved = State::from_numbers(&state);
+        if let Some(values) = values.as_slice_mut() {
+            py.detach(|| {
+                let mut steps = values.chunks_exact_mut(points).zip(x.chunks_exact(variables)).zip(seconds);
+                steps.try_for_each(|((values, x), seconds)| {
+                    opened.step(&mut moved, seconds, x)?;
+                    opened.read(&moved, x, values)
+                })
+            })
+            .map_err(|e: StepError| wrong(py, e.to_string()))?;
+        }
+        Ok((values.into_pyarray(py), moved.numbers().to_vec()))
+    }
+
     /// Values (n, points) at conditions (n, variables).
     fn evaluate<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (x, n, variables) = self.rows(py, &x)?;
@@ -156,6 +207,11 @@ impl Surrogate {
             found.iter().flat_map(|own| &own.inside).copied().collect::<Vec<_>>().into_pyarray(py),
         ))
     }
+}
+
+/// A state that was made, as its numbers.
+fn numbers(py: Python<'_>, made: Result<State, StepError>) -> PyResult<Vec<f64>> {
+    made.map(|state| state.numbers().to_vec()).map_err(|e| wrong(py, e.to_string()))
 }
 
 /// What was found at some conditions, one after the other.

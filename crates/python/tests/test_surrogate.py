@@ -126,3 +126,31 @@ def test_copies_and_pickles():
 
 def test_version():
     assert coldplate.__version__
+
+
+def test_a_course_begins_as_asked_and_goes_on():
+    surrogate = Surrogate.read("crates/runtime/fixtures/moving.cps")
+    x = conditions(surrogate, 6)
+    whole = surrogate.follow(300.0, x)
+    assert whole.values.shape == (6, 3) and (whole.errors > 0).all()
+    # In two pieces it comes to the same, but for how steps are cut.
+    first = surrogate.follow(300.0, x[:3])
+    second = surrogate.follow([300.0] * 3, x[3:], start=first)
+    np.testing.assert_allclose(np.concatenate([first.values, second.values]), whole.values, rtol=1e-12)
+    # At one condition it stays at rest, and falls back there from anywhere.
+    still = surrogate.follow([1.0, 1e9], [x[0], x[0]])
+    np.testing.assert_allclose(still.values, np.tile(surrogate(x[0]), (2, 1)), rtol=1e-9)
+    cold = surrogate.follow([0.0, 1e9], [x[0], x[0]], start=20.0)
+    np.testing.assert_allclose(cold.values[1], surrogate(x[0]), rtol=1e-6)
+    read = surrogate.follow(0.0, [x[0]], start=cold.values[0], deviation=1e-3)
+    np.testing.assert_allclose(read.values[0], cold.values[0], atol=0.2)
+
+
+def test_a_course_that_cannot_be_followed_is_refused():
+    surrogate = Surrogate.read("crates/runtime/fixtures/moving.cps")
+    x = conditions(surrogate, 2)
+    for seconds, start in [(-1.0, "steady"), (np.nan, "steady"), (1.0, "warm"), (1.0, np.inf), (1.0, [20.0, 20.0])]:
+        with pytest.raises(InputError):
+            surrogate.follow(seconds, x, start=start)
+    with pytest.raises(InputError, match="steady states only"):
+        Surrogate.read(UNCERTAIN).follow(1.0, [[8.0, 20.0, 21.0]])

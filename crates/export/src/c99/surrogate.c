@@ -1703,6 +1703,32 @@ int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIAB
     return 0;
 }
 
+int surrogate_slopes(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double slopes[SURROGATE_TIME_STATES])
+{
+    double terms[SURROGATE_MOVING_TERMS];
+    double steady[SURROGATE_TIME_STATES];
+    int i;
+    int k;
+    int t;
+    if (surrogate_is_condition(x) == 0) {
+        return -1;
+    }
+    surrogate_steady_states(x, steady);
+    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+    for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+        slopes[i] = 0.0;
+    }
+    for (t = 0; t < SURROGATE_MOVING_TERMS; t++) {
+        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+            const double away = terms[t] * (state->states[k] - steady[k]);
+            for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+                slopes[i] = slopes[i] - (away * surrogate_rates[(((t * SURROGATE_TIME_STATES) + k) * SURROGATE_TIME_STATES) + i]);
+            }
+        }
+    }
+    return 0;
+}
+
 double surrogate_time_error(int point)
 {
     return ((point >= 0) && (point < SURROGATE_POINTS)) ? surrogate_time_errors[point] : 0.0;

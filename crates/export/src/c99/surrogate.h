@@ -118,6 +118,9 @@ int surrogate_step(surrogate_state *state, double duration, const double x[SURRO
 /* What the points read in a state at a condition. */
 int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS]);
 
+/* How quickly the states move at a condition, in a second. */
+int surrogate_slopes(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double slopes[SURROGATE_TIME_STATES]);
+
 /* By how much a point may be off over time, beside its band; 0 if there is no such point. */
 double surrogate_time_error(int point);
 

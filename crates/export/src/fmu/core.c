@@ -18,7 +18,8 @@
 #define SURROGATE_PLACES ((SURROGATE_LIMITS > 0) ? SURROGATE_LIMITS : 1)
 
 /* Value references, in this order: variables, confidence, values, bands, margins, probabilities, probability, inside, state,
- * time, indicators. */
+ * time, indicators; of what moves also, behind the state: the points now, whether it begins at rest, the temperature that it
+ * begins with otherwise, the states and their derivatives. */
 #define SURROGATE_CONFIDENCE_AT SURROGATE_VARIABLES
 #define SURROGATE_VALUES_AT (SURROGATE_VARIABLES + 1)
 #define SURROGATE_BANDS_AT (SURROGATE_VALUES_AT + SURROGATE_POINTS)
@@ -27,7 +28,18 @@
 #define SURROGATE_PROBABILITY_AT (SURROGATE_PROBABILITIES_AT + SURROGATE_LIMITS)
 #define SURROGATE_INSIDE_AT (SURROGATE_PROBABILITY_AT + 1)
 #define SURROGATE_STATE_AT (SURROGATE_INSIDE_AT + 1)
+//? moving
+#define SURROGATE_NOW_AT (SURROGATE_STATE_AT + 1)
+#define SURROGATE_AT_REST_AT (SURROGATE_NOW_AT + SURROGATE_POINTS)
+#define SURROGATE_INITIAL_AT (SURROGATE_AT_REST_AT + 1)
+#define SURROGATE_STATES_AT (SURROGATE_INITIAL_AT + 1)
+#define SURROGATE_SLOPES_AT (SURROGATE_STATES_AT + SURROGATE_TIME_STATES)
+#define SURROGATE_TIME_AT (SURROGATE_SLOPES_AT + SURROGATE_TIME_STATES)
+#define SURROGATE_CONTINUOUS SURROGATE_TIME_STATES
+//? else
 #define SURROGATE_TIME_AT (SURROGATE_STATE_AT + 1)
+#define SURROGATE_CONTINUOUS 0
+//? end
 #define SURROGATE_INDICATORS_AT (SURROGATE_TIME_AT + 1)
 
 //! tables
@@ -47,6 +59,15 @@ typedef struct {
     int inside;
     int state;
     int is_fresh;
+//? moving
+    /* What the points read now, and the state in which they do. */
+    double now[SURROGATE_POINTS];
+    surrogate_state moving;
+    /* How it begins, and whether it has. */
+    double initial;
+    int at_rest;
+    int is_begun;
+//? end
     /* 1 in the mode in which time is continuous. */
     int is_between_events;
     int is_terminated;
@@ -62,6 +83,10 @@ static void surrogate_start(surrogate_memory *memory)
     (void)memset(memory, 0, sizeof(*memory));
     (void)memcpy(memory->x, surrogate_starts, sizeof(memory->x));
     memory->confidence = 0.95;
+//? moving
+    memory->initial = 20.0;
+    memory->at_rest = 1;
+//? end
 }
 
 static surrogate_instance *surrogate_new(const char *token, int is_co_simulation)
@@ -96,6 +121,16 @@ static void surrogate_refresh(surrogate_memory *memory)
 {
     if (memory->is_fresh == 0) {
         surrogate_answer_at(memory->x, memory->confidence, memory);
+//? moving
+        if (memory->is_begun == 0) {
+            if (memory->at_rest != 0) {
+                (void)surrogate_at_rest(memory->x, &memory->moving);
+            } else {
+                (void)surrogate_at_temperature(memory->initial, &memory->moving);
+            }
+        }
+        (void)surrogate_read(&memory->moving, memory->x, memory->now);
+//? end
         memory->is_fresh = 1;
     }
     if (memory->is_between_events == 0) {
@@ -103,6 +138,39 @@ static void surrogate_refresh(surrogate_memory *memory)
         memory->state = memory->chance.state;
     }
 }
+
+/* The end of the initialization: from here on the state is its own. */
+static void surrogate_begin(surrogate_memory *memory)
+{
+    surrogate_refresh(memory);
+//? moving
+    memory->is_begun = 1;
+//? end
+}
+
+//? moving
+/* Moves by a step of the co-simulation. Returns 0, or -1 where a number is not finite. */
+static int surrogate_advance(surrogate_memory *memory, double step)
+{
+    surrogate_begin(memory);
+    memory->is_fresh = 0;
+    return surrogate_step(&memory->moving, step, memory->x);
+}
+
+static void surrogate_set_states(surrogate_memory *memory, const double *states)
+{
+    (void)memcpy(memory->moving.states, states, sizeof(memory->moving.states));
+    memory->is_begun = 1;
+    memory->is_fresh = 0;
+}
+
+/* The derivatives of the states. */
+static int surrogate_slopes_now(surrogate_memory *memory, double *slopes)
+{
+    surrogate_refresh(memory);
+    return surrogate_slopes(&memory->moving, memory->x, slopes);
+}
+//? end
 
 static void surrogate_indicators(surrogate_memory *memory, double *z)
 {
@@ -136,6 +204,18 @@ static int surrogate_real(surrogate_memory *memory, unsigned int reference, doub
         *value = memory->probabilities[at - SURROGATE_PROBABILITIES_AT];
     } else if (at == SURROGATE_PROBABILITY_AT) {
         *value = memory->chance.probability;
+//? moving
+    } else if ((at >= SURROGATE_NOW_AT) && (at < SURROGATE_AT_REST_AT)) {
+        *value = memory->now[at - SURROGATE_NOW_AT];
+    } else if (at == SURROGATE_INITIAL_AT) {
+        *value = memory->initial;
+    } else if ((at >= SURROGATE_STATES_AT) && (at < SURROGATE_SLOPES_AT)) {
+        *value = memory->moving.states[at - SURROGATE_STATES_AT];
+    } else if ((at >= SURROGATE_SLOPES_AT) && (at < SURROGATE_TIME_AT)) {
+        double slopes[SURROGATE_TIME_STATES];
+        status = surrogate_slopes_now(memory, slopes);
+        *value = slopes[at - SURROGATE_SLOPES_AT];
+//? end
     } else if (at == SURROGATE_TIME_AT) {
         *value = memory->time;
     } else if ((at >= SURROGATE_INDICATORS_AT) && (at < (SURROGATE_INDICATORS_AT + SURROGATE_INDICATORS))) {
@@ -148,7 +228,7 @@ static int surrogate_real(surrogate_memory *memory, unsigned int reference, doub
     return status;
 }
 
-/* Variables and the confidence can be set. */
+/* Variables and the confidence can be set, and the temperature that what moves begins with. */
 static int surrogate_set_real(surrogate_memory *memory, unsigned int reference, double value)
 {
     int status = 0;
@@ -156,6 +236,10 @@ static int surrogate_set_real(surrogate_memory *memory, unsigned int reference, 
         memory->x[reference] = value;
     } else if (reference == (unsigned int)SURROGATE_CONFIDENCE_AT) {
         memory->confidence = value;
+//? moving
+    } else if (reference == (unsigned int)SURROGATE_INITIAL_AT) {
+        memory->initial = value;
+//? end
     } else {
         status = -1;
     }
@@ -163,8 +247,87 @@ static int surrogate_set_real(surrogate_memory *memory, unsigned int reference, 
     return status;
 }
 
-/* The derivative of an output along one variable: of values in closed form, of everything else by a central
- * difference over a hundred-thousandth of the fitted range. */
+/* Truth values that can be asked for: whether the condition lies inside, and whether what moves begins at rest. */
+static int surrogate_truth(surrogate_memory *memory, unsigned int reference, int *value)
+{
+    int status = -1;
+    surrogate_refresh(memory);
+    if (reference == (unsigned int)SURROGATE_INSIDE_AT) {
+        *value = memory->inside;
+        status = 0;
+    }
+//? moving
+    if (reference == (unsigned int)SURROGATE_AT_REST_AT) {
+        *value = memory->at_rest;
+        status = 0;
+    }
+//? end
+    return status;
+}
+
+static int surrogate_set_truth(surrogate_memory *memory, unsigned int reference, int value)
+{
+    int status = -1;
+//? moving
+    if (reference == (unsigned int)SURROGATE_AT_REST_AT) {
+        memory->at_rest = (value != 0) ? 1 : 0;
+        memory->is_fresh = 0;
+        status = 0;
+    }
+//? else
+    (void)memory;
+    (void)reference;
+    (void)value;
+//? end
+    return status;
+}
+
+/* Whether something changes with an input or a state in a way that is known by a difference alone. */
+static int surrogate_is_differenced(int of)
+{
+    int is = ((of >= SURROGATE_BANDS_AT) && (of <= SURROGATE_PROBABILITY_AT)) ? 1 : 0;
+//? moving
+    if (((of >= SURROGATE_NOW_AT) && (of < SURROGATE_AT_REST_AT)) || ((of >= SURROGATE_SLOPES_AT) && (of < SURROGATE_TIME_AT))) {
+        is = 1;
+    }
+//? end
+    return is;
+}
+
+/* The step of a difference along an input or a state; zero where it is neither. */
+static double surrogate_difference(int along)
+{
+    double step = 0.0;
+    if ((along >= 0) && (along < SURROGATE_VARIABLES)) {
+        const double range = surrogate_range_high[along] - surrogate_range_low[along];
+        step = 1e-5 * ((range > 0.0) ? range : 1.0);
+    }
+//? moving
+    if ((along >= SURROGATE_STATES_AT) && (along < SURROGATE_SLOPES_AT)) {
+        step = 1e-3;
+    }
+//? end
+    return step;
+}
+
+static int surrogate_real_near(const surrogate_memory *memory, int of, int along, double by, double *value)
+{
+    surrogate_memory near = *memory;
+    near.is_fresh = 0;
+    if (along < SURROGATE_VARIABLES) {
+        near.x[along] = near.x[along] + by;
+    }
+//? moving
+    if (along >= SURROGATE_STATES_AT) {
+        near.moving.states[along - SURROGATE_STATES_AT] = near.moving.states[along - SURROGATE_STATES_AT] + by;
+        near.is_begun = 1;
+    }
+//? end
+    return surrogate_real(&near, (unsigned int)of, value);
+}
+
+/* The derivative of an output along an input or a state: of values in closed form, of everything else by a central
+ * difference. */
 static int surrogate_derivative(surrogate_memory *memory, int of, int along, double *slope)
 {
     double gradient[SURROGATE_VARIABLES];
@@ -173,19 +336,18 @@ static int surrogate_derivative(surrogate_memory *memory, int of, int along, dou
     if ((along >= 0) && (along < SURROGATE_VARIABLES) && (of >= SURROGATE_VALUES_AT) && (of < SURROGATE_BANDS_AT)) {
         status = surrogate_gradient(memory->x, of - SURROGATE_VALUES_AT, gradient);
         *slope = gradient[along];
-    } else if ((along >= 0) && (along < SURROGATE_VARIABLES) && (of >= SURROGATE_BANDS_AT) && (of <= SURROGATE_PROBABILITY_AT)) {
-        surrogate_memory near = *memory;
-        const double range = surrogate_range_high[along] - surrogate_range_low[along];
-        const double step = 1e-5 * ((range > 0.0) ? range : 1.0);
+    } else if ((surrogate_is_differenced(of) != 0) && (surrogate_difference(along) > 0.0)) {
+        const double step = surrogate_difference(along);
         double above = 0.0;
         double below = 0.0;
-        near.x[along] = memory->x[along] + step;
-        near.is_fresh = 0;
-        status = surrogate_real(&near, (unsigned int)of, &above);
-        near.x[along] = memory->x[along] - step;
-        near.is_fresh = 0;
-        status = (surrogate_real(&near, (unsigned int)of, &below) == 0) ? status : -1;
+        status = surrogate_real_near(memory, of, along, step, &above);
+        status = (surrogate_real_near(memory, of, along, -step, &below) == 0) ? status : -1;
         *slope = (above - below) / (2.0 * step);
+//? moving
+    } else if ((of >= SURROGATE_VALUES_AT) && (of < SURROGATE_BANDS_AT) && (surrogate_difference(along) > 0.0)) {
+        *slope = 0.0;
+        status = 0;
+//? end
     } else {
         *slope = 0.0;
     }

@@ -6,7 +6,7 @@ use crate::content::{Content, Variable};
 use crate::name::distinct;
 
 /// Names of the unit's own variables, which no variable of the surrogate may take.
-const OWN: [&str; 5] = ["confidence", "probability", "inside", "state", "time"];
+const OWN: [&str; 7] = ["confidence", "probability", "inside", "state", "time", "at_rest", "initial_temperature"];
 
 pub(super) struct Description<'d> {
     pub(super) content: &'d Content,
@@ -22,12 +22,41 @@ struct Entry {
 }
 
 enum Kind {
-    Input { unit: String, start: f64 },
+    Input {
+        unit: String,
+        start: f64,
+    },
     Confidence,
-    Output { unit: String },
+    Output {
+        unit: String,
+    },
     Inside,
     State,
+    AtRest,
+    Initial {
+        unit: String,
+    },
+    /// A state of what moves.
+    Moving,
+    /// The derivative of the state of this reference.
+    Slope {
+        of: usize,
+    },
 }
+
+impl Kind {
+    fn is_output(&self) -> bool {
+        matches!(self, Self::Output { .. } | Self::Inside | Self::State)
+    }
+
+    /// Whether it is known when the initialization begins: everything that is calculated.
+    fn is_unknown(&self) -> bool {
+        self.is_output() || matches!(self, Self::Moving | Self::Slope { .. })
+    }
+}
+
+/// The temperature that a unit which moves begins with, where it is asked to begin with one.
+const INITIAL: f64 = 20.0;
 
 /// The value of an input as long as nobody sets it: the middle of its range.
 pub(super) fn start(variable: &Variable) -> f64 {
@@ -75,6 +104,19 @@ impl Description<'_> {
         add("probability".into(), description.into(), Kind::Output { unit: "1".into() });
         add("inside".into(), "whether every variable lies in its fitted range".into(), Kind::Inside);
         add("state".into(), "verdict at the confidence".into(), Kind::State);
+        let Some(own) = &content.in_time else { return entries };
+        for (point, name) in content.points.iter().zip(named("now.", points())) {
+            add(name, format!("{}: what it reads now", point.name), Kind::Output { unit: point.unit.clone() });
+        }
+        add("at_rest".into(), "whether it begins in the steady state of the inputs".into(), Kind::AtRest);
+        let unit = content.points.first().map_or_else(String::new, |point| point.unit.clone());
+        add("initial_temperature".into(), "what everything has at the beginning otherwise".into(), Kind::Initial { unit });
+        (1..=own.states).for_each(|k| add(format!("states[{k}]"), "state of what moves".into(), Kind::Moving));
+        let first = entries.len() - own.states;
+        for k in 0..own.states {
+            let (name, description) = (format!("derivatives[{}]", k + 1), "in a second".to_owned());
+            entries.push(Entry { name, description, kind: Kind::Slope { of: first + k } });
+        }
         entries
     }
 
@@ -151,6 +193,14 @@ impl Description<'_> {
                 Kind::State => {
                     ("causality=\"output\" variability=\"discrete\" initial=\"calculated\"", "<Enumeration declaredType=\"State\"/>".into())
                 }
+                Kind::AtRest => ("causality=\"parameter\" variability=\"fixed\"", "<Boolean start=\"true\"/>".into()),
+                Kind::Initial { unit } => {
+                    ("causality=\"parameter\" variability=\"fixed\"", format!("<Real{} start=\"{INITIAL:?}\"/>", unit_of(unit)))
+                }
+                Kind::Moving => ("causality=\"local\" variability=\"continuous\" initial=\"calculated\"", "<Real/>".into()),
+                Kind::Slope { of } => {
+                    ("causality=\"local\" variability=\"continuous\" initial=\"calculated\"", format!("<Real derivative=\"{}\"/>", of + 1))
+                }
             };
             let (name, description) = (&own.name, escaped(&own.description));
             let _ = writeln!(
@@ -159,9 +209,18 @@ impl Description<'_> {
             );
         }
         text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
-        for list in ["Outputs", "InitialUnknowns"] {
+        let lists: [(&str, fn(&Kind) -> bool); 3] = [
+            ("Outputs", Kind::is_output),
+            ("Derivatives", |kind| matches!(kind, Kind::Slope { .. })),
+            ("InitialUnknowns", Kind::is_unknown),
+        ];
+        for (list, is_in) in lists {
+            let unknowns: Vec<usize> = (0..entries.len()).filter(|place| is_in(&entries[*place].kind)).collect();
+            if unknowns.is_empty() {
+                continue;
+            }
             let _ = writeln!(text, "    <{list}>");
-            for (place, _) in outputs(&entries) {
+            for place in unknowns {
                 let _ = writeln!(text, "      <Unknown index=\"{}\"/>", place + 1);
             }
             let _ = writeln!(text, "    </{list}>");
@@ -210,6 +269,14 @@ impl Description<'_> {
                     "Enumeration",
                     "declaredType=\"State\" causality=\"output\" variability=\"discrete\" initial=\"calculated\"".to_owned(),
                 ),
+                Kind::AtRest => ("Boolean", "causality=\"parameter\" variability=\"fixed\" start=\"true\"".to_owned()),
+                Kind::Initial { unit } => {
+                    ("Float64", format!("causality=\"parameter\" variability=\"fixed\"{} start=\"{INITIAL:?}\"", unit_of(unit)))
+                }
+                Kind::Moving => ("Float64", "causality=\"local\" variability=\"continuous\" initial=\"calculated\"".to_owned()),
+                Kind::Slope { of } => {
+                    ("Float64", format!("causality=\"local\" variability=\"continuous\" initial=\"calculated\" derivative=\"{of}\""))
+                }
             };
             let (name, description) = (&own.name, escaped(&own.description));
             let _ = writeln!(text, "    <{element} name=\"{name}\" valueReference=\"{reference}\" description=\"{description}\" {rest}/>");
@@ -226,8 +293,13 @@ impl Description<'_> {
             );
         }
         text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
-        for list in ["Output", "InitialUnknown"] {
-            for (reference, _) in outputs(&entries) {
+        let lists: [(&str, fn(&Kind) -> bool); 3] = [
+            ("Output", Kind::is_output),
+            ("ContinuousStateDerivative", |kind| matches!(kind, Kind::Slope { .. })),
+            ("InitialUnknown", Kind::is_unknown),
+        ];
+        for (list, is_in) in lists {
+            for reference in (0..entries.len()).filter(|place| is_in(&entries[*place].kind)) {
                 let _ = writeln!(text, "    <{list} valueReference=\"{reference}\"/>");
             }
         }
@@ -253,10 +325,6 @@ impl Description<'_> {
 
 /// Verdicts, by their numbers.
 const STATES: [&str; 3] = ["acceptable", "uncertain", "not_acceptable"];
-
-fn outputs(entries: &[Entry]) -> impl Iterator<Item = (usize, &Entry)> {
-    entries.iter().enumerate().filter(|(_, own)| matches!(own.kind, Kind::Output { .. } | Kind::Inside | Kind::State))
-}
 
 fn unit_of(unit: &str) -> String {
     if unit.is_empty() { String::new() } else { format!(" unit=\"{}\"", escaped(unit)) }

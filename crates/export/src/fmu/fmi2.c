@@ -82,7 +82,7 @@ fmi2Status FMI2(fmi2EnterInitializationMode)(fmi2Component c)
 
 fmi2Status FMI2(fmi2ExitInitializationMode)(fmi2Component c)
 {
-    surrogate_refresh(surrogate_of(c));
+    surrogate_begin(surrogate_of(c));
     return fmi2OK;
 }
 
@@ -141,13 +141,12 @@ fmi2Status FMI2(fmi2GetBoolean)(fmi2Component c, const fmi2ValueReference refere
 {
     fmi2Status status = fmi2OK;
     size_t i;
-    surrogate_refresh(surrogate_of(c));
     for (i = 0U; i < n; i++) {
-        if (references[i] == (fmi2ValueReference)SURROGATE_INSIDE_AT) {
-            values[i] = surrogate_of(c)->inside;
-        } else {
+        int value = 0;
+        if (surrogate_truth(surrogate_of(c), references[i], &value) != 0) {
             status = fmi2Error;
         }
+        values[i] = value;
     }
     return status;
 }
@@ -160,7 +159,7 @@ fmi2Status FMI2(fmi2GetString)(fmi2Component c, const fmi2ValueReference referen
     return (n == 0U) ? fmi2OK : fmi2Error;
 }
 
-/* No variable of these types can be set. */
+/* No variable of this type can be set. */
 fmi2Status FMI2(fmi2SetInteger)(fmi2Component c, const fmi2ValueReference references[], size_t n, const fmi2Integer values[])
 {
     (void)c;
@@ -171,10 +170,14 @@ fmi2Status FMI2(fmi2SetInteger)(fmi2Component c, const fmi2ValueReference refere
 
 fmi2Status FMI2(fmi2SetBoolean)(fmi2Component c, const fmi2ValueReference references[], size_t n, const fmi2Boolean values[])
 {
-    (void)c;
-    (void)references;
-    (void)values;
-    return (n == 0U) ? fmi2OK : fmi2Error;
+    fmi2Status status = fmi2OK;
+    size_t i;
+    for (i = 0U; i < n; i++) {
+        if (surrogate_set_truth(surrogate_of(c), references[i], values[i]) != 0) {
+            status = fmi2Error;
+        }
+    }
+    return status;
 }
 
 fmi2Status FMI2(fmi2SetString)(fmi2Component c, const fmi2ValueReference references[], size_t n, const fmi2String values[])
@@ -230,7 +233,7 @@ fmi2Status FMI2(fmi2GetDirectionalDerivative)(fmi2Component c, const fmi2ValueRe
     return (surrogate_directional(surrogate_of(c), unknowns, n_unknowns, knowns, n_knowns, seeds, sensitivities) == 0) ? fmi2OK : fmi2Error;
 }
 
-/* Model exchange. There are no continuous states. */
+/* Model exchange. */
 fmi2Status FMI2(fmi2EnterEventMode)(fmi2Component c)
 {
     surrogate_of(c)->is_between_events = 0;
@@ -268,30 +271,53 @@ fmi2Status FMI2(fmi2SetTime)(fmi2Component c, fmi2Real time)
 
 fmi2Status FMI2(fmi2SetContinuousStates)(fmi2Component c, const fmi2Real x[], size_t n)
 {
+//? moving
+    if (n == (size_t)SURROGATE_CONTINUOUS) {
+        surrogate_set_states(surrogate_of(c), x);
+    }
+//? else
     (void)c;
     (void)x;
-    return (n == 0U) ? fmi2OK : fmi2Error;
+//? end
+    return (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
 }
 
 fmi2Status FMI2(fmi2GetDerivatives)(fmi2Component c, fmi2Real derivatives[], size_t n)
 {
+    fmi2Status status = (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
+//? moving
+    if ((status == fmi2OK) && (surrogate_slopes_now(surrogate_of(c), derivatives) != 0)) {
+        status = fmi2Error;
+    }
+//? else
     (void)c;
     (void)derivatives;
-    return (n == 0U) ? fmi2OK : fmi2Error;
+//? end
+    return status;
 }
 
 fmi2Status FMI2(fmi2GetContinuousStates)(fmi2Component c, fmi2Real x[], size_t n)
 {
+//? moving
+    if (n == (size_t)SURROGATE_CONTINUOUS) {
+        surrogate_refresh(surrogate_of(c));
+        (void)memcpy(x, surrogate_of(c)->moving.states, sizeof(surrogate_of(c)->moving.states));
+    }
+//? else
     (void)c;
     (void)x;
-    return (n == 0U) ? fmi2OK : fmi2Error;
+//? end
+    return (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
 }
 
 fmi2Status FMI2(fmi2GetNominalsOfContinuousStates)(fmi2Component c, fmi2Real nominals[], size_t n)
 {
+    size_t i;
+    for (i = 0U; i < n; i++) {
+        nominals[i] = 1.0;
+    }
     (void)c;
-    (void)nominals;
-    return (n == 0U) ? fmi2OK : fmi2Error;
+    return (n == (size_t)SURROGATE_CONTINUOUS) ? fmi2OK : fmi2Error;
 }
 
 fmi2Status FMI2(fmi2GetEventIndicators)(fmi2Component c, fmi2Real indicators[], size_t n)
@@ -323,13 +349,18 @@ fmi2Status FMI2(fmi2GetRealOutputDerivatives)(fmi2Component c, const fmi2ValueRe
 
 fmi2Status FMI2(fmi2DoStep)(fmi2Component c, fmi2Real point, fmi2Real step, fmi2Boolean no_set_state)
 {
-    const int is_allowed = (((surrogate_instance *)c)->is_co_simulation != 0) && (surrogate_of(c)->is_terminated == 0) && (step >= 0.0);
+    int is_well = ((((surrogate_instance *)c)->is_co_simulation != 0) && (surrogate_of(c)->is_terminated == 0) && (step >= 0.0)) ? 1 : 0;
     (void)no_set_state;
-    if (is_allowed) {
+    if (is_well != 0) {
         surrogate_of(c)->time = point + step;
+//? moving
+        if (surrogate_advance(surrogate_of(c), step) != 0) {
+            is_well = 0;
+        }
+//? end
         surrogate_refresh(surrogate_of(c));
     }
-    return is_allowed ? fmi2OK : fmi2Error;
+    return (is_well != 0) ? fmi2OK : fmi2Error;
 }
 
 /* No step is ever pending. */

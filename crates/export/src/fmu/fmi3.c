@@ -102,7 +102,7 @@ fmi3Status FMI3(fmi3EnterInitializationMode)(fmi3Instance c, fmi3Boolean has_tol
 
 fmi3Status FMI3(fmi3ExitInitializationMode)(fmi3Instance c)
 {
-    surrogate_refresh(surrogate_of(c));
+    surrogate_begin(surrogate_of(c));
     return fmi3OK;
 }
 
@@ -168,11 +168,22 @@ fmi3Status FMI3(fmi3GetBoolean)(fmi3Instance c, const fmi3ValueReference referen
 {
     int is_well = (n == n_values) ? 1 : 0;
     size_t i;
-    surrogate_refresh(surrogate_of(c));
     for (i = 0U; (i < n) && (i < n_values); i++) {
-        if (references[i] == (fmi3ValueReference)SURROGATE_INSIDE_AT) {
-            values[i] = (surrogate_of(c)->inside != 0);
-        } else {
+        int value = 0;
+        if (surrogate_truth(surrogate_of(c), references[i], &value) != 0) {
+            is_well = 0;
+        }
+        values[i] = (value != 0);
+    }
+    return surrogate_status(is_well);
+}
+
+fmi3Status FMI3(fmi3SetBoolean)(fmi3Instance c, const fmi3ValueReference references[], size_t n, const fmi3Boolean values[], size_t n_values)
+{
+    int is_well = (n == n_values) ? 1 : 0;
+    size_t i;
+    for (i = 0U; (i < n) && (i < n_values); i++) {
+        if (surrogate_set_truth(surrogate_of(c), references[i], (values[i]) ? 1 : 0) != 0) {
             is_well = 0;
         }
     }
@@ -246,7 +257,7 @@ fmi3Status FMI3(fmi3UpdateDiscreteStates)(fmi3Instance c, fmi3Boolean *again, fm
     return fmi3OK;
 }
 
-/* Model exchange. There are no continuous states. */
+/* Model exchange. */
 fmi3Status FMI3(fmi3EnterContinuousTimeMode)(fmi3Instance c)
 {
     surrogate_refresh(surrogate_of(c));
@@ -271,30 +282,53 @@ fmi3Status FMI3(fmi3SetTime)(fmi3Instance c, fmi3Float64 time)
 
 fmi3Status FMI3(fmi3SetContinuousStates)(fmi3Instance c, const fmi3Float64 x[], size_t n)
 {
+//? moving
+    if (n == (size_t)SURROGATE_CONTINUOUS) {
+        surrogate_set_states(surrogate_of(c), x);
+    }
+//? else
     (void)c;
     (void)x;
-    return surrogate_status((n == 0U) ? 1 : 0);
+//? end
+    return surrogate_status((n == (size_t)SURROGATE_CONTINUOUS) ? 1 : 0);
 }
 
 fmi3Status FMI3(fmi3GetContinuousStateDerivatives)(fmi3Instance c, fmi3Float64 derivatives[], size_t n)
 {
+    int is_well = (n == (size_t)SURROGATE_CONTINUOUS) ? 1 : 0;
+//? moving
+    if ((is_well != 0) && (surrogate_slopes_now(surrogate_of(c), derivatives) != 0)) {
+        is_well = 0;
+    }
+//? else
     (void)c;
     (void)derivatives;
-    return surrogate_status((n == 0U) ? 1 : 0);
+//? end
+    return surrogate_status(is_well);
 }
 
 fmi3Status FMI3(fmi3GetContinuousStates)(fmi3Instance c, fmi3Float64 x[], size_t n)
 {
+//? moving
+    if (n == (size_t)SURROGATE_CONTINUOUS) {
+        surrogate_refresh(surrogate_of(c));
+        (void)memcpy(x, surrogate_of(c)->moving.states, sizeof(surrogate_of(c)->moving.states));
+    }
+//? else
     (void)c;
     (void)x;
-    return surrogate_status((n == 0U) ? 1 : 0);
+//? end
+    return surrogate_status((n == (size_t)SURROGATE_CONTINUOUS) ? 1 : 0);
 }
 
 fmi3Status FMI3(fmi3GetNominalsOfContinuousStates)(fmi3Instance c, fmi3Float64 nominals[], size_t n)
 {
+    size_t i;
+    for (i = 0U; i < n; i++) {
+        nominals[i] = 1.0;
+    }
     (void)c;
-    (void)nominals;
-    return surrogate_status((n == 0U) ? 1 : 0);
+    return surrogate_status((n == (size_t)SURROGATE_CONTINUOUS) ? 1 : 0);
 }
 
 fmi3Status FMI3(fmi3GetEventIndicators)(fmi3Instance c, fmi3Float64 indicators[], size_t n)
@@ -315,7 +349,7 @@ fmi3Status FMI3(fmi3GetNumberOfEventIndicators)(fmi3Instance c, size_t *n)
 fmi3Status FMI3(fmi3GetNumberOfContinuousStates)(fmi3Instance c, size_t *n)
 {
     (void)c;
-    *n = 0U;
+    *n = (size_t)SURROGATE_CONTINUOUS;
     return fmi3OK;
 }
 
@@ -338,15 +372,20 @@ fmi3Status FMI3(fmi3GetOutputDerivatives)(fmi3Instance c, const fmi3ValueReferen
 
 fmi3Status FMI3(fmi3DoStep)(fmi3Instance c, fmi3Float64 point, fmi3Float64 step, fmi3Boolean no_set_state, fmi3Boolean *needs_event, fmi3Boolean *terminate, fmi3Boolean *returned_early, fmi3Float64 *last)
 {
-    const int is_allowed = ((((surrogate_instance *)c)->is_co_simulation != 0) && (surrogate_of(c)->is_terminated == 0) && (step >= 0.0)) ? 1 : 0;
+    int is_well = ((((surrogate_instance *)c)->is_co_simulation != 0) && (surrogate_of(c)->is_terminated == 0) && (step >= 0.0)) ? 1 : 0;
     (void)no_set_state;
     *needs_event = false;
     *terminate = false;
     *returned_early = false;
-    if (is_allowed != 0) {
+    if (is_well != 0) {
         surrogate_of(c)->time = point + step;
+//? moving
+        if (surrogate_advance(surrogate_of(c), step) != 0) {
+            is_well = 0;
+        }
+//? end
         surrogate_refresh(surrogate_of(c));
     }
     *last = surrogate_of(c)->time;
-    return surrogate_status(is_allowed);
+    return surrogate_status(is_well);
 }

@@ -37,7 +37,6 @@ SURROGATE_NO_SET(uint32_t, UInt32)
 SURROGATE_NO_SET(int64_t, Int64)
 SURROGATE_NO_SET(uint64_t, UInt64)
 SURROGATE_NO_SET(fmi3String, String)
-SURROGATE_NO_SET(fmi3Boolean, Boolean)
 
 fmi3Status FMI3(fmi3GetBinary)(fmi3Instance c, const fmi3ValueReference references[], size_t n, size_t sizes[], const fmi3Byte *values[], size_t n_values)
 {

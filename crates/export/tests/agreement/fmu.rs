@@ -67,7 +67,7 @@ fn the_sources_of_units_compile_without_a_warning() {
     }
     for target in [Target::Fmu2, Target::Fmu3] {
         // The surrogate's own source is compiled elsewhere: one file of each kind does.
-        for (name, bytes) in fixtures().into_iter().filter(|(name, _)| ["bare", "known", "uncertain"].contains(&name.as_str())) {
+        for (name, bytes) in fixtures().into_iter().filter(|(name, _)| ["bare", "known", "uncertain", "moving"].contains(&name.as_str())) {
             let folder = folder(&format!("{}-{name}", target.key()));
             let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
             let file = export(&surrogate, target, "surrogate").expect("the name is one").swap_remove(0);

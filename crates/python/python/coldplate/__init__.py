@@ -7,11 +7,12 @@ Results are objects whose keys are those that the command line prints as JSON.
 from ._coldplate import __version__
 from ._errors import ColdplateError, InputError, NumericsError
 from ._pipeline import Diagnosis, History, Identified, Machine, Steady, Swept, fit, sweep
-from ._surrogate import Answers, Record, Surrogate
+from ._surrogate import Answers, Course, Record, Surrogate
 from ._table import Table
 
 __all__ = [
     "Answers",
+    "Course",
     "ColdplateError",
     "Diagnosis",
     "History",

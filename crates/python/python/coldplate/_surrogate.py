@@ -54,6 +54,18 @@ class Answers:
         return len(self.values)
 
 
+@dataclass(frozen=True)
+class Course:
+    """What the points read over time."""
+
+    values: np.ndarray
+    """Values (n, points) after each step, in the units of the points."""
+    errors: np.ndarray
+    """By how much each point may be off over time, beside its band in the steady state, (points)."""
+    state: np.ndarray
+    """The state at the end."""
+
+
 class Surrogate:
     """A function fitted to a table of conditions, from a `.cps` file or from `fit`.
 
@@ -141,6 +153,33 @@ class Surrogate:
         array, _ = self._conditions(conditions)
         values, half, verdicts, probabilities, margins, inside = self._native.assess(array, confidence)
         return Answers(values, values - half, values + half, VERDICTS[verdicts], probabilities, margins, inside)
+
+    def follow(self, seconds: Any, conditions: Any, start: Any = "steady", deviation: float = 0.1) -> Course:
+        """Values after each of n steps of so many seconds (n), each at a condition that holds all that time (n, variables). It
+        begins in the steady state of the first condition, at one temperature everywhere (a number, in the points' unit), as
+        readings tell (one for each point, NaN where there is none, each with this standard deviation), or with a former
+        course, which goes on. The surrogate must have been fitted with dynamics.
+
+        >>> plate = Surrogate.read("crates/runtime/fixtures/moving.cps")
+        >>> course = plate.follow([60.0, 540.0], [[8.0, 20.0, 1500.0, 21.0]] * 2, start=20.0)
+        >>> course.values.shape, len(course.errors)
+        ((2, 3), 3)
+        """
+        array, _ = self._conditions(conditions)
+        first = array[0].tolist() if len(array) else []
+        if isinstance(start, str):
+            if start != "steady":
+                raise InputError("a course begins \"steady\", with a temperature, with readings or with a state")
+            state = self._native.at_rest(first)
+        elif isinstance(start, Course):
+            state = start.state.tolist()
+        elif np.ndim(start) == 0:
+            state = self._native.at_temperature(float(start))
+        else:
+            state = self._native.at_readings(first, np.asarray(start, dtype=float).tolist(), deviation)
+        steps = np.ascontiguousarray(np.broadcast_to(np.asarray(seconds, dtype=float), len(array)))
+        values, state = self._native.follow(state, steps, array)
+        return Course(values, self._native.errors_in_time(), np.asarray(state))
 
     def query(
         self,
