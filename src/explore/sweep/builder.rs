@@ -15,6 +15,8 @@ const MOST_CONDITIONS: usize = 1_000_000;
 /// Groups of conditions with held variables at other values: one of them, and all.
 const FOLLOW: &str = "follow";
 const FOLLOW_TOGETHER: &str = "follow together";
+/// Conditions of the design at which one of them is moved, to two values each.
+const LEAST_FOLLOWED: usize = 4;
 /// Conditions at which all of them are moved, per variable.
 const JOINED_PER_VARIABLE: usize = 6;
 /// Conditions to check it, at least.
@@ -133,6 +135,11 @@ impl Builder {
             }
         }
         let runs = runs.unwrap_or(3 * (design.varied.len() + 1)).min(design.rows.len());
+        if runs < LEAST_FOLLOWED {
+            return Err(Error::input(format!("held variables are followed from at least {LEAST_FOLLOWED} conditions of the design"))
+                .read(runs)
+                .help("take more runs, or leave [follow] out"));
+        }
         let chosen = |k: usize, of: usize| design.rows.start + (2 * k + 1) * design.rows.len() / (2 * of);
         let moved = |row: usize, to: &[(usize, f64)]| {
             let mut condition = self.plan.conditions[row].clone();

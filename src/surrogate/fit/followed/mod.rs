@@ -19,6 +19,8 @@ use crate::foundation::table::{FOLLOW_CHECK, Table};
 const MOST_DEGREE: usize = 2;
 /// Conditions per coefficient of a change, at least.
 const ROWS_PER_COEFFICIENT: usize = 3;
+/// Conditions at which a variable alone is moved, at least: of fewer no error can be told.
+const LEAST_ROWS: usize = 8;
 /// Errors of a change are never taken for smaller than this, in the points' unit: the solver's own are of this size.
 const SMALL: f64 = 1e-4;
 /// Most interactions of a point, per condition with several variables moved.
@@ -55,6 +57,10 @@ impl Followed {
         if by_variable.is_empty() {
             return Err(Error::input("no condition of this table has one held variable at another value")
                 .help("make it anew with `coldplate sweep`, from a sweep file with [follow]"));
+        }
+        if let Some((held, rows)) = by_variable.iter().find(|(_, rows)| rows.len() < LEAST_ROWS) {
+            let what = format!("only {} conditions of this table move '{}' alone", rows.len(), surrogate.held[*held].name);
+            return Err(Error::input(what).help(format!("at least {LEAST_ROWS} are needed: make it anew with `coldplate sweep`")));
         }
         let shape = Shape::choose(surrogate, &by_variable)?;
         let variables = by_variable.into_iter().map(|(held, rows)| shape.variable(surrogate, held, &rows)).collect();
