@@ -111,8 +111,12 @@ impl Book {
 /// Reads a question, or many, from JSON.
 ///
 /// # Errors
-/// It is no JSON, or has keys or values that are not asked for.
+/// It is no JSON object, or has keys or values that are not asked for.
 pub fn read<T: DeserializeOwned>(json: &[u8]) -> Result<T> {
+    // An array would be taken for the fields in their order.
+    if json.trim_ascii_start().first() == Some(&b'[') {
+        return Err(Error::input("a question is a JSON object, not an array").help("the OpenAPI description says what may stand here"));
+    }
     serde_json::from_slice(json).map_err(|e| {
         let error = Error::input(format!("this JSON cannot be read: {e}"));
         if e.is_data() { error.help("the OpenAPI description says what may stand here") } else { error }

@@ -19,6 +19,7 @@ fn mistakes_are_named_with_their_remedy() {
         ("", "JSON"),
         ("{", "EOF"),
         ("null", "JSON"),
+        ("[]", "not an array"),
         ("{\"condition\": {}} x", "trailing"),
         ("\u{0}", "JSON"),
         (deep.as_str(), "JSON"),

@@ -242,7 +242,7 @@ mod tests {
         let text = "Q [W],t\n1,2\n";
         assert_eq!(headers(&read(text, &[("t", "degC"), ("Q", "kW")], &["Q"]).unwrap()), ["Q [kW]", "t [degC]"]);
         for (units, needle) in
-            [([("R", "W")], "did you mean 'Q'"), ([("Q", "bar")], "not the unit of this quantity"), ([("t", "degQ")], "unknown unit")]
+            [([("R", "W")], "columns here: Q, t"), ([("Q", "bar")], "not the unit of this quantity"), ([("t", "degQ")], "unknown unit")]
         {
             let error = read(text, &units, &[]).unwrap_err().to_string();
             assert!(error.contains(needle), "{error}");

@@ -294,7 +294,7 @@ mod tests {
 
     #[test]
     fn what_is_not_known_is_refused() {
-        for wrong in [r#"{"conditions": {}}"#, r#"{"condition": []}"#, r#"{"condition": {"x": null}}"#, "[]", ""] {
+        for wrong in [r#"{"conditions": {}}"#, r#"{"condition": []}"#, r#"{"condition": {"x": null}}"#, ""] {
             assert!(serde_json::from_str::<Question>(wrong).is_err(), "{wrong}");
         }
     }
