@@ -113,9 +113,9 @@ for name in open("names").read().split():
             if values["at_rest"]:
                 assert np.allclose(ends[way], ends[way][0], atol=1e-6), (name, way)
             else:
-                assert np.abs(ends[way][-1] - ends[way][0]).max() > 0.5, (name, way)
+                assert np.abs(ends[way][-1] - ends[way][0]).max() > 0.1, (name, way)
         apart = np.abs(ends["CoSimulation"] - ends["ModelExchange"]).max()
-        assert apart < 0.01, (name, values, apart)
+        assert apart < 1e-4, (name, values, apart)
     # Going back to a state of the unit takes the states of what moves back too.
     slave = start(new())
     here = [v.valueReference for v in about.modelVariables if v.name in now]
