@@ -10,7 +10,7 @@ use core::fmt;
 use crate::bytes::Numbers;
 use crate::evaluate::{ShapeError, monomials, pick};
 use crate::format::{MAX_POINTS, MAX_SLOPE_TERMS, MAX_STATES, MAX_VARIABLES};
-use crate::surrogate::{Indices, Polynomial, Surrogate};
+use crate::surrogate::{Polynomial, Surrogate};
 use crate::uncertain::packed;
 
 /// Error of a step that is allowed at any point, in the points' unit.
@@ -40,14 +40,7 @@ pub(crate) struct Shared<'a> {
 
 impl<'a> Shared<'a> {
     fn polynomial(&self) -> Polynomial<'a> {
-        Polynomial {
-            transforms: self.transforms,
-            points: Indices(&[]),
-            exponents: self.exponents,
-            coefficients: Numbers(&[]),
-            terms: self.terms,
-            degree: self.degree,
-        }
+        Polynomial::of_terms(self.transforms, self.exponents, self.terms, self.degree)
     }
 }
 

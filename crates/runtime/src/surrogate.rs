@@ -199,7 +199,12 @@ pub struct Polynomial<'a> {
     pub(crate) degree: usize,
 }
 
-impl Polynomial<'_> {
+impl<'a> Polynomial<'a> {
+    /// Terms alone: of no points.
+    pub(crate) fn of_terms(transforms: &'a [u8], exponents: &'a [u8], terms: usize, degree: usize) -> Self {
+        Self { transforms, points: Indices(&[]), exponents, coefficients: Numbers(&[]), terms, degree }
+    }
+
     /// Exponent of a variable in a term; zero where there is no such term or variable.
     #[must_use]
     pub fn exponent(&self, term: usize, variable: usize) -> u8 {

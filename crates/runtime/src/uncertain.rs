@@ -15,7 +15,7 @@ use crate::bytes::{Numbers, part, u16_at, u32_at};
 use crate::evaluate::{monomials, pick};
 use crate::format::{MAX_PARAMETERS, MAX_SLOPE_TERMS, MAX_VARIABLES, MEDIUM_RECORD};
 use crate::math::{exp_minus, ln, sqrt};
-use crate::surrogate::{Indices, Polynomial, Surrogate, Transform};
+use crate::surrogate::{Polynomial, Surrogate, Transform};
 
 /// How a parameter's value follows from its standardised deviation z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -210,14 +210,7 @@ impl<'a> Uncertainty<'a> {
     }
 
     pub(crate) fn polynomial(&self) -> Polynomial<'a> {
-        Polynomial {
-            transforms: self.transforms,
-            points: Indices(&[]),
-            exponents: self.exponents,
-            coefficients: Numbers(&[]),
-            terms: self.terms,
-            degree: self.degree,
-        }
+        Polynomial::of_terms(self.transforms, self.exponents, self.terms, self.degree)
     }
 
     /// Coefficient of a term in what the mean of the parameters adds to a point.
