@@ -141,7 +141,8 @@ def test_a_course_begins_as_asked_and_goes_on():
     still = surrogate.follow([1.0, 1e9], [x[0], x[0]])
     np.testing.assert_allclose(still.values, np.tile(surrogate(x[0]), (2, 1)), rtol=1e-9)
     cold = surrogate.follow([0.0, 1e9], [x[0], x[0]], start=20.0)
-    np.testing.assert_allclose(cold.values[1], surrogate(x[0]), rtol=1e-6)
+    # Steps allow themselves 0.0001 K.
+    np.testing.assert_allclose(cold.values[1], surrogate(x[0]), atol=1e-4)
     read = surrogate.follow(0.0, [x[0]], start=cold.values[0], deviation=1e-3)
     np.testing.assert_allclose(read.values[0], cold.values[0], atol=0.2)
 

@@ -44,6 +44,9 @@ enum Kind {
     },
 }
 
+/// Whether a kind of variable stands in a list.
+type Belongs = fn(&Kind) -> bool;
+
 impl Kind {
     fn is_output(&self) -> bool {
         matches!(self, Self::Output { .. } | Self::Inside | Self::State)
@@ -209,7 +212,7 @@ impl Description<'_> {
             );
         }
         text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
-        let lists: [(&str, fn(&Kind) -> bool); 3] = [
+        let lists: [(&str, Belongs); 3] = [
             ("Outputs", Kind::is_output),
             ("Derivatives", |kind| matches!(kind, Kind::Slope { .. })),
             ("InitialUnknowns", Kind::is_unknown),
@@ -293,7 +296,7 @@ impl Description<'_> {
             );
         }
         text.push_str("  </ModelVariables>\n  <ModelStructure>\n");
-        let lists: [(&str, fn(&Kind) -> bool); 3] = [
+        let lists: [(&str, Belongs); 3] = [
             ("Output", Kind::is_output),
             ("ContinuousStateDerivative", |kind| matches!(kind, Kind::Slope { .. })),
             ("InitialUnknown", Kind::is_unknown),
