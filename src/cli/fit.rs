@@ -7,6 +7,7 @@ use super::output::Output;
 use super::text::table;
 use crate::error::{Error, Result};
 use crate::explore::sweep::scope_of;
+use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::pipeline::fitting::{self, FitRecord};
@@ -59,6 +60,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(path) = &args.out {
         check_ending(path)?;
     }
+    let model = args.dynamics.as_deref().map(reduced_model).transpose()?;
     let mut samples = Table::read(&args.table)?;
     for name in &args.ignored {
         samples.column(name)?;
@@ -81,9 +83,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(path) = &followed {
         fitting::with_followed(&mut fit, scope.as_ref(), Some(&Table::read(path)?)).map_err(|e| e.in_file(path))?;
     }
-    if let Some(path) = &args.dynamics {
-        let bytes = super::reduced::bytes(path, &[])?.ok_or_else(|| Error::input("this is no reduced model").in_file(path))?;
-        let model = ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(path))?;
+    if let Some((path, model)) = args.dynamics.as_ref().zip(model) {
         moving::with_dynamics(&mut fit.surrogate, &model, &out.progress()).map_err(|e| e.in_file(path))?;
     }
     let path = args.out.clone().unwrap_or_else(|| args.table.with_extension("cps"));
@@ -113,6 +113,16 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let text = format!("{}\n{}wrote {} ({bytes} bytes)\n", table(&heading, &rows), moves.unwrap_or_default(), path.display());
     out.report(&text, &FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64()));
     Ok(0)
+}
+
+/// The reduced model in a file.
+fn reduced_model(path: &Path) -> Result<ReducedModel> {
+    let Some(bytes) = super::reduced::bytes(path, &[])? else {
+        // A file that is not there is told as such.
+        input::read(path)?;
+        return Err(Error::input("this is no reduced model").in_file(path).help("make one with `coldplate reduce MACHINE --histories`"));
+    };
+    ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(path))
 }
 
 /// A table that belongs to the one to be fitted: the one stated, or that called `name` beside the results of a sweep.

@@ -78,21 +78,20 @@ pub fn with_dynamics(surrogate: &mut Surrogate, model: &ReducedModel, progress: 
     // The points are in degC or in K.
     let zero = places.kelvin(0.0);
     let uniform = [(&slow.uniform[0] + &slow.uniform[1] * zero).iter().copied().collect(), slow.uniform[1].iter().copied().collect()];
-    surrogate.in_time = Some(InTime::fit(surrogate, &samples, uniform)?);
+    let mut found = InTime::fit(surrogate, &samples, uniform)?;
     progress.at(&format!("comparing with {HISTORIES} random histories of the reduced model"));
-    let bytes = file::encode(surrogate)?;
+    let bytes = file::encode(&Surrogate { in_time: Some(found.clone()), ..surrogate.clone() })?;
     let mut worst = vec![0.0; surrogate.points.len()];
     let mut random = Random::new(SEED);
     for number in 0..HISTORIES {
-        let history = History::random(number, slow.slowest, &mut random, &at, varied.len());
-        for (worst, error) in worst.iter_mut().zip(history.errors(&bytes, model, &places)?) {
+        let trial = Trial::random(number, slow.slowest, &mut random, &at, varied.len());
+        for (worst, error) in worst.iter_mut().zip(trial.errors(&bytes, model, &places)?) {
             *worst = f64::max(*worst, error);
         }
     }
-    if let Some(own) = &mut surrogate.in_time {
-        own.errors = worst.iter().map(|error| SAFETY * error + known.largest_error).collect();
-    }
-    surrogate.provenance.push(("dynamics".into(), format!("{STATES} states at most, from a reduced model of {}", model.machine.name)));
+    found.errors = worst.iter().map(|error| SAFETY * error + known.largest_error).collect();
+    surrogate.provenance.push(("dynamics".into(), format!("{} states, from a reduced model of {}", found.states, model.machine.name)));
+    surrogate.in_time = Some(found);
     Ok(())
 }
 
@@ -160,21 +159,21 @@ impl<'a> Places<'a> {
 }
 
 /// A random history of conditions, in the surrogate's units.
-struct History {
-    /// Share of the way from the coldest to the warmest reading at which all begins; none: in the steady state.
-    uniform: bool,
+struct Trial {
+    /// Whether everything begins at the coldest reading of the first steady state; otherwise it begins in that state.
+    is_uniform: bool,
     /// Each with its length, s.
     stretches: Vec<(Vec<f64>, f64)>,
 }
 
-impl History {
+impl Trial {
     fn random(number: usize, slowest: f64, random: &mut Random, at: &dyn Fn(&[f64]) -> Vec<f64>, varied: usize) -> Self {
         let stretch = |_| {
             let shares: Vec<f64> = (0..varied).map(|_| random.unit()).collect();
             let length = slowest * LENGTHS.0 * (LENGTHS.1 / LENGTHS.0).powf(random.unit());
             (at(&shares), length.max(10.0 * FIRST))
         };
-        Self { uniform: number % 2 == 1, stretches: (0..STRETCHES).map(stretch).collect() }
+        Self { is_uniform: number % 2 == 1, stretches: (0..STRETCHES).map(stretch).collect() }
     }
 
     /// Largest difference of each point between the surrogate and the finer network of the model.
@@ -185,7 +184,7 @@ impl History {
         let first = &self.stretches[0].0;
         let mut state = surrogate.at_rest(first).map_err(broken)?;
         let mut beginning = Beginning::Steady;
-        if self.uniform {
+        if self.is_uniform {
             surrogate.read(&state, first, &mut values).map_err(broken)?;
             let coldest = values.iter().copied().fold(f64::INFINITY, f64::min);
             state = surrogate.at_temperature(coldest).map_err(broken)?;
