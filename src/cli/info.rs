@@ -7,7 +7,7 @@ use super::text::table;
 use crate::error::Result;
 use crate::foundation::numbers::{compact, significant};
 use crate::pipeline::info::{
-    ColumnInfo, Fact, HeldInfo, Info, JournalInfo, MachineInfo, ParameterInfo, RangeInfo, SurrogateInfo, SweepInfo, TableInfo,
+    ColumnInfo, Fact, HeldInfo, Info, JournalInfo, MachineInfo, ParameterInfo, PointInfo, RangeInfo, SurrogateInfo, SweepInfo, TableInfo,
 };
 
 /// What is in a file: a surrogate, a machine, a sweep, its journal, or a table
@@ -57,9 +57,16 @@ fn surrogate(found: &SurrogateInfo) -> String {
         let held: Vec<Vec<String>> = found.held.iter().map(row).collect();
         text += &format!("\n{}", table(&["held", "at", "unit", "followed from", "to"], &held));
     }
-    let points: Vec<Vec<String>> =
-        (found.points.iter()).map(|p| vec![p.name.clone(), p.model.clone(), significant(p.half_width, 2), p.unit.clone()]).collect();
-    text += &format!("\n{}", table(&["point", "model", "band +-", "unit"], &points));
+    let moves = found.points.iter().any(|p| p.over_time.is_some());
+    let point = |p: &PointInfo| -> Vec<String> {
+        let over_time = moves.then(|| p.over_time.map_or(String::new(), |more| significant(more, 2)));
+        let (band, unit) = (significant(p.half_width, 2), p.unit.clone());
+        [p.name.clone(), p.model.clone(), band].into_iter().chain(over_time).chain([unit]).collect()
+    };
+    let points: Vec<Vec<String>> = found.points.iter().map(point).collect();
+    let heading: &[&str] =
+        if moves { &["point", "model", "band +-", "over time +-", "unit"] } else { &["point", "model", "band +-", "unit"] };
+    text += &format!("\n{}", table(heading, &points));
     if !found.uncertain.is_empty() {
         let origin = |assumed: bool| if assumed { "assumed" } else { "" };
         let row = |p: &ParameterInfo| {

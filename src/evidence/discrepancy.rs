@@ -324,7 +324,7 @@ impl ErrorParts {
         let residual = DVector::from_vec(noise.apply(residual));
         let v = if columns.is_empty() { DMatrix::zeros(residual.len(), 0) } else { DMatrix::from_columns(&columns) };
         Products {
-            gram: v.tr_mul(&v),
+            gram: v.transpose() * &v,
             along: v.tr_mul(&residual),
             square: residual.norm_squared(),
             log_determinant: noise.log_determinant(),

@@ -174,6 +174,9 @@ pub struct PointRecord {
     pub leave_one_out: Residuals,
     pub k_fold: Option<Residuals>,
     pub half_width: f64,
+    /// By how much more it may be off while the machine moves, in the unit; where `--dynamics` says how it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over_time: Option<f64>,
 }
 
 impl FitRecord {
@@ -187,6 +190,7 @@ impl FitRecord {
             leave_one_out: p.chosen.leave_one_out,
             k_fold: p.chosen.k_fold,
             half_width: p.half_width,
+            over_time: fit.surrogate.in_time.as_ref().and_then(|own| own.errors.get(i).copied()),
         });
         Self { file: path.display().to_string(), bytes, points: points.collect(), notes: fit.notes.clone(), seconds }
     }

@@ -87,6 +87,9 @@ pub struct PointInfo {
     pub model: String,
     /// Half width of the band that covers 95 % of new conditions, in the unit.
     pub half_width: f64,
+    /// By how much more it may be off while the machine moves, in the unit; of files that say how it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over_time: Option<f64>,
 }
 
 /// An uncertain parameter of the machine.
@@ -270,6 +273,7 @@ fn surrogate(bytes: &[u8]) -> Result<SurrogateInfo> {
                 unit: p.unit.clone(),
                 model: model_text(&content, i),
                 half_width: p.half_width,
+                over_time: content.in_time.as_ref().and_then(|own| own.errors.get(i).copied()),
             })
             .collect(),
         uncertain: uncertain(&opened),

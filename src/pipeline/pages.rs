@@ -133,7 +133,13 @@ fn acceptability(section: &mut Section, material: &Material<'_>) -> Result<()> {
     });
     let held = figures_of::always(&surrogate);
     if !held.is_empty() {
-        section.note(Tone::Plain, format!("{}. All of this, and the surrogate file, is for these values alone.", fixed_conditions(&held)));
+        let reach = match surrogate.followed() {
+            [] => "All of this, and the surrogate file, is for these values alone.",
+            _ => {
+                "All of this is for these values; the surrogate file answers for others too, within the ranges that `coldplate info` shows."
+            }
+        };
+        section.note(Tone::Plain, format!("{}. {reach}", fixed_conditions(&held)));
     }
     figures(section, material.gallery, "acceptability");
     section.heading("Some conditions");

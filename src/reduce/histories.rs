@@ -67,7 +67,7 @@ impl Plan {
     /// The history in full; `rest` is the network of the split's conductors and `center` the temperatures of the middle, where
     /// states are wanted.
     pub(super) fn run(&self, machine: &Machine, network: &Network, split: Option<(&Network, &[f64])>) -> Result<Run> {
-        let mut transient = Transient::new(network, Settings { tolerance: TOLERANCE, longest: f64::INFINITY })?;
+        let mut transient = Transient::new(network, Settings { tolerance: TOLERANCE, ..Settings::default() })?;
         let first = Load::at(machine, &self.stretches[0].0)?;
         let mut state = match self.beginning {
             Beginning::Steady => transient.from_steady(&first)?,

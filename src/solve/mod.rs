@@ -8,6 +8,7 @@ mod jacobian;
 pub mod krylov;
 pub mod meshed;
 pub mod multigrid;
+mod nearby;
 pub mod outlet;
 pub mod routes;
 pub mod sensitivity;
@@ -23,6 +24,7 @@ pub mod transient;
 pub const NUMERICS: &str = env!("COLDPLATE_NUMERICS");
 
 pub use jacobian::Jacobian;
+pub use nearby::Nearby;
 pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
 pub use system::{Symmetric, System, entering_temperature, residual};
 pub use tangent::Tangent;

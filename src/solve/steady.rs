@@ -30,9 +30,9 @@ const ANCHOR_PASSES: usize = 2;
 /// A network with everything that can be set up once for all conditions.
 #[derive(Debug, Clone)]
 pub struct Solver<'a> {
-    network: &'a Network,
-    system: System,
-    multigrid: Multigrid,
+    pub(super) network: &'a Network,
+    pub(super) system: System,
+    pub(super) multigrid: Multigrid,
     is_symmetric: bool,
     reference: (Load, Solution),
     anchors: Anchors,
@@ -84,6 +84,14 @@ impl<'a> Solver<'a> {
     }
 
     fn begun(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
+        let mut solver = Self::unsolved(network, reference, start, progress)?;
+        // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
+        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures, progress)?;
+        Ok(solver)
+    }
+
+    /// Set up, with a reference that is not solved.
+    pub(super) fn unsolved(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
         progress.at(&format!("{} unknowns: setting up", network.nodes));
         // Before anything is solved: a way out for the heat.
         let pieces = Pieces::new(network);
@@ -102,18 +110,7 @@ impl<'a> Solver<'a> {
             assemble_seconds: 0.0,
             solve_seconds: 0.0,
         };
-        let mut solver = Self {
-            network,
-            system,
-            multigrid,
-            is_symmetric,
-            reference: (reference.clone(), unsolved),
-            anchors: Anchors::default(),
-            pieces,
-        };
-        // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
-        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures, progress)?;
-        Ok(solver)
+        Ok(Self { network, system, multigrid, is_symmetric, reference: (reference.clone(), unsolved), anchors: Anchors::default(), pieces })
     }
 
     /// Solves some conditions so that others start from a combination of them. What others come to does not depend
@@ -170,7 +167,7 @@ impl<'a> Solver<'a> {
         Ok(solution)
     }
 
-    /// The same, whatever became of the coolant.
+    /// The full method, whatever became of the coolant.
     fn newton(&self, load: &Load, start: &[f64], progress: &dyn Progress) -> Result<Solution> {
         let network = self.network;
         self.pieces.check(network, load)?;
@@ -226,7 +223,7 @@ impl<'a> Solver<'a> {
 
             let clock = Instant::now();
             let right: Vec<f64> = residual.iter().map(|r| -r).collect();
-            let outcome = self.linear(&matrix, &streams, &right, &mut step, &mut work);
+            let outcome = self.linear(&matrix, &streams, &right, &mut step, LINEAR_TOLERANCE, &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;
             if outcome.is_useless() {
@@ -251,20 +248,21 @@ impl<'a> Solver<'a> {
         }
     }
 
-    /// One linear solve.
-    fn linear(
+    /// One linear solve, to a relative residual.
+    pub(super) fn linear(
         &self,
         matrix: &Jacobian<'_>,
         streams: &[StreamState],
         b: &[f64],
         x: &mut [f64],
+        within: f64,
         (work, scratch): &mut (Workspace, Scratch),
     ) -> Outcome {
         let solids = self.network.solids;
         if self.is_symmetric {
-            return conjugate_gradients(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));
+            return conjugate_gradients(matrix, b, x, within, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));
         }
-        gmres(matrix, b, x, LINEAR_TOLERANCE, MOST_KRYLOV, scratch, |r, z| {
+        gmres(matrix, b, x, within, MOST_KRYLOV, scratch, |r, z| {
             let (solid, water) = z.split_at_mut(solids);
             self.multigrid.apply(&r[..solids], solid, work);
             self.follow_streams(streams, &r[solids..], solid, water);
@@ -295,7 +293,7 @@ impl<'a> Solver<'a> {
 }
 
 /// Nodes that are held at what the load says.
-fn hold(network: &Network, load: &Load, temperatures: &mut [f64]) {
+pub(super) fn hold(network: &Network, load: &Load, temperatures: &mut [f64]) {
     for (node, index) in &network.fixed {
         temperatures[*node as usize] = load.fixed[*index as usize];
     }

@@ -232,7 +232,7 @@ fn a_ramp_passes_from_circuit_to_circuit() {
         si[4] = time;
         Load::at(&model.machine, &Condition::from_si(si))
     };
-    let mut transient = Transient::new(&model.network, Settings { tolerance: 1e-3, longest: 1.0 }).unwrap();
+    let mut transient = Transient::new(&model.network, Settings { tolerance: 1e-3, longest: 1.0, ..Settings::default() }).unwrap();
     let mut state = transient.uniform(&load(0.0).unwrap(), 20.0 + ZERO_CELSIUS);
     let volume = std::f64::consts::PI / 4.0 * 0.008f64.powi(2) * 0.2;
     transient.advance(&mut state, 12.0, &load, &mut |_, _| Ok(())).unwrap();

@@ -50,7 +50,8 @@ fn v44_capacity_of_temperature() {
             Ok(load)
         };
         // Even steps: the tolerance never binds.
-        let mut transient = Transient::new(&model.network, Settings { tolerance: 10.0, longest: 300.0 / steps }).unwrap();
+        let mut transient =
+            Transient::new(&model.network, Settings { tolerance: 10.0, longest: 300.0 / steps, ..Settings::default() }).unwrap();
         let mut state = transient.uniform(&load(0.0).unwrap(), t0);
         (0..cells).for_each(|i| state.temperatures[i] = exact(centre(i), 0.0));
         transient.advance(&mut state, 300.0, &load, &mut |_, _| Ok(())).unwrap_or_else(|e| panic!("{e}"));

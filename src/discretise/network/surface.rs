@@ -139,7 +139,8 @@ impl Surface {
                 let (radiated, gas, law, slope) = outward(ts);
                 let step = (inward * (node - ts) - radiated - gas - law) / (inward + slope);
                 ts = (ts + step).max(0.0);
-                if step.abs() <= 1e-13 * ts.max(1.0) {
+                // What is left then is 1.5 step²/T at most: rounding.
+                if step.abs() <= 1e-8 * ts.max(1.0) {
                     break;
                 }
             }

@@ -7,16 +7,18 @@ use super::effects::Hypothesis;
 use super::joint::Joint;
 use super::predictor::Predictor;
 use super::probability::{self, Candidate, Ground};
-use super::refine::{Begun, FitData, fit_begun};
+use super::refine::{Begun, FitData, fit_begun, promised};
 use super::view::{Comparison, ScreenInput};
 use super::{Explanation, Problem, decide};
-use crate::evidence::measurement::{Data, whiten};
+use crate::evidence::measurement::{Data, Whitener, whiten};
 use crate::foundation::random::Random;
 
 /// Most parts the conditions are cut into.
 const FOLDS: usize = 5;
 /// Causes that are fitted in each, beside the one that all data point to.
 const FITTED: usize = 2;
+/// A cause is not fitted in a fold where slopes promise an evidence behind another's by this much (a logarithm).
+const BEHIND: f64 = 20.0;
 /// Resampled sets of conditions for the interval.
 const RESAMPLED: usize = 2000;
 
@@ -38,16 +40,6 @@ pub struct Named<'a> {
     pub joint: Option<&'a Joint>,
     /// The data beside the machine with it in force: its covariance.
     pub view: &'a Comparison,
-}
-
-impl<'a> Named<'a> {
-    /// What is fitted in every fold, in the order of the catalogue, with amplitudes.
-    fn members(&self, catalogue: &'a [Hypothesis]) -> Vec<(&'a Hypothesis, f64)> {
-        let of = |h: &&Hypothesis| self.explanation.causes.iter().find(|cause| cause.hypothesis.is_same(h));
-        // Through the scale, as folds guess it: they begin here where it is the same to the last digit.
-        let causes = catalogue.iter().filter_map(|h| of(&h).map(|cause| (h, cause.amplitude / h.scale * h.scale)));
-        beside(causes.collect(), self.joint)
-    }
 }
 
 /// Causes with what is fitted beside them.
@@ -126,23 +118,22 @@ pub fn gain(
     }
     let folds = FOLDS.min(conditions.len());
     let condition_of: Vec<usize> = places.iter().map(|(r, _)| conditions.iter().position(|c| *c == key(*r)).unwrap_or(0)).collect();
-    // In every fold the cause that all data point to is fitted from where all data have it.
-    let begun = named.and_then(|named| {
-        let (members, guess): (Vec<&Hypothesis>, Vec<f64>) = named.members(catalogue).into_iter().unzip();
-        Some(Begun::at(predictor, &members, &guess)?.with_steps(predictor))
-    });
     // Squares by condition: before, after, count.
     let mut readings: Vec<HeldOutReading> = condition_of.iter().map(|c| HeldOutReading { condition: *c, change: 0.0 }).collect();
     let mut sums = vec![(0.0, 0.0, 0.0); conditions.len()];
-    let without = |fold: usize| -> (Vec<usize>, Option<Vec<f64>>) {
-        let (kept, out): (Vec<usize>, Vec<usize>) = (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
-        // Where all data together name no cause nothing is extended, so nothing is gained or lost.
-        let seed = problem.seed.wrapping_add(1 + fold as u64);
-        (out, named.and_then(|named| found_without(predictor, catalogue, base, named, begun.as_ref(), &kept, seed)))
+    let of_fold = |fold: usize| (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
+    let parts: Vec<(Vec<usize>, Vec<usize>)> = (0..folds).map(of_fold).collect();
+    // Where all data together name no cause nothing is extended, so nothing is gained or lost.
+    let changes = match named {
+        Some(named) => {
+            let kept: Vec<&[usize]> = parts.iter().map(|(kept, _)| kept.as_slice()).collect();
+            Folds { predictor, catalogue, base, named }.changes(&kept, problem.seed)
+        }
+        None => vec![None; folds],
     };
-    for (out, change) in (0..folds).into_par_iter().map(without).collect::<Vec<_>>() {
+    for ((_, out), change) in parts.iter().zip(changes) {
         let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c[*i])).collect();
-        for (s, i) in shift.iter().zip(&out) {
+        for (s, i) in shift.iter().zip(out) {
             readings[*i].change = *s;
             let sum = &mut sums[condition_of[*i]];
             sum.0 += found.residual[*i].powi(2);
@@ -204,58 +195,132 @@ fn stated(problem: &Problem, base: &Comparison) -> f64 {
     ((noise + common.iter().flatten().map(|c| c * c).sum::<f64>()) / base.readings.len().max(1) as f64).sqrt()
 }
 
-/// What the cause that the kept readings point to changes in all predictions, K: screened and fitted with these alone.
-/// `None` where they raise no alarm, or point to no cause.
-fn found_without(
-    predictor: &Predictor<'_>,
-    catalogue: &[Hypothesis],
-    base: &Comparison,
-    Named { explanation, joint, view }: Named<'_>,
-    begun: Option<&Begun<'_>>,
-    kept: &[usize],
-    seed: u64,
-) -> Option<Vec<f64>> {
-    let pick = |v: &Vec<f64>| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
-    let level = explanation.level;
-    let whitener = view.errors.whitener(&level, kept);
-    let columns: Vec<Vec<f64>> = base.found.columns.iter().map(pick).collect();
-    let all = whiten::places(predictor.data);
-    let places: Vec<(usize, usize)> = kept.iter().map(|i| all[*i]).collect();
-    let residual = pick(&base.found.residual);
-    let part = ScreenInput { residual: &residual, columns: &columns, whitener: &whitener, catalogue, places: &places }.screen();
-    if !decide::raises_alarm(&part, seed) {
-        return None;
+/// What folds share.
+struct Folds<'a> {
+    predictor: &'a Predictor<'a>,
+    catalogue: &'a [Hypothesis],
+    base: &'a Comparison,
+    named: Named<'a>,
+}
+
+/// The readings of a fold, and what they point to.
+struct Part<'k> {
+    kept: &'k [usize],
+    whitener: Whitener,
+    candidates: Vec<Choice>,
+}
+
+/// Causes worth a fit.
+struct Choice {
+    /// As indices into the catalogue.
+    members: Vec<usize>,
+    amplitudes: Vec<f64>,
+    /// Logarithm of their prior.
+    prior: f64,
+}
+
+impl<'a> Folds<'a> {
+    /// What the cause that the kept readings of every fold point to changes in all predictions, K: screened and fitted with these
+    /// alone. `None` where they raise no alarm, or point to no cause.
+    fn changes(&self, kept: &[&[usize]], seed: u64) -> Vec<Option<Vec<f64>>> {
+        let part = |fold: usize| self.part(kept[fold], seed.wrapping_add(1 + fold as u64));
+        let parts: Vec<Option<Part<'_>>> = (0..kept.len()).into_par_iter().map(part).collect();
+        // Fits of the same causes begin where the first fold has them, what all data point to where all data have it: solved once.
+        let mut sets: Vec<&Choice> = Vec::new();
+        for choice in parts.iter().flatten().flat_map(|part| &part.candidates) {
+            if !sets.iter().any(|known| known.members == choice.members) {
+                sets.push(choice);
+            }
+        }
+        let begin = |choice: &&Choice| -> Option<Begun<'_>> {
+            let (members, guess) = self.fitted_with(choice);
+            Some(Begun::at(self.predictor, &members, &guess)?.with_steps(self.predictor))
+        };
+        let begun: Vec<Option<Begun<'_>>> = sets.par_iter().map(begin).collect();
+        let begun: Vec<Begun<'_>> = begun.into_iter().flatten().collect();
+        parts.par_iter().map(|part| self.change(part.as_ref()?, &begun)).collect()
     }
-    let prior = probability::prior(&part, catalogue);
-    let posterior = probability::posterior(&part, &prior, &Ground::default(), !predictor.data.is_transient());
-    let readings = pick(&view.readings);
-    let (fitting, level) = match joint {
-        Some(joint) => (joint.errors.whitener(&joint.level, kept), joint.level),
-        None => (whitener, level),
-    };
-    // What all data point to is tried in every fold: as one of several.
-    let position = |h: &Hypothesis| (0..part.visible.len()).find(|j| catalogue[part.visible[*j]].is_same(h));
-    let mut all_point_to: Vec<(usize, f64)> =
-        explanation.causes.iter().filter_map(|c| Some((position(&c.hypothesis)?, c.amplitude / c.hypothesis.scale))).collect();
-    all_point_to.sort_by_key(|(j, _)| *j);
-    let mut chosen = leading(&posterior, &part, FITTED);
-    if all_point_to.len() == explanation.causes.len() {
-        let (members, amplitudes): (Vec<usize>, Vec<f64>) = all_point_to.into_iter().unzip();
-        chosen.retain(|c| c.members != members);
-        chosen.push(Candidate { members, amplitudes, gain: 0.0, weight: 0.0, probability: 0.0 });
+
+    /// Everything that is fitted with some causes, and from where.
+    fn fitted_with(&'a self, choice: &Choice) -> (Vec<&'a Hypothesis>, Vec<f64>) {
+        let causes = choice.members.iter().zip(&choice.amplitudes).map(|(h, a)| (&self.catalogue[*h], *a));
+        beside(causes.collect(), self.named.joint).into_iter().unzip()
     }
-    let of = |c: &Candidate| -> Option<(f64, Vec<f64>)> {
-        let causes = c.members.iter().zip(&c.amplitudes).map(|(j, a)| {
-            let h = &catalogue[part.visible[*j]];
-            (h, a * h.scale)
-        });
-        let (members, guess): (Vec<&Hypothesis>, Vec<f64>) = beside(causes.collect(), joint).into_iter().unzip();
-        let (readings, mesh, places) = (&readings, &view.mesh, &places);
-        let used = FitData { which: kept, readings, mesh, places, whitener: &fitting, level, without: 0.0 };
-        let fitted = fit_begun(predictor, &members, &guess, used, begun).ok()?;
-        Some((fitted.evidence + probability::prior_of(&c.members, &prior), fitted.values))
-    };
-    let tried: Vec<(f64, Vec<f64>)> = chosen.par_iter().filter_map(of).collect();
-    let (_, values) = tried.into_iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
-    Some(values.iter().zip(&base.found.prediction.values).map(|(a, b)| a - b).collect())
+
+    /// The screen of the kept readings.
+    fn part<'k>(&self, kept: &'k [usize], seed: u64) -> Option<Part<'k>> {
+        let Named { explanation, joint, view } = self.named;
+        let (catalogue, found) = (self.catalogue, &self.base.found);
+        let pick = |v: &Vec<f64>| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
+        let whitener = view.errors.whitener(&explanation.level, kept);
+        let columns: Vec<Vec<f64>> = found.columns.iter().map(pick).collect();
+        let places = self.places(kept);
+        let residual = pick(&found.residual);
+        let part = ScreenInput { residual: &residual, columns: &columns, whitener: &whitener, catalogue, places: &places }.screen();
+        if !decide::raises_alarm(&part, seed) {
+            return None;
+        }
+        let prior = probability::prior(&part, catalogue);
+        let posterior = probability::posterior(&part, &prior, &Ground::default(), !self.predictor.data.is_transient());
+        // What all data point to is tried in every fold: as one of several.
+        let position = |h: &Hypothesis| (0..part.visible.len()).find(|j| catalogue[part.visible[*j]].is_same(h));
+        let mut all_point_to: Vec<(usize, f64)> =
+            explanation.causes.iter().filter_map(|c| Some((position(&c.hypothesis)?, c.amplitude))).collect();
+        all_point_to.sort_by_key(|(j, _)| *j);
+        let of = |(positions, amplitudes): (Vec<usize>, Vec<f64>)| Choice {
+            members: positions.iter().map(|j| part.visible[*j]).collect(),
+            amplitudes,
+            prior: probability::prior_of(&positions, &prior),
+        };
+        let named = (all_point_to.len() == explanation.causes.len()).then(|| of(all_point_to.into_iter().unzip()));
+        let is_other = |choice: &Choice| named.as_ref().is_none_or(|named| named.members != choice.members);
+        let scaled = |c: Candidate| {
+            let amplitudes = c.members.iter().zip(&c.amplitudes).map(|(j, a)| a * catalogue[part.visible[*j]].scale).collect();
+            of((c.members, amplitudes))
+        };
+        let others: Vec<Choice> = leading(&posterior, &part, FITTED).into_iter().map(scaled).filter(is_other).collect();
+        let whitener = joint.map_or(whitener, |joint| joint.errors.whitener(&joint.level, kept));
+        Some(Part { kept, whitener, candidates: named.into_iter().chain(others).collect() })
+    }
+
+    /// What the best of the causes that a fold points to changes in all predictions, K.
+    fn change(&self, part: &Part<'_>, begun: &[Begun<'_>]) -> Option<Vec<f64>> {
+        let Named { explanation, joint, view } = self.named;
+        let level = joint.map_or(explanation.level, |joint| joint.level);
+        let readings: Vec<f64> = part.kept.iter().map(|i| view.readings[*i]).collect();
+        let places = self.places(part.kept);
+        let used = FitData {
+            which: part.kept,
+            readings: &readings,
+            mesh: &view.mesh,
+            places: &places,
+            whitener: &part.whitener,
+            level,
+            without: 0.0,
+        };
+        let fit = |choice: &Choice, best: f64| -> Option<(f64, Vec<f64>)> {
+            let (members, mut guess) = self.fitted_with(choice);
+            let begun = begun.iter().find(|begun| begun.is_about(&members));
+            if let Some(begun) = begun {
+                guess = begun.amplitudes().to_vec();
+                if promised(self.predictor, begun, used).ok()? + choice.prior < best - BEHIND {
+                    return None;
+                }
+            }
+            let fitted = fit_begun(self.predictor, &members, &guess, used, begun).ok()?;
+            Some((fitted.evidence + choice.prior, fitted.values))
+        };
+        let (first, others) = part.candidates.split_first()?;
+        let first = fit(first, f64::NEG_INFINITY);
+        let best = first.as_ref().map_or(f64::NEG_INFINITY, |(evidence, _)| *evidence);
+        let others: Vec<(f64, Vec<f64>)> = others.par_iter().filter_map(|choice| fit(choice, best)).collect();
+        let (_, values) = first.into_iter().chain(others).max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some(values.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect())
+    }
+
+    /// Row and sensor of some readings.
+    fn places(&self, which: &[usize]) -> Vec<(usize, usize)> {
+        let all = whiten::places(self.predictor.data);
+        which.iter().map(|i| all[*i]).collect()
+    }
 }

@@ -101,7 +101,8 @@ fn gain(h: &Hypothesis, square: f64, along: f64) -> f64 {
 
 fn best_of(family: &[Tried<'_>], whitener: &Whitener, residual: &[f64], scales: &Scales) -> Option<Best> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let whitened: Vec<Vec<f64>> = family.iter().map(|tried| whitener.apply(&tried.column)).collect();
+    let whitened = whitener.apply_all(&family.iter().map(|tried| tried.column.clone()).collect::<Vec<_>>());
+    let whitened: Vec<Vec<f64>> = whitened.column_iter().map(|column| column.iter().copied().collect()).collect();
     let gains: Vec<f64> = family.iter().zip(&whitened).map(|(tried, c)| gain(tried.hypothesis, dot(c, c), dot(c, residual))).collect();
     let best = (0..family.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
     let h = family[best].hypothesis;

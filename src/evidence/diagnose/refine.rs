@@ -18,6 +18,8 @@ const MOST_RENEWALS_OF_FRONTS: usize = 6;
 const SMALL: f64 = 0.05;
 /// Slopes are renewed until they moved the fit by less than this share of its standard deviation.
 const RENEWED: f64 = 0.3;
+/// The same of fits that begin together with slopes made once for all: each has a part of the data, and ends near the others.
+const RENEWED_OF_PARTS: f64 = 2.0;
 
 /// A cause with its amplitudes as the full solver has them.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,9 +146,23 @@ impl<'a> Begun<'a> {
         self
     }
 
-    fn is_of(&self, members: &[&Hypothesis], amplitudes: &[f64]) -> bool {
+    fn has_steps(&self) -> bool {
+        self.up.iter().chain(&self.down).any(Option::is_some)
+    }
+
+    /// Whether it is the beginning of these causes, in this order.
+    pub fn is_about(&self, members: &[&Hypothesis]) -> bool {
         let is_same = |(a, b): (&&Hypothesis, &&Hypothesis)| a.is_same(b) && a.scale == b.scale;
-        self.members.len() == members.len() && self.members.iter().zip(members).all(is_same) && self.amplitudes == amplitudes
+        self.members.len() == members.len() && self.members.iter().zip(members).all(is_same)
+    }
+
+    /// Where it begins.
+    pub fn amplitudes(&self) -> &[f64] {
+        &self.amplitudes
+    }
+
+    fn is_of(&self, members: &[&Hypothesis], amplitudes: &[f64]) -> bool {
+        self.is_about(members) && self.amplitudes == amplitudes
     }
 }
 
@@ -319,13 +335,18 @@ impl<'a> Fit<'a> {
         matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(k, k))
     }
 
-    /// One step of Gauss and Newton's method, shortened until it leads down; `None` where none does or it is too small.
-    fn step(&self, here: &Point, slopes: &Slopes, covariance: &DMatrix<f64>) -> Option<Point> {
+    /// Half of minus the slope of the cost along every amplitude.
+    fn downhill(&self, here: &Point, slopes: &Slopes) -> DVector<f64> {
         let mut right = slopes.whitened.transpose() * DVector::from_vec(here.residual.clone());
         for (j, h) in self.members.iter().enumerate() {
             right[j] = if h.is_fixed() { 0.0 } else { right[j] - here.amplitudes[j] / self.scales[j].powi(2) };
         }
-        let step = covariance * right;
+        right
+    }
+
+    /// One step of Gauss and Newton's method, shortened until it leads down; `None` where none does or it is too small.
+    fn step(&self, here: &Point, slopes: &Slopes, covariance: &DMatrix<f64>) -> Option<Point> {
+        let step = covariance * self.downhill(here, slopes);
         if step.iter().enumerate().all(|(j, s)| s.abs() < SMALL * covariance[(j, j)].sqrt()) {
             return None;
         }
@@ -396,6 +417,7 @@ pub fn fit_begun(
     let (renewals, steps) = if predictor.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
     let mut covariance = DMatrix::identity(members.len(), members.len());
     let mut kelvin = Vec::new();
+    let renewed = if begun.is_some_and(Begun::has_steps) { RENEWED_OF_PARTS } else { RENEWED };
     for _ in 0..renewals {
         let slopes = fit.slopes(&here)?;
         covariance = fit.covariance(&slopes.whitened);
@@ -406,11 +428,25 @@ pub fn fit_begun(
             here = there;
         }
         // Slopes, and with them the interval, are those of where the fit ended.
-        if begun.iter().enumerate().all(|(j, b)| (here.amplitudes[j] - b).abs() < RENEWED * covariance[(j, j)].sqrt()) {
+        if begun.iter().enumerate().all(|(j, b)| (here.amplitudes[j] - b).abs() < renewed * covariance[(j, j)].sqrt()) {
             break;
         }
     }
     Ok(fit.fitted(here, &covariance, kelvin))
+}
+
+/// The evidence that a fit of some readings can come to, as the slopes of its beginning promise it.
+///
+/// # Errors
+/// As [`fit`].
+pub fn promised(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>) -> Result<f64> {
+    let fit = Fit::new(predictor, &begun.members, &begun.amplitudes, used, Some(begun));
+    let here = fit.begin(&begun.amplitudes)?;
+    let slopes = fit.slopes(&here)?;
+    let covariance = fit.covariance(&slopes.whitened);
+    let right = fit.downhill(&here, &slopes);
+    let gained = 0.5 * right.dot(&(&covariance * &right));
+    Ok(fit.fitted(here, &covariance, slopes.kelvin).evidence + gained)
 }
 
 /// What a fit of one cause comes to where it begins, with the slope between nothing and there: of a cause that may be far behind

@@ -22,6 +22,9 @@ const BETWEEN: [f64; 2] = [1.5, 2.0];
 /// A finest mesh whose cells' squared length is more than this share of the model's is none.
 const LEAST_FINER: f64 = 0.9;
 
+/// Signatures that are whitened as one matrix.
+const TOGETHER: usize = 128;
+
 /// Data and one machine.
 #[derive(Debug, Clone)]
 pub struct Comparison {
@@ -160,8 +163,12 @@ impl ScreenInput<'_> {
 }
 
 fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -> Vec<Vec<f64>> {
-    let of = |(column, h): (&Vec<f64>, &Hypothesis)| whitener.apply(&column.iter().map(|c| c * h.scale).collect::<Vec<_>>());
-    columns.par_iter().zip(catalogue).map(of).collect()
+    let of = |(column, h): (&Vec<f64>, &Hypothesis)| column.iter().map(|c| c * h.scale).collect::<Vec<_>>();
+    let together = |(columns, catalogue): (&[Vec<f64>], &[Hypothesis])| -> Vec<Vec<f64>> {
+        let whitened = whitener.apply_all(&columns.iter().zip(catalogue).map(of).collect::<Vec<_>>());
+        whitened.column_iter().map(|column| column.iter().copied().collect()).collect()
+    };
+    columns.par_chunks(TOGETHER).zip(catalogue.par_chunks(TOGETHER)).flat_map(together).collect()
 }
 
 /// What an endlessly fine mesh changes in every prediction, K, and how far that may be off; nothing where there are no cells, but lumped

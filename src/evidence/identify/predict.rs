@@ -10,11 +10,15 @@ use crate::evidence::measurement::{Data, Row};
 use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, PlaceStart, Seen, Start, StartPlace};
 use crate::foundation::document::Document;
-use crate::solve::Solver;
+use crate::solve::Nearby;
 use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
 
 /// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
 pub const TIME_TOLERANCE: f64 = 1e-3;
+/// Error allowed in the temperatures of a steady state that begins near another one, K: slopes are differences of these.
+const STEADY_TOLERANCE: f64 = 2e-5;
+/// Share of the heat that time steps may leave open, for each kelvin that may be wrong in them.
+const BALANCE: f64 = 1e-5;
 /// Relative step of parameters where only differences of whole runs give the slope.
 const RUN_STEP: f64 = 0.02;
 /// The step from a value of zero, in steps of an exact derivative: runs carry the error of their time steps.
@@ -123,21 +127,22 @@ pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec
     let (distinct, index) = conditions(data);
     let model = &study.model;
     let near = if near.len() == distinct.len() && near[0].len() == model.network.nodes { near } else { &[] };
-    let solver = match near.first() {
-        Some(first) => Solver::near(&model.network, &Load::at(&model.machine, &distinct[0])?, first.clone())?,
-        None => model.solver(&distinct[0])?,
+    let loads: Vec<Load> = distinct.iter().map(|c| Load::at(&model.machine, c)).collect::<Result<_>>()?;
+    let fields: Vec<Vec<f64>> = match near.first() {
+        Some(first) => {
+            let nearby = Nearby::new(&model.network, &loads[0], first.clone())?;
+            loads.par_iter().zip(near).map(|(load, from)| nearby.temperatures(load, from, STEADY_TOLERANCE)).collect::<Result<_>>()?
+        }
+        None => {
+            let solver = model.solver(&distinct[0])?;
+            loads.par_iter().map(|load| Ok(solver.steady(load)?.temperatures)).collect::<Result<_>>()?
+        }
     };
-    let read = |(i, c): (usize, &Condition)| -> Result<(Vec<f64>, Vec<f64>)> {
-        let load = Load::at(&model.machine, c)?;
-        let solution = match near.get(i) {
-            Some(from) => solver.steady_from(&load, from)?,
-            None => solver.steady(&load)?,
-        };
+    let read = |(field, load): (&Vec<f64>, &Load)| -> Vec<f64> {
         let places = model.network.sensors.iter().zip(&model.machine.sensors);
-        Ok((places.map(|(at, s)| s.shows.settled(at.read(&solution.temperatures, &load))).collect(), solution.temperatures))
+        places.map(|(at, s)| s.shows.settled(at.read(field, load))).collect()
     };
-    let (found, fields): (Vec<Vec<f64>>, Vec<Vec<f64>>) =
-        distinct.par_iter().enumerate().map(read).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    let found: Vec<Vec<f64>> = fields.iter().zip(&loads).map(read).collect();
     Ok((places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect(), fields))
 }
 
@@ -368,6 +373,7 @@ fn run_log(
         start,
         places,
         tolerance,
+        balance: BALANCE * tolerance,
         every: Some(f64::INFINITY),
         only_outputs: seen.is_none() && is_long(study, data, test),
         ..simulate::SimulateOptions::default()

@@ -105,6 +105,18 @@ impl Whitener {
         whitened
     }
 
+    /// Applies it to many such vectors, as columns of a matrix.
+    pub fn apply_all(&self, columns: &[Vec<f64>]) -> DMatrix<f64> {
+        let mut whitened = DMatrix::zeros(self.directions.nrows(), columns.len());
+        columns.iter().zip(whitened.column_iter_mut()).for_each(|(column, mut into)| into.copy_from_slice(&self.noise.apply(column)));
+        if !self.shrink.is_empty() {
+            let mut along = self.directions.transpose() * &whitened;
+            along.row_iter_mut().zip(&self.shrink).for_each(|(mut row, shrink)| row *= *shrink);
+            whitened.gemm(1.0, &self.directions, &along, 1.0);
+        }
+        whitened
+    }
+
     /// Logarithm of the determinant of the covariance, K².
     pub fn log_determinant(&self) -> f64 {
         self.log_determinant
@@ -185,6 +197,10 @@ mod tests {
                     (0..4).flat_map(|i| (0..4).map(move |j| (i, j))).map(|(i, j)| columns[i][a] * sigma(i, j) * columns[j][b]).sum();
                 assert!((entry - f64::from(u8::from(a == b))).abs() < 1e-12, "{a} {b} {entry}");
             }
+        }
+        let vectors = [vec![1.0, -2.0, 0.5, 3.0], vec![0.0, 1.0, 0.0, -1.0]];
+        for (one, together) in vectors.iter().zip(w.apply_all(&vectors).column_iter()) {
+            assert!(w.apply(one).iter().zip(&together).all(|(a, b)| (a - b).abs() < 1e-12));
         }
         let determinant = DMatrix::from_fn(4, 4, sigma).determinant();
         assert!((w.log_determinant() - determinant.ln()).abs() < 1e-10);

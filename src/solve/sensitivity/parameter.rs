@@ -50,6 +50,14 @@ pub(super) enum Place {
 }
 
 impl Parameter {
+    /// A parameter by its name; `None` where there is none: nothing like it is looked for.
+    pub fn known(name: &str, document: &Document, machine: &Machine) -> Option<Self> {
+        let is_stated = || matches!(document.leaf(name), Ok(Some(_)));
+        let has_default = || default_of(&Document::names_in(name).unwrap_or_default(), document).is_some();
+        let is_there = machine.variables.iter().any(|v| v.name == name) || is_stated() || has_default();
+        if is_there { Self::find(name, document, machine).ok() } else { None }
+    }
+
     /// Finds a parameter by its name.
     ///
     /// # Errors

@@ -54,6 +54,11 @@ impl Study {
         Parameter::find(name, &self.document, &self.model.machine)
     }
 
+    /// The same; `None` where there is none.
+    pub fn known_parameter(&self, name: &str) -> Option<Parameter> {
+        Parameter::known(name, &self.document, &self.model.machine)
+    }
+
     /// What one asks about first: every condition variable, then what the schema calls usual: every contact's
     /// conductance, every emissivity and every source.
     pub fn usual_parameters(&self) -> Vec<Parameter> {

@@ -2,7 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::stage::{MOST_NEWTON, RESIDUAL_TOLERANCE, Stage};
+use super::BALANCE;
+use super::stage::{MOST_NEWTON, Stage};
 use crate::discretise::network::{ContactFactors, JointState, Load, Network};
 use crate::error::{Error, Result, Stop};
 use crate::physics::radiation::SIGMA;
@@ -69,7 +70,7 @@ impl Lumped {
             }
             // Rounding is a bound that is seldom reached: as long as a step still helps, another is taken.
             let is_spent = imbalance <= rounding + 4.0 * f64::EPSILON * rate * magnitude && imbalance > 0.3 * last;
-            if imbalance <= RESIDUAL_TOLERANCE * through || is_spent {
+            if imbalance <= BALANCE * through || is_spent {
                 return Ok(temperatures);
             }
             last = imbalance;

@@ -38,6 +38,9 @@ const MOST_REJECTIONS: usize = 60;
 /// No step is tried again shorter than this, s: where heat is drawn from a node that has none left no step leads on.
 const SHORTEST: f64 = 1e-9;
 
+/// The share of the heat that a step leaves open, unless said otherwise.
+pub const BALANCE: f64 = 1e-10;
+
 /// How accurately to integrate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
@@ -45,11 +48,13 @@ pub struct Settings {
     pub tolerance: f64,
     /// Longest step, s.
     pub longest: f64,
+    /// Share of the heat that passes through which a step may leave open, summed over all nodes.
+    pub balance: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { tolerance: 0.01, longest: f64::INFINITY }
+        Self { tolerance: 0.01, longest: f64::INFINITY, balance: BALANCE }
     }
 }
 

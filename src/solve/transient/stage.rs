@@ -12,9 +12,10 @@ use super::{Transient, TransientState};
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
 
-/// Nodal residuals that may remain, over the heat that passes through.
-pub(super) const RESIDUAL_TOLERANCE: f64 = 1e-10;
 const LINEAR_TOLERANCE: f64 = 1e-4;
+/// Newton steps up to which the heat that passes through is counted anew, and the share of it below which rounding may be what is left.
+const SCALED: usize = 1;
+const NEARLY: f64 = 1e-6;
 pub(super) const MOST_NEWTON: usize = 25;
 const MOST_KRYLOV: usize = 200;
 /// Ratio of rates that one preconditioner serves alike.
@@ -248,7 +249,7 @@ impl Transient<'_> {
         let calm = streams.calm();
 
         let mut step = vec![0.0; network.nodes];
-        let mut last = f64::INFINITY;
+        let (mut last, mut through) = (f64::INFINITY, 0.0);
         for newton in 0..=MOST_NEWTON {
             let wall = |n: usize| effective(n, temperatures[n]);
             let carried = streams.carry(&wall, &water, &inflows);
@@ -275,16 +276,24 @@ impl Transient<'_> {
             if !imbalance.is_finite() {
                 return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite at {:.6} s", state.time)));
             }
-            let passing = balance(network, stage.load, &[], &temperatures);
-            let through = passing.in_watts.max(passing.out_watts) + from_water * rate;
-            // Water gives its heat by differences of temperatures that are rounded as a whole.
-            let films: f64 = states.iter().flat_map(|s| &s.conductance).sum::<f64>() * temperatures.iter().fold(0.0f64, |m, t| m.max(*t));
-            let rounding = self.system.rounding(network, stage.load, &[], &temperatures)
-                + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films);
+            // A scale: after the first step it hardly changes.
+            if newton <= SCALED {
+                let passing = balance(network, stage.load, &[], &temperatures);
+                through = passing.in_watts.max(passing.out_watts) + from_water * rate;
+            }
+            let rounding = if newton > SCALED || imbalance <= NEARLY * through {
+                // Water gives its heat by differences of temperatures that are rounded as a whole.
+                let films: f64 =
+                    states.iter().flat_map(|s| &s.conductance).sum::<f64>() * temperatures.iter().fold(0.0f64, |m, t| m.max(*t));
+                self.system.rounding(network, stage.load, &[], &temperatures)
+                    + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films)
+            } else {
+                0.0
+            };
             // Rounding is a bound that is seldom reached: as long as a step still helps, another is taken.
             let is_spent = imbalance <= rounding && imbalance > 0.3 * last;
             last = imbalance;
-            if imbalance <= RESIDUAL_TOLERANCE * through || is_spent {
+            if imbalance <= self.settings.balance * through || is_spent {
                 self.preconditioner = Some(preconditioner);
                 streams.place(&mut temperatures, &carried);
                 return Ok((temperatures, gathered(&streams, &water, &inflows, carried)));

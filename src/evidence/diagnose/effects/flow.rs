@@ -57,7 +57,7 @@ impl Family for Flow {
             }
         }
         for (b, boundary) in site.machine.boundaries.iter().enumerate() {
-            if matches!(boundary.law, BoundaryLaw::Film(..)) && site.study.parameter(&film_key(&boundary.name)).is_ok() {
+            if matches!(boundary.law, BoundaryLaw::Film(..)) && site.study.known_parameter(&film_key(&boundary.name)).is_some() {
                 let mut parts: Vec<String> = boundary.faces.iter().map(|f| site.machine.parts[f.part].name.clone()).collect();
                 parts.dedup();
                 found.push(Hypothesis::signed(Self::BoundaryFilm(b), &boundary.name, parts, 0.4, "ln"));

@@ -43,7 +43,7 @@ impl Material {
     fn scaled(self, study: &Study, factor: f64) -> Result<Lines> {
         let machine = &study.model.machine;
         let name = self.name(machine);
-        if let Ok(parameter) = study.parameter(&Self::key(name)) {
+        if let Some(parameter) = study.known_parameter(&Self::key(name)) {
             return Ok(parameter.to_set(parameter.value * factor, machine)?.map(|set| vec![set]));
         }
         let value = match self.even(machine) {

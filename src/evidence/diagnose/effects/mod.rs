@@ -448,5 +448,5 @@ impl<'a> Linearised<'a, '_> {
 
 /// Differences along a number of the machine file.
 fn along(study: &Study, key: &str) -> Option<Prepared> {
-    Some(Prepared::Along(Box::new(study.variation(&study.parameter(key).ok()?).ok()?)))
+    Some(Prepared::Along(Box::new(study.variation(&study.known_parameter(key)?).ok()?)))
 }

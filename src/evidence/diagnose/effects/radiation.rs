@@ -131,7 +131,7 @@ impl Family for Radiation {
             Self::Emissivity(g) => {
                 // Of the emissivity that the file states: between walls that reflect, the effective one changes by less.
                 let key = emissivity_key(at.at.study, &at.network().groups[g as usize])?;
-                let stated = at.at.study.parameter(&key).ok()?.value;
+                let stated = at.at.study.known_parameter(&key)?.value;
                 let surfaces = at.screen.surfaces_of(g);
                 let effective = surfaces.iter().find_map(|i| {
                     let surface = &at.network().surfaces[*i];
@@ -191,5 +191,5 @@ fn emissivity_key(study: &Study, part: &str) -> Option<String> {
     let keys = ["effective_emissivity", "emissivity"];
     let own = keys.iter().map(|k| format!("part.{}.surface.{k}", quoted(part)));
     let node = keys.iter().map(|k| format!("node.{}.{k}", quoted(part)));
-    own.chain(node).find(|key| study.parameter(key).is_ok())
+    own.chain(node).find(|key| study.known_parameter(key).is_some())
 }

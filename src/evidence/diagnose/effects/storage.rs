@@ -78,7 +78,7 @@ impl Family for Storage {
         let material = &machine.materials[part.material];
         let key = format!("material.{}.specific_heat", quoted(&material.name));
         let is_own = machine.parts.iter().filter(|p| p.material == part.material).count() == 1;
-        if is_own && edit.study.parameter(&key).is_ok() {
+        if is_own && edit.study.known_parameter(&key).is_some() {
             return edit.scaled(&key, factor);
         }
         // Others are made of it too: the part gets a material of its own.
