@@ -1,19 +1,20 @@
-//! `coldplate export`: a surrogate in other languages.
+//! `coldplate export`: a surrogate in other languages, a table or a machine for other programs.
 
 use std::path::{Path, PathBuf};
 
 use coldplate_export::{ExportError, Target};
 use serde::Serialize;
 
+use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
+use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
 use crate::foundation::input;
 use crate::foundation::table::Table;
+use crate::solve::calculix::{InputDeck, Point};
+use crate::solve::meshed::MeshedMachine;
 use crate::surrogate::fit::file;
-
-/// Targets that are named in the documents and not built yet.
-const NOT_BUILT: &[&str] = &["calculix"];
 
 /// A form in which another program reads a table.
 struct TableForm {
@@ -27,15 +28,18 @@ const TABLES: [TableForm; 2] = [
     TableForm { key: "openturns", ending: "_openturns.csv", write: Table::to_openturns },
 ];
 
+/// The target of a machine at one condition.
+const CALCULIX: &str = "calculix";
+
 /// A surrogate for other languages and programs, which answers there as it does here
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Surrogate file; for dakota and openturns a table
-    #[arg(value_name = "SURROGATE|TABLE")]
+    /// Surrogate file; for dakota and openturns a table; for calculix a machine file
+    #[arg(value_name = "SURROGATE|TABLE|MACHINE")]
     surrogate: PathBuf,
     /// What to write: c99 (a source file and a header), fmu2, fmu3 (a functional mock-up unit), html (a page with sliders), json
-    /// (everything in the file), modelica (a package), octave (a function), onnx (a model), st (a function block for controllers); of a table: dakota (a tabular file), openturns (a
-    /// sample)
+    /// (everything in the file), modelica (a package), octave (a function), onnx (a model), st (a function block for controllers);
+    /// of a table: dakota (a tabular file), openturns (a sample); of a machine: calculix (an input deck at one condition)
     #[arg(long, value_name = "TARGET")]
     to: String,
     /// Folder to write into (default: beside the surrogate)
@@ -44,6 +48,14 @@ pub struct Args {
     /// What files and identifiers begin with (default: the name of the surrogate file)
     #[arg(long, value_name = "NAME")]
     name: Option<String>,
+    #[command(flatten)]
+    condition: ConditionArgs,
+    /// Change a value of the machine file (calculix), for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    set: Vec<String>,
+    /// About how many cells (calculix; default: the machine file's own)
+    #[arg(long, value_name = "N")]
+    cells: Option<usize>,
 }
 
 /// What was written.
@@ -53,6 +65,9 @@ struct Record {
     target: &'static str,
     /// The files, in the order in which they were written.
     written: Vec<WrittenFile>,
+    /// Of an input deck: the node of each sensor.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    points: Vec<Point>,
 }
 
 /// A file that was written.
@@ -73,21 +88,24 @@ struct WrittenFile {
 /// Bad input, a target that does not exist, or a file that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(form) = TABLES.iter().find(|form| form.key == args.to) {
+        machine_alone(args)?;
         return table(args, form, out);
     }
+    if args.to == CALCULIX {
+        return machine(args, out);
+    }
     let target = target(&args.to)?;
+    machine_alone(args)?;
     let bytes = input::read(&args.surrogate)?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
-    let stem = args.surrogate.file_stem().unwrap_or_default().to_string_lossy();
-    let name = args.name.as_deref().unwrap_or(&stem);
-    let files = coldplate_export::export(&surrogate, target, name).map_err(|e| {
+    let name = args.name();
+    let files = coldplate_export::export(&surrogate, target, &name).map_err(|e| {
         let error = Error::input(e.to_string());
         if matches!(e, ExportError::Name(_)) { error.at_key("--name").help("write for example --name surrogate") } else { error }
     })?;
-    let folder = args.out.as_deref().or(args.surrogate.parent()).unwrap_or(Path::new(""));
-    let mut record = Record { target: target.key(), written: Vec::new() };
+    let mut record = Record { target: target.key(), written: Vec::new(), points: Vec::new() };
     for file in files {
-        let path = folder.join(&file.name);
+        let path = args.folder().join(&file.name);
         atomic_file::write(&path, &file.content)?;
         record.written.push(WrittenFile { path, bytes: file.content.len(), remark: file.remark });
     }
@@ -104,21 +122,63 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 fn table(args: &Args, form: &TableForm, out: Output) -> Result<u8> {
     let table = Table::read(&args.surrogate)?;
     let text = (form.write)(&table).map_err(|e| e.in_file(&args.surrogate))?;
-    let stem = args.surrogate.file_stem().unwrap_or_default().to_string_lossy();
-    let folder = args.out.as_deref().or(args.surrogate.parent()).unwrap_or(Path::new(""));
-    let path = folder.join(format!("{}{}", args.name.as_deref().unwrap_or(&stem), form.ending));
+    let path = args.folder().join(format!("{}{}", args.name(), form.ending));
     atomic_file::write(&path, text.as_bytes())?;
     let written = vec![WrittenFile { path: path.clone(), bytes: text.len(), remark: None }];
-    out.report(&format!("wrote {} ({} bytes)\n", path.display(), text.len()), &Record { target: form.key, written });
+    let record = Record { target: form.key, written, points: Vec::new() };
+    out.report(&format!("wrote {} ({} bytes)\n", path.display(), text.len()), &record);
     Ok(0)
+}
+
+/// Writes a machine at one condition as an input deck.
+fn machine(args: &Args, out: Output) -> Result<u8> {
+    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let machine = Machine::read(&args.surrogate, &sets)?;
+    let condition = args.condition.condition(&machine)?;
+    let model = MeshedMachine::new(machine, args.cells)?;
+    let state = model.steady(&condition)?;
+    let deck = InputDeck::new(&model, &condition, &state)?;
+    let path = args.folder().join(format!("{}.inp", args.name()));
+    atomic_file::write(&path, deck.text.as_bytes())?;
+    let remark = format!("{} nodes, {} elements", deck.nodes, deck.elements);
+    let mut text = format!("wrote {} ({} bytes), {remark}\n", path.display(), deck.text.len());
+    for point in &deck.points {
+        text += &format!("  node {}: {}\n", point.node, point.sensor);
+    }
+    let written = vec![WrittenFile { path, bytes: deck.text.len(), remark: Some(remark) }];
+    out.report(&text, &Record { target: CALCULIX, written, points: deck.points });
+    Ok(0)
+}
+
+/// Refuses options that only say something of a machine.
+fn machine_alone(args: &Args) -> Result<()> {
+    let condition = args.condition.values()?.first().map(|(name, _)| format!("--{}", name.replace('_', "-")));
+    let given = condition.or(args.cells.map(|_| "--cells".into())).or(args.set.first().map(|_| "--set".into()));
+    given.map_or(Ok(()), |option| {
+        Err(Error::input(format!("this option is for machine files, and '{}' is written of none", args.to))
+            .at_key(option)
+            .help("leave it out, or write --to calculix of a machine file"))
+    })
+}
+
+impl Args {
+    /// What files and identifiers begin with.
+    fn name(&self) -> String {
+        let stem = || self.surrogate.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        self.name.clone().unwrap_or_else(stem)
+    }
+
+    /// Where to write.
+    fn folder(&self) -> &Path {
+        self.out.as_deref().or(self.surrogate.parent()).unwrap_or(Path::new(""))
+    }
 }
 
 fn target(asked: &str) -> Result<Target> {
     if let Some(target) = Target::ALL.into_iter().find(|target| target.key() == asked) {
         return Ok(target);
     }
-    let tables = TABLES.iter().map(|form| form.key);
-    let built = Target::ALL.map(Target::key).into_iter().chain(tables).collect::<Vec<_>>().join(", ");
-    let what = if NOT_BUILT.contains(&asked) { "this target is not built yet" } else { "there is no such target" };
-    Err(Error::input(what).at_key("--to").read(asked).help(format!("what is built: {built}")))
+    let others = TABLES.iter().map(|form| form.key).chain([CALCULIX]);
+    let built = Target::ALL.map(Target::key).into_iter().chain(others).collect::<Vec<_>>().join(", ");
+    Err(Error::input("there is no such target").at_key("--to").read(asked).help(format!("what is built: {built}")))
 }

@@ -2,6 +2,7 @@
 
 mod aggregation;
 pub mod balance;
+pub mod calculix;
 pub mod csr;
 pub mod heat_flow;
 mod jacobian;

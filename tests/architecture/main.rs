@@ -34,6 +34,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
         "solve::meshed",
         &["error", "units", "foundation::memory", "foundation::progress", "describe::machine", "discretise::*", "physics", "solve"],
     ),
+    ("solve::calculix", &["error", "units", "describe::machine", "discretise::*", "physics", "solve::meshed"]),
     (
         "solve::sensitivity",
         &["error", "units", "foundation::document", "describe::*", "discretise::*", "solve", "solve::meshed", "physics"],

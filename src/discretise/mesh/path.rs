@@ -16,6 +16,8 @@ use crate::error::{Error, Result};
 
 /// Points on a ring around the channel's axis.
 const RING: usize = 12;
+/// Rings on a piece of a channel.
+const RINGS: usize = 4;
 
 /// A piece of the channel with one film coefficient.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,12 +34,51 @@ pub struct Station {
     pub across: [f64; 3],
 }
 
-/// Cuts a channel into stations about one cell long.
-///
-/// # Errors
-/// The path leaves its part.
-pub fn stations(mesh: &Mesh, channel: &Channel, part_name: &str) -> Result<Vec<Station>> {
-    let mut found = if channel.is_bore { bore(mesh, channel) } else { Vec::new() };
+/// A straight piece of a channel, about one cell long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Piece {
+    /// Where the leg of the path begins that it is cut from, m.
+    start: [f64; 3],
+    /// From there to the leg's end, m.
+    along: [f64; 3],
+    /// Shares of the leg between which it lies.
+    span: (f64, f64),
+    /// Unit vector along it.
+    pub direction: [f64; 3],
+    /// As long as it is drawn, m.
+    pub length: f64,
+}
+
+impl Piece {
+    /// A point on its axis: 0 where it begins, 1 where it ends.
+    pub fn at(&self, share: f64) -> [f64; 3] {
+        let t = self.span.0 + (self.span.1 - self.span.0) * share;
+        [0, 1, 2].map(|d| self.start[d] + self.along[d] * t)
+    }
+
+    /// Points on its wall, in rings: each with the middle of its ring.
+    pub fn wall(&self, diameter: f64) -> Vec<([f64; 3], Vec<[f64; 3]>)> {
+        let radius = diameter / 2.0;
+        let [e1, e2] = self.normals();
+        let ring = |centre: [f64; 3]| {
+            let point = |i: usize| {
+                let (sin, cos) = (std::f64::consts::TAU * (i as f64 + 0.5) / RING as f64).sin_cos();
+                [0, 1, 2].map(|d| centre[d] + radius * (cos * e1[d] + sin * e2[d]))
+            };
+            (centre, (0..RING).map(point).collect())
+        };
+        (0..RINGS).map(|s| ring(self.at((s as f64 + 0.5) / RINGS as f64))).collect()
+    }
+
+    /// Two unit vectors across it, normal to each other.
+    pub fn normals(&self) -> [[f64; 3]; 2] {
+        normals(self.direction)
+    }
+}
+
+/// The straight pieces of a channel, one for each of its stations; none of a bore.
+pub fn pieces(mesh: &Mesh, channel: &Channel) -> Vec<Piece> {
+    let mut found = Vec::new();
     for leg in channel.path.windows(2).filter(|_| !channel.is_bore) {
         let along = [0, 1, 2].map(|d| leg[1][d] - leg[0][d]);
         let length = along.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -47,13 +88,24 @@ pub fn stations(mesh: &Mesh, channel: &Channel, part_name: &str) -> Result<Vec<S
         let direction = along.map(|x| x / length);
         let step = local_width(mesh, channel, leg[0], direction).min(length);
         // A leg of whole cells must not get one piece more by rounding.
-        let pieces = ((length / step - 1e-6).ceil() as usize).max(1);
-        for i in 0..pieces {
-            let at = |t: f64| [0, 1, 2].map(|d| leg[0][d] + along[d] * t);
-            let (from, to) = (i as f64 / pieces as f64, (i + 1) as f64 / pieces as f64);
-            let centres: Vec<[f64; 3]> = (0..4).map(|s| at(from + (to - from) * (s as f64 + 0.5) / 4.0)).collect();
-            found.push(station(mesh, channel, part_name, &centres, direction, length / pieces as f64)?);
-        }
+        let count = ((length / step - 1e-6).ceil() as usize).max(1);
+        let piece = |i: usize| {
+            let span = (i as f64 / count as f64, (i + 1) as f64 / count as f64);
+            Piece { start: leg[0], along, span, direction, length: length / count as f64 }
+        };
+        found.extend((0..count).map(piece));
+    }
+    found
+}
+
+/// Cuts a channel into stations about one cell long.
+///
+/// # Errors
+/// The path leaves its part.
+pub fn stations(mesh: &Mesh, channel: &Channel, part_name: &str) -> Result<Vec<Station>> {
+    let mut found = if channel.is_bore { bore(mesh, channel) } else { Vec::new() };
+    for piece in pieces(mesh, channel) {
+        found.push(station(mesh, channel, part_name, &piece)?);
     }
     // The wetted length the user states counts, wherever the drawn path is a simplification.
     let drawn: f64 = found.iter().map(|s| s.length).sum();
@@ -99,13 +151,13 @@ fn local_width(mesh: &Mesh, channel: &Channel, point: [f64; 3], direction: [f64;
     }
 }
 
-fn station(mesh: &Mesh, channel: &Channel, part_name: &str, centres: &[[f64; 3]], direction: [f64; 3], length: f64) -> Result<Station> {
+fn station(mesh: &Mesh, channel: &Channel, part_name: &str, piece: &Piece) -> Result<Station> {
     let radius = channel.diameter / 2.0;
-    let [e1, e2] = normals(direction);
+    let [e1, e2] = piece.normals();
     let mut cells: Vec<(usize, f64)> = Vec::new();
     let mut rings: Vec<Vec<(usize, usize, [f64; 3])>> = Vec::new();
-    for centre in centres {
-        let Some(home) = mesh.grid_at(channel.part, *centre, 1e-6) else {
+    for (centre, points) in piece.wall(channel.diameter) {
+        let Some(home) = mesh.grid_at(channel.part, centre, 1e-6) else {
             return Err(Error::input(format!(
                 "the channel '{}' leaves the part '{part_name}' at ({:.4}, {:.4}, {:.4}) m",
                 channel.name, centre[0], centre[1], centre[2]
@@ -114,14 +166,12 @@ fn station(mesh: &Mesh, channel: &Channel, part_name: &str, centres: &[[f64; 3]]
             .help("move the corners of the path inside the part, or name the part the channel runs through"));
         };
         let mut ring = Vec::with_capacity(RING);
-        for i in 0..RING {
-            let (sin, cos) = (std::f64::consts::TAU * (i as f64 + 0.5) / RING as f64).sin_cos();
-            let point = [0, 1, 2].map(|d| centre[d] + radius * (cos * e1[d] + sin * e2[d]));
+        for point in points {
             // A wall point that sticks out of the part belongs to the nearest cell of the block around the axis.
             let g = mesh.grid_at(channel.part, point, 1e-6).unwrap_or(home);
             let cell = mesh.grids[g].cell(mesh.grids[g].locate(point));
             ring.push((g, cell, point));
-            let share = 1.0 / (RING * centres.len()) as f64;
+            let share = 1.0 / (RING * RINGS) as f64;
             match cells.iter_mut().find(|(known, _)| *known == cell) {
                 Some((_, s)) => *s += share,
                 None => cells.push((cell, share)),
@@ -131,7 +181,8 @@ fn station(mesh: &Mesh, channel: &Channel, part_name: &str, centres: &[[f64; 3]]
     }
     let mean = rings.iter().map(|ring| log_mean_distance(mesh, ring, e1, e2)).sum::<f64>() / rings.len() as f64;
     let frame = mesh.grids[rings[0][0].0].frame;
-    Ok(Station { length, cells, shape: (mean - radius.ln()) / std::f64::consts::TAU, across: across(frame, direction) })
+    let shape = (mean - radius.ln()) / std::f64::consts::TAU;
+    Ok(Station { length: piece.length, cells, shape, across: across(frame, piece.direction) })
 }
 
 /// Weights of the axes across a direction: half for each of two axes normal to it.

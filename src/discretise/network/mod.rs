@@ -27,7 +27,7 @@ pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 
 use serde::{Deserialize, Serialize};
 
-use crate::describe::machine::{ConstantPower, ContactLaw, Interface, Property, Slope, SourceLaw};
+use crate::describe::machine::{ConstantPower, ContactLaw, Interface, Property, Side, Slope, SourceLaw};
 
 /// Marks "no such index".
 pub const NONE: u32 = u32::MAX;
@@ -59,6 +59,10 @@ pub struct Network {
     pub properties: Vec<Property>,
     /// Open faces.
     pub surfaces: Vec<Surface>,
+    /// The cell faces that surfaces are on; those of lumped nodes and of imported meshes are not among them.
+    pub open: Vec<OpenFace>,
+    /// Which joints cross which interface of the mesh.
+    pub crossed: Vec<Crossed>,
     /// What each boundary of the machine acts on.
     pub acting: Vec<BoundaryArea>,
     /// Nodes of open faces that sensors read.
@@ -84,6 +88,26 @@ pub struct Network {
     pub sensor_names: Vec<String>,
     /// Heat-flow sensors.
     pub meters: Vec<HeatMeter>,
+}
+
+/// The cell face, or the part of one, that a surface is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OpenFace {
+    /// Index into [`Network::surfaces`].
+    pub surface: usize,
+    /// The cell.
+    pub cell: usize,
+    /// Which of its faces.
+    pub side: Side,
+}
+
+/// The joints of one interface, one for each pair of cells in the order of its overlaps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Crossed {
+    /// Index into the interfaces of the mesh.
+    pub interface: usize,
+    /// The joints.
+    pub joints: std::ops::Range<usize>,
 }
 
 /// A conductor whose conductance may depend on temperature: two half cells and what lies between.
@@ -258,6 +282,13 @@ impl Network {
     pub fn joint_heat(&self, joint: &Joint, temperatures: &[f64], factors: &ContactFactors) -> f64 {
         let (ta, tb) = self.joint_ends(joint, temperatures);
         self.joint_state(joint, ta, tb, factors).conductance * (ta - tb)
+    }
+
+    /// Conductance (W/(m² K)) of the contact that a joint crosses at temperatures of all nodes (K): infinite where nothing resists,
+    /// as in a bond.
+    pub fn contact_conductance(&self, joint: &Joint, temperatures: &[f64], factors: &ContactFactors) -> f64 {
+        let (ta, tb) = self.joint_ends(joint, temperatures);
+        if joint.contact == NONE { f64::INFINITY } else { 1.0 / self.contact_resistance(joint, (ta + tb) / 2.0, factors).0 }
     }
 
     /// Specific resistance (m² K/W) of a joint's contact at a mean temperature (K), with its slope.

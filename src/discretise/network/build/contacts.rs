@@ -5,7 +5,7 @@ use super::{Builder, CellFace, Foot};
 use crate::describe::machine::{Bonded, Contact, ContactLaw, Face, Place, Side};
 use crate::discretise::mesh::Interface;
 use crate::discretise::mesh::grid::{Grid, tangents};
-use crate::discretise::network::{ContactGroup, Joint, NONE, Reach};
+use crate::discretise::network::{ContactGroup, Crossed, Joint, NONE, Reach};
 use crate::error::{Error, Result};
 use std::f64::consts::TAU;
 
@@ -44,18 +44,20 @@ impl Builder<'_> {
             }
         };
         let mesh = self.mesh;
-        for interface in &mesh.interfaces {
+        for (i, interface) in mesh.interfaces.iter().enumerate() {
             let (pa, pb) = (self.mesh.grids[interface.a.0].part, self.mesh.grids[interface.b.0].part);
             let covering = self.covering(interface).map(|(contact, crossed)| (contact.name.clone(), crossed));
             if let Some((contact, crossed)) = covering {
                 let index = self.machine.contacts.iter().position(|c| c.name == contact).unwrap_or(0);
                 let is_bonded = self.machine.contacts[index].law.is_bonded();
-                named[index].push(self.block_crossing(interface, crossed, is_bonded));
+                named[index].push(self.block_crossing(i, crossed, is_bonded));
             } else if pa == pb {
                 let joints = self.joints_of(interface, false, true);
+                let start = self.network.joints.len();
                 self.network.joints.extend(joints);
+                self.network.crossed.push(Crossed { interface: i, joints: start..self.network.joints.len() });
             } else {
-                add_unnamed(pa, pb, self.block_crossing(interface, pa > pb, default.is_bonded()));
+                add_unnamed(pa, pb, self.block_crossing(i, pa > pb, default.is_bonded()));
             }
         }
         for touch in &self.mesh.touches {
@@ -110,7 +112,10 @@ impl Builder<'_> {
         let contact = self.network.contacts.len() as u32;
         let within = |joint: Joint| Joint { contact, ..joint };
         for crossing in &crossings {
+            let first = self.network.joints.len();
             self.network.joints.extend(crossing.joints.iter().copied().map(within));
+            let crossed = crossing.interface.map(|interface| Crossed { interface, joints: first..self.network.joints.len() });
+            self.network.crossed.extend(crossed);
         }
         let joints = start..self.network.joints.len();
         if law.joins_along() {
@@ -119,8 +124,10 @@ impl Builder<'_> {
         self.network.contacts.push(ContactGroup { of, name, law, between, area, scale, is_half: false, joints });
     }
 
-    fn block_crossing(&mut self, interface: &Interface, crossed: bool, is_bonded: bool) -> Crossing {
-        Crossing { joints: self.joints_of(interface, crossed, is_bonded), along: Vec::new(), area: interface.area() }
+    fn block_crossing(&mut self, index: usize, crossed: bool, is_bonded: bool) -> Crossing {
+        let interface = &self.mesh.interfaces[index];
+        let joints = self.joints_of(interface, crossed, is_bonded);
+        Crossing { joints, along: Vec::new(), area: interface.area(), interface: Some(index) }
     }
 
     /// Joints of one interface, from its first side to its second (or crossed). Sides that a sensor reads have a node of

@@ -13,6 +13,8 @@ pub(super) struct Crossing {
     pub(super) along: Vec<Joint>,
     /// True area, m².
     pub(super) area: f64,
+    /// The interface of the mesh that it is, where it is between blocks.
+    pub(super) interface: Option<usize>,
 }
 
 /// A joint from one foot to another, over the area of the first.

@@ -1,9 +1,9 @@
 //! Open faces: what they radiate, and what boundaries of the machine do to them.
 
-use super::Builder;
+use super::{Builder, CellFace};
 use crate::describe::machine::{Boundary, BoundaryLaw, Face, Region, Side};
 use crate::discretise::mesh::grid::{Grid, tangents};
-use crate::discretise::network::{BoundaryArea, FREE, FaceNode, Laws, NONE, Surface};
+use crate::discretise::network::{BoundaryArea, FREE, FaceNode, Laws, NONE, OpenFace, Surface};
 use crate::error::{Error, Result};
 use crate::physics::radiation::effective_emissivity;
 
@@ -115,14 +115,14 @@ impl Builder<'_> {
                 nodes.push((node, area));
             }
             let laws = if held.is_some() { FREE } else { laws };
-            self.push_surface(Surface { node, property: NONE, length: 0.0, area, emissive: 0.0, gas_area: area * share, laws });
+            self.push_face(at, Surface { node, property: NONE, length: 0.0, area, emissive: 0.0, gas_area: area * share, laws });
             return Ok(());
         }
         let foot = (at.2 as u32, area, grid.half_length(piece.cell, side), self.property(grid.part, side.axis()));
         let (emissive, gas_area) = (emissivity * area * view, area * view * factor);
         if !self.probed.contains_key(&at) {
             let (node, _, length, property) = foot;
-            self.push_surface(Surface { node, property, length, area, emissive, gas_area, laws });
+            self.push_face(at, Surface { node, property, length, area, emissive, gas_area, laws });
             return Ok(());
         }
         let node = match self.footed.get(&at) {
@@ -133,7 +133,7 @@ impl Builder<'_> {
         self.network.faces.push(FaceNode { cell: at.2 as u32, side: at.1 as u8, node });
         match held {
             Some(l) => self.network.fixed.push((node, self.held_by(l as usize))),
-            None => self.push_surface(Surface { node, property: NONE, length: 0.0, area, emissive, gas_area, laws }),
+            None => self.push_face(at, Surface { node, property: NONE, length: 0.0, area, emissive, gas_area, laws }),
         }
         Ok(())
     }
@@ -260,6 +260,15 @@ impl Builder<'_> {
     /// chamber.
     pub(super) fn held_by(&self, boundary: usize) -> u32 {
         (self.machine.nodes.len() + 1 + boundary) as u32
+    }
+
+    /// Keeps the surface of a cell's face, and where it is, if anything leaves through it.
+    fn push_face(&mut self, (_, side, cell): CellFace, surface: Surface) {
+        let known = self.network.surfaces.len();
+        self.push_surface(surface);
+        if self.network.surfaces.len() > known {
+            self.network.open.push(OpenFace { surface: known, cell, side: Side::ALL[side] });
+        }
     }
 
     /// Keeps a surface through which anything leaves.
