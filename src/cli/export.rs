@@ -133,6 +133,11 @@ fn table(args: &Args, form: &TableForm, out: Output) -> Result<u8> {
 /// Writes a machine at one condition as an input deck.
 fn machine(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    if std::str::from_utf8(&input::read(&args.surrogate)?).is_err() {
+        return Err(Error::input("this is no machine file")
+            .in_file(&args.surrogate)
+            .help("an input deck is written of a machine file in TOML"));
+    }
     let machine = Machine::read(&args.surrogate, &sets)?;
     let condition = args.condition.condition(&machine)?;
     let model = MeshedMachine::new(machine, args.cells)?;

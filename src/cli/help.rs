@@ -54,7 +54,13 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
            --report out/diagnosis.html"],
     ),
     ("update", &["coldplate update out/tutorial/surrogate.cps examples/tutorial/readings.csv --out out/updated.cps --anyway"]),
-    ("export", &["coldplate export out/tutorial/surrogate.cps --to c99 --out out/embed --name cooling"]),
+    (
+        "export",
+        &[
+            "coldplate export out/tutorial/surrogate.cps --to c99 --out out/embed --name cooling",
+            "coldplate export machines/rig.toml --to calculix --motor-speed \"2500 rpm\" --out out/deck",
+        ],
+    ),
     (
         "import",
         &[

@@ -31,12 +31,7 @@ fn what_cannot_be_exported_is_said() {
     let surrogate = root().join("crates/runtime/fixtures/polynomial.cps");
     let surrogate = surrogate.to_str().unwrap();
     for (file, to, name, needles) in [
-        (
-            surrogate,
-            "calculix",
-            "s",
-            ["this target is not built yet", "what is built: c99, fmu2, fmu3, html, json, modelica, octave, onnx, st"],
-        ),
+        (surrogate, "calculix", "s", ["this is no machine file", "of a machine file in TOML"]),
         (surrogate, "fortran", "s", ["there is no such target", "what is built: c99, fmu2, fmu3, html, json, modelica, octave, onnx, st"]),
         (surrogate, "c99", "-", ["no identifier", "--name surrogate"]),
         ("machines/slab.toml", "c99", "s", ["this is not a surrogate file", "slab.toml"]),
@@ -47,6 +42,9 @@ fn what_cannot_be_exported_is_said() {
             assert!(message(&output).contains(needle), "{needle}: {}", message(&output));
         }
     }
+    let output = coldplate(&["export", surrogate, "--to", "c99", "--motor-speed", "100 rpm"]);
+    assert_eq!(status(&output), 2);
+    assert!(message(&output).contains("--motor-speed") && message(&output).contains("for machine files"), "{}", message(&output));
 }
 
 #[test]

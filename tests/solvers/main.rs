@@ -1,6 +1,7 @@
 //! Sweeps that another program solves: the shipped examples, every way in which a run can fail, limits, the cache, and what is left
 //! after a kill.
 
+mod calculix;
 mod examples;
 mod failures;
 mod limits;

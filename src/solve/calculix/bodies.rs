@@ -1,4 +1,5 @@
-//! Cells as hexahedra: their nodes, shape functions, faces and volumes.
+//! Cells as hexahedra: their nodes, shape functions, faces and volumes. Their edges are straight; the corners of a cylinder's
+//! cells stand a little farther out than the circle, so that every cell has its true volume.
 
 use std::f64::consts::TAU;
 
@@ -12,8 +13,8 @@ use crate::solve::meshed::MeshedMachine;
 const CORNERS: [[usize; 3]; 8] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
 /// Weights below this are rounding.
 const LEAST_WEIGHT: f64 = 1e-12;
-/// Fewest cells around a full turn that make a body.
-const LEAST_TURN: usize = 3;
+/// Widest cell (rad) around the axis of a cylinder that straight edges may stand for: a third of a turn.
+const WIDEST: f64 = TAU / 3.0 * (1.0 + 1e-9);
 
 /// The grids of a mesh with the nodes of their corners.
 pub(super) struct Bodies<'a> {
@@ -32,11 +33,13 @@ impl<'a> Bodies<'a> {
     pub(super) fn new(model: &'a MeshedMachine, deck: &mut Deck) -> Result<Self> {
         let mut bodies = Self { grids: &model.mesh.grids, first: Vec::new(), nodes: Vec::new() };
         for (g, grid) in bodies.grids.iter().enumerate() {
-            if grid.wraps(1) && grid.n(1) < LEAST_TURN {
+            let stretch = if grid.is_cylindrical() { stretch(grid.width(1, 0)) } else { 1.0 };
+            if !stretch.is_finite() {
                 let part = &model.machine.parts[grid.part].name;
-                return Err(Error::input(format!("'{part}' has {} cells around: its faces would have no room between", grid.n(1)))
+                return Err(Error::input(format!("'{part}' has too few cells around for elements with straight edges"))
                     .at_key(format!("part.{part}.cells"))
-                    .help("give it three or more around the axis, or --cells more"));
+                    .read(grid.n(1))
+                    .help("give its blocks more cells in the second place of 'cells', three or more for a full turn"));
             }
             bodies.first.push(deck.nodes.len() as u32 + 1);
             let turns = [0, 1, 2].map(|d| if d == 1 && grid.wraps(1) { grid.n(1) } else { grid.n(d) + 1 });
@@ -44,7 +47,7 @@ impl<'a> Bodies<'a> {
                 for j in 0..turns[1] {
                     for i in 0..turns[0] {
                         if i > 0 || j == 0 || !has_axis(grid) {
-                            deck.node(grid.to_machine([grid.edges[0][i], grid.edges[1][j], grid.edges[2][k]]));
+                            deck.node(grid.to_machine([stretch * grid.edges[0][i], grid.edges[1][j], grid.edges[2][k]]));
                         }
                     }
                 }
@@ -173,11 +176,17 @@ impl<'a> Bodies<'a> {
         sum.iter().map(|x| x * x).sum::<f64>().sqrt() / 2.0
     }
 
-    /// Volume (m³) of a cell with straight edges.
+    /// Volume (m³) of a cell.
     pub(super) fn volume(&self, g: usize, c: [usize; 3]) -> f64 {
         let (_, end) = self.face(g, c, Side::Low2);
         self.face_area(&end) * self.grids[g].width(2, c[2])
     }
+}
+
+/// How much farther from the axis the corners of a polygon stand than the circle of the same area, for cells of an angle (rad);
+/// infinite where an angle is too wide.
+fn stretch(angle: f64) -> f64 {
+    if angle > WIDEST { f64::INFINITY } else { (angle / angle.sin()).sqrt() }
 }
 
 /// Whether a grid reaches the axis of a cylinder.

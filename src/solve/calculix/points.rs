@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::solve::meshed::MeshedMachine;
 
 /// Most nodes that a mean may be taken over: each is joined to each in the matrix.
-const MOST_NODES: usize = 2000;
+const MOST_NODES: usize = 1000;
 /// Area of the element whose corner a sensor is, m². Nothing flows through it.
 const AREA: f64 = 1e-6;
 
