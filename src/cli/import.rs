@@ -10,7 +10,7 @@ use crate::error::{Error, Result};
 use crate::foundation::input;
 use crate::foundation::table::Table;
 
-/// Results of a study in COMSOL, Ansys Workbench or Dakota, or any CSV, as a table with units
+/// Results of a study in COMSOL, Ansys Workbench, optiSLang or Dakota, or any CSV, as a table with units
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Table of the other program
@@ -47,6 +47,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let ending = args.out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     Table::check_name(&args.out)?;
     let units = args.units.iter().map(|unit| pair_of(unit, "--unit")).collect::<Result<Vec<_>>>()?;
+    if args.table.extension().is_some_and(|e| e.eq_ignore_ascii_case("omdb")) {
+        return Err(Error::input("this is optiSLang's own database, whose form is not published")
+            .in_file(&args.table)
+            .help("export its designs as CSV in optiSLang (the node 'Design Export'), and import that"));
+    }
     let text = input::text(&args.table).map_err(|e| e.help("check the path"))?;
     let table = Table::from_foreign(&text, &args.table, &units, &args.inputs)?;
     if table.columns.is_empty() {

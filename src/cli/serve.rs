@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 
 use coldplate_runtime::CONFIDENCE;
@@ -21,7 +21,7 @@ use crate::surrogate::verdict::stream::Form;
 
 /// Answers over HTTP: surrogates for other programs, and as pages
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Ends at Ctrl-C or SIGTERM, after the requests under way have been answered.")]
+#[command(after_help = "Ends at Ctrl-C or SIGTERM, after the requests under way have been answered. Reads the files anew at SIGHUP.")]
 pub struct Args {
     /// Surrogate files
     #[arg(value_name = "SURROGATE", required = true)]
@@ -71,7 +71,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             .read(args.listen)
             .help("give --token-file FILE, or listen at 127.0.0.1"));
     }
-    let shelf = Shelf::read(&args.surrogates)?;
+    let shelf = Shelf::read(&args.surrogates, out)?;
     let limits = Limits {
         body: args.most_bytes,
         time: Duration::from_secs_f64(args.most_seconds),
@@ -112,12 +112,42 @@ fn token(path: &PathBuf) -> Result<Token> {
 /// All that is served.
 struct Shelf {
     names: Vec<String>,
-    books: Vec<Arc<Book>>,
+    places: Vec<Place>,
+    out: Output,
+}
+
+/// A file, and what was read from it last.
+struct Place {
+    path: PathBuf,
+    book: RwLock<Arc<Book>>,
+}
+
+impl Place {
+    /// What is asked from now on. Nothing can go wrong while it is held, so the lock is never poisoned.
+    fn book(&self) -> Arc<Book> {
+        self.book.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Reads the file again. Questions under way are answered by what they began with; a file that cannot be used changes nothing.
+    /// What there is to say of it, where there is anything.
+    fn reread(&self) -> Option<String> {
+        let old = self.book();
+        if input::read(&self.path).is_ok_and(|bytes| old.is_of(&bytes)) {
+            return None;
+        }
+        match Book::read(&self.path) {
+            Ok(book) => {
+                *self.book.write().unwrap_or_else(PoisonError::into_inner) = Arc::new(book);
+                Some(format!("read anew: {}", self.path.display()))
+            }
+            Err(error) => Some(format!("warning: '{}' is answered as before, for its file cannot be used: {error}", old.name())),
+        }
+    }
 }
 
 impl Shelf {
-    fn read(paths: &[PathBuf]) -> Result<Self> {
-        let mut shelf = Self { names: Vec::new(), books: Vec::new() };
+    fn read(paths: &[PathBuf], out: Output) -> Result<Self> {
+        let mut shelf = Self { names: Vec::new(), places: Vec::new(), out };
         for path in paths {
             let book = Book::read(path)?;
             if shelf.names.iter().any(|name| name == book.name()) {
@@ -126,13 +156,14 @@ impl Shelf {
                     .help("rename one file"));
             }
             shelf.names.push(book.name().to_owned());
-            shelf.books.push(Arc::new(book));
+            shelf.places.push(Place { path: path.clone(), book: RwLock::new(Arc::new(book)) });
         }
         Ok(shelf)
     }
 
-    fn find(&self, name: &str) -> Option<&Arc<Book>> {
-        self.books.iter().find(|book| book.name() == name)
+    fn find(&self, name: &str) -> Option<Arc<Book>> {
+        let place = self.names.iter().position(|own| own == name)?;
+        Some(self.places[place].book())
     }
 }
 
@@ -150,7 +181,7 @@ impl Answers for Shelf {
     }
 
     fn ask(&self, name: &str, ask: Ask) -> std::result::Result<Work, Refusal> {
-        let book = self.find(name).cloned().ok_or_else(|| Refusal::new(404, format!("there is no surrogate '{name}'")))?;
+        let book = self.find(name).ok_or_else(|| Refusal::new(404, format!("there is no surrogate '{name}'")))?;
         let one = |content| Reply { content, conditions: 1 };
         Ok(match ask {
             Ask::Query(body) => {
@@ -173,6 +204,14 @@ impl Answers for Shelf {
                 }))
             }
         })
+    }
+
+    fn reread(&self) {
+        let said: Vec<String> = self.places.iter().filter_map(Place::reread).collect();
+        said.iter().for_each(|line| self.out.note(line));
+        if said.is_empty() {
+            self.out.note("told to read anew: no file has changed");
+        }
     }
 
     fn schemas(&self) -> Map<String, Value> {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use coldplate_export::{Target, export};
 use rayon::prelude::*;
+use self_cell::self_cell;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -17,12 +18,19 @@ use crate::surrogate::verdict::question::{Batch, BatchCondition, BatchRecord, Qu
 use crate::surrogate::verdict::stated;
 use crate::surrogate::verdict::stream::{self, Form};
 
+self_cell! {
+    /// The bytes of a file, and the surrogate that is read in them.
+    struct Opened {
+        owner: Vec<u8>,
+        #[covariant]
+        dependent: Surrogate,
+    }
+}
+
 /// A surrogate under a name.
 pub struct Book {
     name: String,
-    /// Read once, and never given back: it is asked until the process ends.
-    bytes: &'static [u8],
-    opened: Surrogate<'static>,
+    opened: Opened,
     info: Vec<u8>,
     page: Vec<u8>,
 }
@@ -33,15 +41,24 @@ impl Book {
     /// # Errors
     /// A file that cannot be read or is damaged, or whose name has no letter or digit.
     pub fn read(path: &Path) -> Result<Self> {
-        let bytes: &'static [u8] = Box::leak(input::read(path)?.into_boxed_slice());
-        let opened = file::open(bytes).map_err(|e| e.in_file(path))?;
+        let opened = Opened::try_new(input::read(path)?, |bytes| file::open(bytes)).map_err(|e| e.in_file(path))?;
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         let plain = |c: char| if c.is_ascii_alphanumeric() || matches!(c, '-' | '_' | '.') { c } else { '_' };
         let name: String = stem.chars().map(plain).collect();
-        let pages = export(&opened, Target::Html, &name).map_err(|e| Error::input(e.to_string()).in_file(path).help("rename the file"))?;
+        let pages = export(opened.borrow_dependent(), Target::Html, &name)
+            .map_err(|e| Error::input(e.to_string()).in_file(path).help("rename the file"))?;
         let page = pages.into_iter().next().map(|file| file.content).unwrap_or_default();
-        let info = json(&Info::of_surrogate(bytes).map_err(|e| e.in_file(path))?)?;
-        Ok(Self { name, bytes, opened, info, page })
+        let info = json(&Info::of_surrogate(opened.borrow_owner()).map_err(|e| e.in_file(path))?)?;
+        Ok(Self { name, opened, info, page })
+    }
+
+    fn surrogate(&self) -> &Surrogate<'_> {
+        self.opened.borrow_dependent()
+    }
+
+    /// Whether it was read from a file of this content.
+    pub fn is_of(&self, bytes: &[u8]) -> bool {
+        self.opened.borrow_owner() == bytes
     }
 
     /// Its name: letters, digits, `-`, `_` and `.`.
@@ -61,7 +78,7 @@ impl Book {
 
     /// Whether a question is answered in microseconds.
     pub fn is_quick(&self, question: &Question) -> bool {
-        question.is_plain(&self.opened)
+        question.is_plain(self.surrogate())
     }
 
     /// The answer as JSON, as `coldplate query --json` gives it.
@@ -73,10 +90,10 @@ impl Book {
     }
 
     fn reply(&self, question: &Question) -> Result<ReplyRecord> {
-        if !stated::changes(&self.opened, &question.condition) {
-            return Ok(question.ask(&self.opened)?.record(&self.opened));
+        if !stated::changes(self.surrogate(), &question.condition) {
+            return Ok(question.ask(self.surrogate())?.record(self.surrogate()));
         }
-        let (bytes, condition) = stated::with_known(self.bytes, &question.condition)?;
+        let (bytes, condition) = stated::with_known(self.opened.borrow_owner(), &question.condition)?;
         let known = file::open(&bytes)?;
         Ok(Question { condition, ..question.clone() }.ask(&known)?.record(&known))
     }
@@ -103,7 +120,7 @@ impl Book {
     /// As [`stream::answer`].
     pub fn table(&self, rows: &[u8], form: &Form) -> Result<(Vec<u8>, usize)> {
         let mut text = Vec::new();
-        let tally = stream::answer(&self.opened, rows, &[], form, None, &Silent, |piece| text.extend_from_slice(piece))?;
+        let tally = stream::answer(self.surrogate(), rows, &[], form, None, &Silent, |piece| text.extend_from_slice(piece))?;
         Ok((text, tally.rows))
     }
 }

@@ -6,11 +6,12 @@
 //! nothing else does.
 #![warn(missing_docs)]
 
+mod steps;
+
 use std::ffi::{c_char, c_int};
 use std::{ptr, slice};
 
-use coldplate_runtime::format::MAX_STATES;
-use coldplate_runtime::{Acceptability, Band, LimitValue, OpenError, State, StepError, Surrogate};
+use coldplate_runtime::{Acceptability, Band, LimitValue, OpenError, Surrogate};
 
 /// What a function did.
 const DONE: c_int = 0;
@@ -89,13 +90,6 @@ pub struct VerdictRecord {
     in_domain: c_int,
     binding: c_int,
     probability: f64,
-}
-
-/// A state over time.
-#[repr(C)]
-#[derive(Clone, Copy)]
-pub struct StateRecord {
-    numbers: [f64; MAX_STATES + 1],
 }
 
 fn text(text: &str) -> Text {
@@ -332,137 +326,6 @@ pub unsafe extern "C" fn coldplate_limit(
     let LimitValue { value, low, high, maximum, margin, state: own } = found;
     *out = LimitRecord { value, low, high, maximum, margin, probability: chance.probability, state: state(own) };
     DONE
-}
-
-/// How many states the machine has over time; 0 where the file knows steady states only.
-///
-/// # Safety
-/// `handle` is open, or null.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn coldplate_states(handle: *const Handle) -> usize {
-    // SAFETY: the caller promises an open handle.
-    unsafe { handle.as_ref() }.and_then(|own| own.0.in_time()).map_or(0, |own| own.states())
-}
-
-/// The steady state at a condition.
-///
-/// # Safety
-/// As [`coldplate_evaluate`]; `out` is null or a place for a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn coldplate_at_rest(handle: *const Handle, x: *const f64, variables: usize, out: *mut StateRecord) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
-    let (Some(own), Some(x)) = (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }) else { return NULL };
-    // SAFETY: as above.
-    unsafe { put(own.0.at_rest(x), out) }
-}
-
-/// The state in which everything has one temperature.
-///
-/// # Safety
-/// `handle` is open, or null; `out` is null or a place for a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn coldplate_at_temperature(handle: *const Handle, temperature: f64, out: *mut StateRecord) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
-    let Some(own) = (unsafe { handle.as_ref() }) else { return NULL };
-    // SAFETY: as above.
-    unsafe { put(own.0.at_temperature(temperature), out) }
-}
-
-/// The most probable state given readings, each with this standard deviation; not a number where a point is not measured.
-///
-/// # Safety
-/// As [`coldplate_evaluate`]; `readings` has `points` numbers, `out` is null or a place for a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn coldplate_at_readings(
-    handle: *const Handle,
-    x: *const f64,
-    variables: usize,
-    readings: *const f64,
-    points: usize,
-    deviation: f64,
-    out: *mut StateRecord,
-) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
-    let (Some(own), Some(x), Some(readings)) =
-        (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { numbers(readings, points) })
-    else {
-        return NULL;
-    };
-    // SAFETY: as above.
-    unsafe { put(own.0.at_readings(x, readings, deviation), out) }
-}
-
-/// Moves a state by a duration (s) at a condition that holds all that time.
-///
-/// # Safety
-/// As [`coldplate_evaluate`]; `state` is null or a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn coldplate_step(
-    handle: *const Handle,
-    state: *mut StateRecord,
-    duration: f64,
-    x: *const f64,
-    variables: usize,
-) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
-    let (Some(own), Some(record), Some(x)) = (unsafe { handle.as_ref() }, unsafe { state.as_mut() }, unsafe { numbers(x, variables) })
-    else {
-        return NULL;
-    };
-    let mut moved = State::from_numbers(&record.numbers);
-    match own.0.step(&mut moved, duration, x) {
-        Ok(()) => {
-            record.numbers = moved.numbers();
-            DONE
-        }
-        Err(error) => refused(error),
-    }
-}
-
-/// What the points read in a state at a condition.
-///
-/// # Safety
-/// As [`coldplate_evaluate`]; `state` is null or a state.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn coldplate_read(
-    handle: *const Handle,
-    state: *const StateRecord,
-    x: *const f64,
-    variables: usize,
-    values: *mut f64,
-    points: usize,
-) -> c_int {
-    // SAFETY: the caller promises what the pointers point to.
-    let (Some(own), Some(record), Some(x), Some(values)) =
-        (unsafe { handle.as_ref() }, unsafe { state.as_ref() }, unsafe { numbers(x, variables) }, unsafe { places(values, points) })
-    else {
-        return NULL;
-    };
-    own.0.read(&State::from_numbers(&record.numbers), x, values).map_or_else(refused, |()| DONE)
-}
-
-fn refused(error: StepError) -> c_int {
-    match error {
-        StepError::NotInTime => STEADY,
-        StepError::Shape(_) => LENGTH,
-        StepError::Number => NUMBER,
-    }
-}
-
-/// Writes a state that was made.
-///
-/// # Safety
-/// `out` is null or a place for a state.
-unsafe fn put(made: Result<State, StepError>, out: *mut StateRecord) -> c_int {
-    // SAFETY: the caller promises it.
-    let Some(out) = (unsafe { out.as_mut() }) else { return NULL };
-    match made {
-        Ok(state) => {
-            out.numbers = state.numbers();
-            DONE
-        }
-        Err(error) => refused(error),
-    }
 }
 
 /// Numbers of the caller's; `None` for a null pointer.

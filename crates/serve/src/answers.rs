@@ -19,6 +19,9 @@ pub trait Answers: Send + Sync + 'static {
     /// What is wrong with it.
     fn ask(&self, name: &str, ask: Ask) -> Result<Work, Refusal>;
 
+    /// Reads anew what can be read anew: the process was told to (SIGHUP). Questions are answered meanwhile, by what is there.
+    fn reread(&self) {}
+
     /// JSON Schemas of `Question`, `Answer`, `Batch`, `Answers` and `Info`, and of what they refer to, for
     /// `#/components/schemas/` of the OpenAPI description.
     fn schemas(&self) -> Map<String, Value>;

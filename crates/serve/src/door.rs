@@ -39,6 +39,24 @@ pub(crate) fn told_to_end() -> io::Result<impl Future<Output = ()>> {
     })
 }
 
+/// Calls `reread`, on a thread where it may take its time, whenever the process is told to by SIGHUP; where that is unknown, never.
+///
+/// # Errors
+/// As [`told_to_end`].
+pub(crate) fn told_to_reread(reread: impl Fn() + Clone + Send + 'static) -> io::Result<impl Future<Output = ()>> {
+    #[cfg(unix)]
+    let mut told = tokio::signal::unix::signal(tokio::signal::unix::SignalKind::hangup())?;
+    Ok(async move {
+        #[cfg(unix)]
+        while told.recv().await.is_some() {
+            // One at a time: what was told meanwhile is done once, afterwards.
+            let _ = tokio::task::spawn_blocking(reread.clone()).await;
+        }
+        #[cfg(not(unix))]
+        drop(reread);
+    })
+}
+
 /// Accepts connections until `end`; then takes no more, and waits for those that have a request under way.
 pub(crate) async fn open(listener: TcpListener, router: &Router, limits: Limits, end: impl Future<Output = ()>) {
     let connections = GracefulShutdown::new();

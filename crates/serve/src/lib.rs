@@ -26,7 +26,7 @@ pub use answers::{Answers, Ask, Refusal, Reply, Work};
 pub use settings::{Limits, Settings, Token};
 
 /// Listens and answers until the process is told to end (Ctrl-C, SIGTERM); requests under way are then still answered.
-/// `listening` is told the address once connections are accepted, which a port of 0 leaves to the system.
+/// Told by SIGHUP, it has `answers` read anew what they can. `listening` is told the address once connections are accepted, which a port of 0 leaves to the system.
 ///
 /// # Errors
 /// The address cannot be listened at, or the system gives no threads.
@@ -37,6 +37,8 @@ pub fn run(answers: impl Answers, settings: &Settings, listening: impl FnOnce(So
     let ended = runtime.block_on(async {
         let listener = tokio::net::TcpListener::bind(settings.address).await?;
         let end = door::told_to_end()?;
+        let rereading = Arc::clone(&site);
+        tokio::spawn(door::told_to_reread(move || rereading.reread())?);
         listening(listener.local_addr()?);
         door::open(listener, &routes::router(site), settings.limits, end).await;
         Ok(())

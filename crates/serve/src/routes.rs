@@ -50,6 +50,11 @@ impl Site {
         }
     }
 
+    /// Reads anew what is answered.
+    pub(crate) fn reread(&self) {
+        self.answers.reread();
+    }
+
     fn missing(&self, name: &str) -> Refusal {
         let known = self.answers.names().join(", ");
         Refusal::new(404, format!("there is no surrogate '{name}'")).help(format!("there are: {known}"))

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | COMSOL Multiphysics, exported table | lines that begin with `%`, the last of them the header | `heat (W)` |
 //! | Ansys Workbench, exported design points | `# ,P1 - heat [W],P2 - ...`, then a header `Name,P1,P2` | `[W]`, degrees as `C` |
+//! | optiSLang, design export as CSV | a header that begins with the cell `#`, the number of the design | nowhere |
 //! | Dakota, tabular file | a header that begins with `%eval_id`, columns separated by spaces | nowhere |
 //! | anything else | CSV with a header, as this program writes it | `heat [W]` |
 
@@ -16,6 +17,9 @@ use crate::units;
 
 /// First word of the header of a Dakota table.
 const DAKOTA: &str = "%eval_id";
+
+/// What may separate the columns of optiSLang: tabs unless another is chosen. A space would be that of a remark.
+const OPTISLANG: [char; 3] = ['\t', ';', ','];
 
 /// A column and the unit it is to have: the one that its file does not state, or another than that.
 pub type UnitOf = (String, String);
@@ -86,6 +90,9 @@ fn in_our_form(text: &str, units: &[UnitOf]) -> Result<String> {
     if first.starts_with('%') {
         return of_comsol(text, units);
     }
+    if let Some(delimiter) = first.strip_prefix('#').and_then(|rest| rest.chars().next()).filter(|c| OPTISLANG.contains(c)) {
+        return Ok(of_optislang(text, delimiter, units));
+    }
     let named =
         text.lines().filter_map(|line| line.strip_prefix('#')).find(|line| line.trim_start_matches([' ', ',']).starts_with("P1 - "));
     Ok(named.map_or_else(|| with_units(text, units), |named| of_ansys(text, named, units)))
@@ -106,6 +113,22 @@ fn of_dakota(text: &str, units: &[UnitOf]) -> String {
         cells.collect::<Vec<_>>().join(",") + "\n"
     };
     text.lines().filter(|line| !line.trim().is_empty()).map(line).collect()
+}
+
+fn of_optislang(text: &str, delimiter: char, units: &[UnitOf]) -> String {
+    let mut is_header = true;
+    let mut line = |line: &str| -> String {
+        let is_names = std::mem::take(&mut is_header);
+        let cell = |cell: &str| match cell.trim().trim_matches('"') {
+            "#" => "design".to_string(),
+            name if is_names => header(name, None, units),
+            // A design that failed has no response.
+            missing if missing.eq_ignore_ascii_case("nan") => String::new(),
+            value => quoted(value),
+        };
+        line.split(delimiter).map(cell).collect::<Vec<_>>().join(",") + "\n"
+    };
+    text.lines().filter(|line| !line.trim().is_empty()).map(&mut line).collect()
 }
 
 fn of_comsol(text: &str, units: &[UnitOf]) -> Result<String> {
@@ -221,6 +244,20 @@ mod tests {
         assert_eq!(headers(&table), ["heat [W]", "film [W m^-2 K^-1]", "Temperature Maximum [degC]"]);
         assert_eq!(table.column("Temperature Maximum").unwrap().values, [41.5, 63.0]);
         assert_eq!(table.text("Name").unwrap().values, ["DP 0", "DP 1"]);
+    }
+
+    #[test]
+    fn optislang_designs() {
+        for delimiter in ["\t", ";", ","] {
+            let text = "#|heat|flow|Feasible|T_motor\r\n0.1|100|2|true|41.5\r\n0.2|2e2|8|false|nan\r\n".replace('|', delimiter);
+            let table = read(&text, &[("heat", "W"), ("flow", "L/min"), ("T_motor", "degC")], &["heat", "flow"]).unwrap();
+            assert_eq!(headers(&table), ["heat [W]", "flow [L/min]", "T_motor [degC]"]);
+            assert_eq!(table.column("heat").unwrap().values, [100.0, 200.0]);
+            assert!(table.column("T_motor").unwrap().values[1].is_nan());
+            assert_eq!(table.text("design").unwrap().values, ["0.1", "0.2"]);
+        }
+        // A remark of ours is none of it.
+        assert_eq!(headers(&read("# made by hand\nQ [W],t [degC]\n1,2\n", &[], &["Q"]).unwrap()), ["Q [W]", "t [degC]"]);
     }
 
     #[test]
