@@ -81,7 +81,7 @@ ambient_temperature = "20 degC"
 [mesh]
 cells = 9000
 [surfaces]
-emissivity = 0.0
+emissivity = 1e-9
 [material.cross]
 conductivity = ["8 W/(m K)", "3 W/(m K)", "50 W/(m K)"]
 density = "5000 kg/m3"
@@ -134,7 +134,7 @@ fn tubes_meet_their_exact_temperatures() {
         [("middle", 80.0 - watts * half(0.02, 0.03)), ("near", near), ("far", near - watts * joint), ("around", 20.0 + watts * film)];
     for (sensor, degrees) in exact {
         // Chords of a 48th of a turn conduct (2 tan x) / 2x - 1 = 0.14 % more than arcs, of a drop of 60 K.
-        assert!((found[sensor] - degrees).abs() < 0.05, "{sensor}: {} by CalculiX, {degrees} exactly", found[sensor]);
+        assert!((found[sensor] - degrees).abs() < 0.02, "{sensor}: {} by CalculiX, {degrees} exactly", found[sensor]);
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }
@@ -192,7 +192,11 @@ fn what_a_deck_cannot_say_is_refused() {
             "cut the part into blocks",
         ),
         (coarse, "part.shaft.cells", "three or more"),
-        (plain.replace("coolant_flow = \"6 L/min\"", "coolant_flow = \"0 L/min\""), "channel.first", "a condition with flow"),
+        (
+            plain.replace("coolant_flow = \"6 L/min\"", "coolant_flow = \"0 L/min\"").replace("0.2 * motor_speed_rpm", "0 W"),
+            "channel.first",
+            "a condition with flow",
+        ),
     ];
     for (text, place, remedy) in cases {
         std::fs::write(folder.join("machine.toml"), text).unwrap();

@@ -7,11 +7,15 @@ use coldplate_runtime::{State, StepError};
 
 use crate::{DONE, Handle, LENGTH, NULL, NUMBER, STEADY, numbers, places};
 
+/// Numbers in a state; as a number, so that the header can be held against it.
+pub const NUMBERS: usize = 33;
+const _: () = assert!(NUMBERS == MAX_STATES + 1);
+
 /// A state over time.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct StateRecord {
-    numbers: [f64; MAX_STATES + 1],
+    numbers: [f64; NUMBERS],
 }
 
 /// How many states the machine has over time; 0 where the file knows steady states only.

@@ -9,11 +9,14 @@ use crate::{File, json};
 const PAGE: &str = include_str!("page.html");
 /// The arithmetic, which tests run by itself.
 const CORE: &str = include_str!("surrogate.js");
+/// Measured tables beside it.
+const READINGS: &str = include_str!("readings.js");
 
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Vec<File> {
     let mut filling = Filling::default();
     filling.block("surrogate", without_tags(&json::write(surrogate, content)));
     filling.block("core", CORE.to_owned());
+    filling.block("readings", READINGS.to_owned());
     vec![File::new(format!("{name}.html"), filling.fill(PAGE, name).into_bytes())]
 }
 

@@ -1,5 +1,6 @@
 //! Every target beside the runtime: the same files, the same conditions, the same answers.
 
+mod browser;
 mod c99;
 mod examples;
 mod fmu;
