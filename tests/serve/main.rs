@@ -6,6 +6,7 @@ mod described;
 mod limits;
 mod page;
 mod refused;
+mod reread;
 mod under_load;
 
 use std::io::{BufRead, BufReader};
@@ -54,11 +55,17 @@ impl Service {
     }
 
     fn start_at(address: &str, args: &[&str]) -> Self {
+        Self::start_heard(address, args, Stdio::inherit())
+    }
+
+    /// What it says of itself goes to `log`.
+    fn start_heard(address: &str, args: &[&str], log: Stdio) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_coldplate"))
             .args(["serve", "--listen", address, "--json"])
             .args(args)
             .current_dir(root())
             .stdout(Stdio::piped())
+            .stderr(log)
             .spawn()
             .expect("the program starts");
         let (mut lines, mut text) = (BufReader::new(child.stdout.take().unwrap()), String::new());
