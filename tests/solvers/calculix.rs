@@ -140,7 +140,7 @@ fn tubes_meet_their_exact_temperatures() {
 }
 
 /// Solid and hollow cylinders, a half turn, materials that follow direction and temperature, two blocks in one piece, branches of
-/// water, films, fluxes and radiation on faces.
+/// water, films, fluxes and radiation on faces, lumped nodes, contacts between places that do not touch.
 #[test]
 fn a_machine_of_everything_agrees() {
     if !has_ccx() {
@@ -152,7 +152,7 @@ fn a_machine_of_everything_agrees() {
     let (coarse, cells) = (["--cells", "1500"], ["--cells", "6000"]);
     let (before, theirs) = (by_calculix(&folder, machine, &coarse), by_calculix(&folder, machine, &cells));
     let (own, mesh) = by_coldplate(&folder, machine, &cells);
-    assert_eq!(theirs.len(), 9);
+    assert_eq!(theirs.len(), 10);
     for (sensor, degrees) in &theirs {
         // Both have an error of their mesh: coldplate says its own, that of CalculiX shows on the coarser mesh.
         let (ours, open) = (own[sensor].as_f64().unwrap(), mesh[sensor].as_f64().unwrap() + (degrees - before[sensor]).abs());
@@ -170,17 +170,7 @@ fn what_a_deck_cannot_say_is_refused() {
     assert_ne!(coarse, plain);
     let ball = "[part.ball]\nmaterial = \"steel\"\nsphere = { outer = \"10 mm\" }\nat = [\"1 m\", \"0 m\", \"0 m\"]\n";
     let cases = [
-        (
-            with("[node.coil]\ncapacity = \"100 J/K\"\n[contact.coil]\nbetween = [\"coil\", \"motor\"]\ntotal_conductance = \"2 W/K\""),
-            "node.coil",
-            "a part",
-        ),
         (with(ball), "part.ball", "as a box or a cylinder"),
-        (
-            with("[contact.far]\nbetween = [\"shell.outer\", \"plate.+x\"]\nconductance = \"100 W/(m2 K)\"\narea = \"1 cm2\""),
-            "contact.far",
-            "so that their faces touch",
-        ),
         (
             with("[radiation_link.gap]\nbetween = [\"plate.+x\", \"shell.outer\"]\nview_factor = 0.1\nemissivity = [0.5, 0.5]"),
             "radiation_link.gap",

@@ -130,10 +130,20 @@ impl Deck {
     /// The fourth node is free: nothing takes heat from it.
     pub(super) fn place(&mut self, at: [f64; 3], area: f64, weights: &Weights) -> (usize, u32) {
         let leg = (2.0 * area).sqrt();
-        let [x, y, z] = at;
+        let free = self.node([at[0], at[1], at[2] + leg]);
+        self.under(free, at, leg, weights)
+    }
+
+    /// The same below a node whose temperature it has; its number.
+    pub(super) fn place_of(&mut self, node: u32, area: f64) -> usize {
+        let leg = (2.0 * area).sqrt();
+        let [x, y, z] = self.nodes[node as usize - 1];
+        self.under(node, [x, y, z - leg], leg, &vec![(node, 1.0)]).0
+    }
+
+    fn under(&mut self, top: u32, [x, y, z]: [f64; 3], leg: f64, weights: &Weights) -> (usize, u32) {
         let nodes = [[x, y, z], [x + leg, y, z], [x, y + leg, z]].map(|p| self.follower(p, weights));
-        let free = self.node([x, y, z + leg]);
-        (self.element(Kind::C3D4, Set::Place, vec![nodes[0], nodes[1], nodes[2], free]), nodes[0])
+        (self.element(Kind::C3D4, Set::Place, vec![nodes[0], nodes[1], nodes[2], top]), nodes[0])
     }
 
     /// A wedge between two places: ends of `area` (m²), `thickness` (m) apart.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::bodies::Bodies;
 use super::deck::{Deck, FilmCard, Sink};
+use super::lumped::Lumped;
 use crate::describe::machine::Side;
 use crate::discretise::network::{BoundaryState, Load, Surface};
 use crate::error::{Error, Result};
@@ -39,6 +40,20 @@ impl Acting {
         self.emissive_sink += emissive * seen.powi(4);
     }
 
+    /// Puts it on a face of an area (m²).
+    fn put(&self, element: usize, face: u8, area: f64, deck: &mut Deck) {
+        if self.film > 0.0 {
+            let sink = Sink::Temperature(self.film_sink / self.film);
+            deck.films.push(FilmCard { element, face, film: self.film / area, sink });
+        }
+        if self.emissive > 0.0 {
+            deck.radiation.push((element, face, self.emissive / area, (self.emissive_sink / self.emissive).powf(0.25)));
+        }
+        if self.flux != 0.0 {
+            deck.fluxes.push((element, face, self.flux / area));
+        }
+    }
+
     /// Adds what the laws of a surface do; `at` is the temperature behind it in the state, K.
     fn add(&mut self, model: &MeshedMachine, surface: &Surface, load: &Load, at: f64) {
         self.add_radiation(surface.emissive, load.chamber);
@@ -64,7 +79,7 @@ impl Acting {
 ///
 /// # Errors
 /// A boundary holds the temperature of a part of a cell's face.
-pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, deck: &mut Deck) -> Result<()> {
+pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, lumped: &Lumped, deck: &mut Deck) -> Result<()> {
     let (network, load, temperatures) = (&model.network, &state.load, &state.solution.temperatures);
     let mut acting: BTreeMap<(usize, usize), Acting> = BTreeMap::new();
     let mut held: BTreeMap<u32, f64> = BTreeMap::new();
@@ -100,24 +115,39 @@ pub(super) fn add(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_
     for ((cell, side), acting) in acting {
         let (g, c) = bodies.of_cell(cell);
         let (face, nodes) = bodies.face(g, c, Side::ALL[side]);
-        let area = bodies.face_area(&nodes);
-        if acting.film > 0.0 {
-            let sink = Sink::Temperature(acting.film_sink / acting.film);
-            deck.films.push(FilmCard { element: cell + 1, face, film: acting.film / area, sink });
-        }
-        if acting.emissive > 0.0 {
-            deck.radiation.push((cell + 1, face, acting.emissive / area, (acting.emissive_sink / acting.emissive).powf(0.25)));
-        }
-        if acting.flux != 0.0 {
-            deck.fluxes.push((cell + 1, face, acting.flux / area));
-        }
+        acting.put(cell + 1, face, bodies.face_area(&nodes), deck);
     }
-    sources(model, state, bodies, deck);
+    nodes(model, state, lumped, deck);
+    sources(model, state, bodies, lumped, deck);
     Ok(())
 }
 
+/// What acts on lumped nodes, and what holds them.
+fn nodes(model: &MeshedMachine, state: &SteadyState, lumped: &Lumped, deck: &mut Deck) {
+    let (network, load) = (&model.network, &state.load);
+    for surface in &network.surfaces {
+        let Some((node, element)) = lumped.get(surface.node) else { continue };
+        let held = surface.boundaries().find_map(|l| match load.boundaries[l] {
+            BoundaryState::Temperature(t) => Some(t),
+            _ => None,
+        });
+        if let Some(t) = held {
+            deck.held.push((node, t));
+            continue;
+        }
+        let mut acting = Acting::default();
+        acting.add(model, surface, load, state.solution.temperatures[surface.node as usize]);
+        acting.put(element, 1, Lumped::area(), deck);
+    }
+    for (node, fixed) in &network.fixed {
+        if let Some((own, _)) = lumped.get(*node) {
+            deck.held.push((own, load.fixed[*fixed as usize]));
+        }
+    }
+}
+
 /// The power of every source, in the cells that it heats.
-fn sources(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, deck: &mut Deck) {
+fn sources(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, lumped: &Lumped, deck: &mut Deck) {
     let mut heats: BTreeMap<u32, f64> = BTreeMap::new();
     for (source, power) in model.network.sources.iter().zip(&state.load.powers) {
         for (cell, heat) in source.heats(*power, &state.solution.temperatures) {
@@ -125,6 +155,10 @@ fn sources(model: &MeshedMachine, state: &SteadyState, bodies: &Bodies<'_>, deck
         }
     }
     for (cell, heat) in heats.into_iter().filter(|(_, heat)| *heat != 0.0) {
+        if let Some((node, _)) = lumped.get(cell) {
+            deck.heats.push((node, heat));
+            continue;
+        }
         let (g, c) = bodies.of_cell(cell as usize);
         deck.sources.push((cell as usize + 1, heat / bodies.volume(g, c)));
     }

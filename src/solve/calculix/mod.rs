@@ -10,6 +10,7 @@
 //! - Water is a network of fluid elements (D). Each station of a channel takes heat through the film on one face of a small
 //!   tetrahedron (C3D4) that has the mean temperature of the channel's wall there. CalculiX finds the water's temperatures.
 //!   Film coefficients and mass flows come from our own solution, since no correlation for them is in CalculiX.
+//! - A lumped node is one node; contacts of places that do not touch are wedges too, between faces of cells and such nodes.
 //! - A sensor is the corner of such a tetrahedron, at the temperature of the place it reads.
 //!
 //! Radiation, films and fluxes act on the faces of cells; sources are heat per volume.
@@ -18,6 +19,7 @@ mod bodies;
 mod crossings;
 mod deck;
 mod loads;
+mod lumped;
 mod points;
 mod refused;
 mod text;
@@ -54,8 +56,10 @@ impl InputDeck {
         let bodies = bodies::Bodies::new(model, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
         crossings::add(model, state, &bodies, &mut deck);
         let outlets = water::add(model, state, &bodies, &mut deck);
-        let points = points::add(model, &bodies, &outlets, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
-        loads::add(model, state, &bodies, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
+        let mut lumped = lumped::Lumped::new(model, &mut deck);
+        lumped.contacts(model, state, &bodies, &mut deck);
+        let points = points::add(model, &bodies, &outlets, &lumped, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
+        loads::add(model, state, &bodies, &lumped, &mut deck).map_err(|error| error.in_file(&model.machine.file))?;
         let text = text::text(model, condition, state, &deck, &points);
         Ok(Self { text, nodes: deck.nodes.len(), elements: deck.elements.len(), points })
     }

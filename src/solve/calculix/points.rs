@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::bodies::{Bodies, add as add_weight};
 use super::deck::{Deck, Weights};
+use super::lumped::Lumped;
 use super::water::Ends;
 use crate::describe::machine::{Reading, Sensor};
 use crate::error::{Error, Result};
@@ -27,11 +28,15 @@ pub struct Point {
 ///
 /// # Errors
 /// A sensor reads what the deck does not have.
-pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], deck: &mut Deck) -> Result<Vec<Point>> {
+pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lumped: &Lumped, deck: &mut Deck) -> Result<Vec<Point>> {
     let point = |sensor: &Sensor| {
         let node = match &sensor.reads {
             Reading::Inlet(s) => water[*s].inlet,
             Reading::Outlet(s) => water[*s].outlet,
+            Reading::Node(n) => {
+                let own = lumped.get((model.mesh.cells + n) as u32);
+                own.ok_or_else(|| not_there(sensor, "a node that is not in the deck"))?.0
+            }
             solid => {
                 let (at, weights) = place(model, bodies, sensor, solid)?;
                 if weights.len() > MOST_NODES {

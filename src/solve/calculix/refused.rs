@@ -1,6 +1,5 @@
 //! What a deck cannot say.
 
-use super::crossings::is_crossed;
 use crate::error::{Error, Result};
 use crate::solve::meshed::{MeshedMachine, SteadyState};
 
@@ -10,11 +9,6 @@ use crate::solve::meshed::{MeshedMachine, SteadyState};
 /// What, where, and what to do about it.
 pub(super) fn check(model: &MeshedMachine, state: &SteadyState) -> Result<()> {
     let machine = &model.machine;
-    if let Some(node) = machine.nodes.first() {
-        return Err(said(format!("the node '{}' has no shape that could be cut into elements", node.name))
-            .at_key(format!("node.{}", node.name))
-            .help("describe it as a part of the same heat capacity, whose conductivity is high"));
-    }
     for part in &machine.parts {
         if part.import.is_some() {
             return Err(said(format!("'{}' is an imported mesh", part.name))
@@ -37,13 +31,6 @@ pub(super) fn check(model: &MeshedMachine, state: &SteadyState) -> Result<()> {
         return Err(said(format!("the surfaces of the enclosure '{}' see each other", enclosure.name))
             .at_key(format!("enclosure.{}", enclosure.name))
             .help("leave it out in a copy of the file; its surfaces then see the chamber"));
-    }
-    for group in &model.network.contacts {
-        if group.joints.clone().any(|joint| !is_crossed(model, joint)) {
-            return Err(said(format!("the contact '{}' joins places that do not touch", group.name))
-                .at_key(format!("contact.{}", group.name))
-                .help("move the parts together, so that their faces touch"));
-        }
     }
     for (stream, flow) in model.network.streams.iter().zip(&state.solution.streams) {
         if flow.capacity_rate <= 0.0 {
