@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::{Open, Plan};
 use crate::describe::machine::Condition;
-use crate::discretise::network::Load;
+use crate::discretise::network::{Load, SensorTerm};
 use crate::error::{Error, Result};
 use crate::solve::Solver;
 use crate::solve::meshed::SteadyState;
@@ -53,11 +53,13 @@ pub(super) fn with<R>(
         let si = &plan.conditions[row];
         let state = study.model.solve(&solver, &Condition::from_si(si.clone()))?;
         count_boiling(study, &state, &mut boiling.lock().unwrap_or_else(PoisonError::into_inner));
-        let mut values: Vec<f64> = study.model.readings(&state).into_iter().map(|t| t.0).collect();
+        let mut values = study.model.readings(&state);
         let count = open.parameters.len() * values.len();
         if count > 0 && plan.is_sloped(row) {
             let at = Derivatives::at(study, &Condition::from_si(si.clone()), &state.solution.temperatures)?;
-            values.extend(at.along_open(&open.parameters)?.into_iter().flatten());
+            let slopes = at.along_open(&open.parameters)?;
+            let shown = |(slopes, sensor): (Vec<f64>, &SensorTerm)| slopes.into_iter().map(|slope| sensor.measurand.difference(slope)).collect();
+            values.extend(slopes.into_iter().zip(&study.model.network.sensors).flat_map::<Vec<f64>, _>(shown));
         } else {
             values.extend(std::iter::repeat_n(0.0, count));
         }

@@ -66,7 +66,7 @@ impl MachinePicture {
         let probe = |sensor: &usize| {
             let (part, at) = place_of(model, machine, *sensor)?;
             let shown = part.is_none_or(|p| parts.contains(&p));
-            shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: Some(readings[*sensor].0) })
+            shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: Some(readings[*sensor]) })
         };
         let mut probes: Vec<Probe> = sensors.iter().filter_map(probe).collect();
         if let Some(file) = &self.places {
@@ -115,6 +115,7 @@ fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(
         Reading::Point(part, at) => Some((Some(*part), *at)),
         Reading::FaceMean(face) => Some((Some(face.part), centre(model, face.part)?)),
         Reading::PartMean(part) => Some((Some(*part), centre(model, *part)?)),
+        Reading::Displacement(own) => Some((Some(own.of.0), own.of.1)),
         Reading::Node(_) => None,
         Reading::Inlet(c) => channel(*c, |path| path.first()),
         Reading::Outlet(c) => channel(*c, |path| path.last()),

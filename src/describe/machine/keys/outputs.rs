@@ -62,7 +62,7 @@ pub(super) const LIMIT: Table = Table {
     doc: "what is acceptable",
     keys: &[&[
         report("sensor", Form::Name("sensor"), "with `maximum` or `rise`: the sensor"),
-        report("maximum", Form::Quantity(CELSIUS), "the sensor is not hotter: `\"45 degC\"`").also(&["max"]),
+        report("maximum", Form::Quantity(CELSIUS), "the sensor is not hotter: `\"45 degC\"`; a displacement not larger: `\"20 um\"`").also(&["max"]),
         report("rise", Form::Quantity(KELVIN), "nor more than that above `ambient_temperature`: `\"5 K\"`"),
         report("between", Form::List(&Form::Name("sensor"), Some(2)), "with `difference`: two sensors, `[\"a\", \"b\"]`"),
         report("difference", Form::Quantity(KELVIN), "the first minus the second is not larger"),
