@@ -109,7 +109,7 @@ fn mesh_errors(model: &MeshedMachine, condition: &Condition, state: &SteadyState
 
 /// A warning where readings are less certain on this mesh than is asked for.
 fn too_coarse(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Option<String> {
-    let temperatures = model.network.sensors.iter().map(|s| s.measurand == Measurand::Temperature);
+    let temperatures = model.network.measurands.iter().map(|own| *own == Measurand::Temperature);
     let names = model.network.sensor_names.iter().zip(&mesh.errors).zip(temperatures);
     let names = names.filter(|((_, e), is_temperature)| *is_temperature && **e > tolerance).map(|(own, _)| own);
     let list: Vec<String> = names.map(|(name, e)| format!("{name} by {} K", significant(*e, 2))).collect();
@@ -134,7 +134,7 @@ fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, c
     let readings = model.readings(state);
     let mut blocks = Vec::new();
     for (measurand, what) in [(Measurand::Temperature, "sensor"), (Measurand::Displacement, "displacement")] {
-        let own = model.network.sensors.iter().zip(&model.network.sensor_names).enumerate().filter(|(_, (term, _))| term.measurand == measurand);
+        let own = model.network.measurands.iter().zip(&model.network.sensor_names).enumerate().filter(|(_, (own, _))| **own == measurand);
         let rows: Vec<Vec<String>> = own.map(|(s, (_, name))| row(s, name, readings[s])).collect();
         let open = format!("mesh {}", measurand.unit_of_differences());
         let header = [Some(what), Some(measurand.unit()), mesh.map(|_| open.as_str()), (!shown.is_empty()).then_some("")];
@@ -155,7 +155,8 @@ fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, c
         .map(|l| {
             let shown = |x: f64| format!("{:.3} {}", l.shown(x), l.unit());
             let verdict = if l.margin() >= 0.0 { "kept" } else { "broken" };
-            let margin = format!("{:+.3}{}", l.measurand.difference(l.margin()), if has_lengths { format!(" {}", l.measurand.unit_of_differences()) } else { String::new() });
+            let unit = if has_lengths { format!(" {}", l.measurand.unit_of_differences()) } else { String::new() };
+            let margin = format!("{:+.3}{unit}", l.margin());
             vec![l.name.clone(), shown(l.value), shown(l.maximum), margin, verdict.into()]
         })
         .collect();

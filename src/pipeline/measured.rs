@@ -9,7 +9,7 @@ use crate::figures::chart::measured::{MeasuredFigure, SensorRow};
 use crate::figures::chart::style::Quantity;
 use crate::solve::meshed::{MeshedMachine, SteadyState};
 use crate::solve::sensitivity::{Derivatives, Study};
-use crate::units::{celsius, express};
+use crate::units::express;
 
 /// A measured state beside its prediction.
 #[derive(Debug)]
@@ -122,11 +122,11 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<Checked> {
         .iter()
         .map(|(sensor, kelvin)| CheckedReading {
             name: model.network.sensor_names[*sensor].clone(),
-            measured: celsius(*kelvin),
+            measured: model.machine.sensors[*sensor].measurand().shown(*kelvin),
             uncertainty: measurement.uncertainty,
             predicted: predicted[*sensor],
             band: bands[*sensor],
-            other: measurement.others.iter().find(|(s, _)| s == sensor).map(|(_, t)| celsius(*t)),
+            other: measurement.others.iter().find(|(s, _)| s == sensor).map(|(_, t)| model.machine.sensors[*sensor].measurand().shown(*t)),
         })
         .collect();
     // The condition as stated: variables the measurement does not mention keep their defaults unseen.

@@ -338,6 +338,7 @@ impl Assembly<'_> {
             groups: rest.groups.clone(),
             sources: rest.sources.iter().map(|s| HeatSource { shares: Vec::new(), law: s.law.clone() }).collect(),
             sensor_names: rest.sensor_names.clone(),
+            measurands: rest.measurands.clone(),
             ..Network::default()
         };
         own.contacts.iter_mut().for_each(|group| group.joints = 0..0);

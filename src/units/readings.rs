@@ -7,7 +7,7 @@ use super::{Dimension, ZERO_CELSIUS};
 /// Micrometres of a metre.
 const MICRO: f64 = 1e6;
 
-/// What a sensor reads: K or m inside, degC or um where people and other programs see it.
+/// What a sensor reads. Readings are K or um: numbers of one size, so that what is small beside one is small beside the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Measurand {
     /// A temperature.
@@ -18,31 +18,23 @@ pub enum Measurand {
 }
 
 impl Measurand {
-    /// A value (SI) as it is shown.
-    pub fn shown(self, si: f64) -> f64 {
+    /// A reading as it is shown: degC or um.
+    pub fn shown(self, reading: f64) -> f64 {
         match self {
-            Self::Temperature => si - ZERO_CELSIUS,
-            Self::Displacement => si * MICRO,
+            Self::Temperature => reading - ZERO_CELSIUS,
+            Self::Displacement => reading,
         }
     }
 
-    /// A difference of two values (SI) as it is shown.
-    pub fn difference(self, si: f64) -> f64 {
+    /// The reading of a value in SI.
+    pub fn of_si(self, si: f64) -> f64 {
         match self {
             Self::Temperature => si,
             Self::Displacement => si * MICRO,
         }
     }
 
-    /// A difference as it is shown, in SI.
-    pub fn difference_si(self, shown: f64) -> f64 {
-        match self {
-            Self::Temperature => shown,
-            Self::Displacement => shown / MICRO,
-        }
-    }
-
-    /// Unit of a value.
+    /// Unit of what is shown.
     pub fn unit(self) -> &'static str {
         match self {
             Self::Temperature => "degC",
@@ -50,7 +42,7 @@ impl Measurand {
         }
     }
 
-    /// Unit of a difference.
+    /// Unit of a difference of readings.
     pub fn unit_of_differences(self) -> &'static str {
         match self {
             Self::Temperature => "K",
@@ -58,7 +50,7 @@ impl Measurand {
         }
     }
 
-    /// Dimension of a value.
+    /// Dimension of what is shown.
     pub fn dimension(self) -> Dimension {
         match self {
             Self::Temperature => Dimension::TEMPERATURE,

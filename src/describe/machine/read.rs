@@ -111,13 +111,12 @@ fn machine(document: &Document) -> Result<Machine> {
     let mut sensors = sensors(&root, &index)?;
     sensors.extend(displacements(&root, &index, &sensors)?);
     let elasticity = elasticity(&root, &index)?;
-    let sensor_names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).collect();
     let heat_flows = heat_flows(&root, &index, &contacts, &boundaries)?;
     let limited: Vec<(String, Dimension)> = sensors.iter().map(|sensor| (sensor.name.clone(), sensor.measurand().dimension())).collect();
     let limits = limits(&root, &limited, &variables)?;
-    let measurements = measurements(&root, &variables, &sensor_names)?;
+    let measurements = measurements(&root, &variables, &sensors)?;
     let (shared_factors, correlations) = (shared_factors(&root)?, correlations(&root)?);
-    let model_error = model_error(&root, &sensor_names, &variables)?;
+    let model_error = model_error(&root, &sensors, &variables)?;
     let assumption = |a: crate::foundation::document::Assumed| Assumption { key: a.key, value: a.value, reason: a.reason };
     let assumptions = document.assumptions()?.into_iter().map(assumption).collect();
     let mut machine = Machine {

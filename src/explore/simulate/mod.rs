@@ -19,7 +19,7 @@ use crate::reduce::ReducedModel;
 use crate::solve::heat_flow::heat_flows_at;
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::{Energy, Settings, Transient, TransientState};
-use crate::units::{Celsius, Kelvin, express};
+use crate::units::{Measurand, express};
 
 use checkpoint::{Identity, Progress};
 use passing::Passing;
@@ -135,6 +135,8 @@ pub struct Subject<'a> {
     pub variables: &'a [Variable],
     /// Names of its sensors.
     pub sensors: &'a [String],
+    /// What they read.
+    pub measurands: &'a [Measurand],
     /// Its heat-flow sensors.
     pub meters: &'a [HeatMeter],
     /// Cells of the mesh; zero where that is not known.
@@ -150,6 +152,7 @@ impl<'a> Subject<'a> {
             hash: &machine.hash,
             variables: &machine.variables,
             sensors: &network.sensor_names,
+            measurands: &network.measurands,
             meters: &network.meters,
             cells,
             nodes: network.nodes,
@@ -225,12 +228,12 @@ impl History {
         for (s, name) in model.sensors.iter().enumerate() {
             // A sensor may be called like a condition; two columns may not.
             let name = if columns.iter().any(|c| c.name == *name) { format!("{name} (sensor)") } else { name.clone() };
-            let values = self.readings.iter().map(|r| Celsius::from(Kelvin(r[s])).0).collect();
-            columns.push(column(&name, "degC", values));
+            let own = model.measurands[s];
+            columns.push(column(&name, own.unit(), self.readings.iter().map(|r| own.shown(r[s])).collect()));
         }
         for (s, name) in model.sensors.iter().enumerate() {
             if let Some(bounds) = &self.bounds {
-                columns.push(column(&format!("{name} bound"), "K", bounds.iter().map(|row| row[s]).collect()));
+                columns.push(column(&format!("{name} bound"), model.measurands[s].unit_of_differences(), bounds.iter().map(|row| row[s]).collect()));
             }
         }
         for (m, meter) in model.meters.iter().enumerate() {

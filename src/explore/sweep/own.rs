@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::{Open, Plan};
 use crate::describe::machine::Condition;
-use crate::discretise::network::{Load, SensorTerm};
+use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::solve::Solver;
 use crate::solve::meshed::SteadyState;
@@ -57,9 +57,7 @@ pub(super) fn with<R>(
         let count = open.parameters.len() * values.len();
         if count > 0 && plan.is_sloped(row) {
             let at = Derivatives::at(study, &Condition::from_si(si.clone()), &state.solution.temperatures)?;
-            let slopes = at.along_open(&open.parameters)?;
-            let shown = |(slopes, sensor): (Vec<f64>, &SensorTerm)| slopes.into_iter().map(|slope| sensor.measurand.difference(slope)).collect();
-            values.extend(slopes.into_iter().zip(&study.model.network.sensors).flat_map::<Vec<f64>, _>(shown));
+            values.extend(at.along_open(&open.parameters)?.into_iter().flatten());
         } else {
             values.extend(std::iter::repeat_n(0.0, count));
         }

@@ -8,7 +8,7 @@ use crate::units::Measurand;
 pub struct LimitState {
     /// Name.
     pub name: String,
-    /// Value: K for maxima (absolute), K for differences, m of displacements.
+    /// Value: K for maxima (absolute), K for differences, um of displacements.
     pub value: f64,
     /// Largest value allowed, in the same scale.
     pub maximum: f64,
@@ -19,9 +19,9 @@ pub struct LimitState {
 }
 
 impl LimitState {
-    /// A value of the limit (SI) as it is shown.
-    pub fn shown(&self, si: f64) -> f64 {
-        if self.is_absolute { self.measurand.shown(si) } else { self.measurand.difference(si) }
+    /// A value of the limit as it is shown.
+    pub fn shown(&self, value: f64) -> f64 {
+        if self.is_absolute { self.measurand.shown(value) } else { value }
     }
 
     /// Unit of that.
@@ -29,20 +29,20 @@ impl LimitState {
         if self.is_absolute { self.measurand.unit() } else { self.measurand.unit_of_differences() }
     }
 
-    /// What is left, K or m; negative where the limit is broken.
+    /// What is left, K or um; negative where the limit is broken.
     pub fn margin(&self) -> f64 {
         self.maximum - self.value
     }
 }
 
-/// Every limit of `machine` at the sensors' `readings` (K, or m) and the values of its variables (SI, in its order).
+/// Every limit of `machine` at the sensors' `readings` (K or um) and the values of its variables (SI, in its order).
 pub fn limit_states(machine: &Machine, readings: &[f64], variables: &[f64]) -> Vec<LimitState> {
     let state = |limit: &crate::describe::machine::Limit| {
         let value = limit.kind.value(|sensor| readings[sensor], |variable| variables[variable]);
         let is_absolute = matches!(limit.kind, LimitKind::Maximum { .. });
         let of = limit.kind.points().next().and_then(|point| machine.sensors.get(point));
         let measurand = of.map_or(Measurand::Temperature, Sensor::measurand);
-        LimitState { name: limit.name.clone(), value, maximum: limit.maximum, is_absolute, measurand }
+        LimitState { name: limit.name.clone(), value, maximum: measurand.of_si(limit.maximum), is_absolute, measurand }
     };
     machine.limits.iter().map(state).collect()
 }

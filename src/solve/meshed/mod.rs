@@ -103,10 +103,10 @@ impl MeshedMachine {
 
     /// Temperatures of the places of all sensors in a state, degC, and displacements, um, in the machine's order.
     pub fn readings(&self, state: &SteadyState) -> Vec<f64> {
-        self.network.sensors.iter().zip(self.read(state)).map(|(s, si)| s.measurand.shown(si)).collect()
+        self.network.measurands.iter().zip(self.read(state)).map(|(own, reading)| own.shown(reading)).collect()
     }
 
-    /// The same in K and m.
+    /// The same in K and um.
     pub fn read(&self, state: &SteadyState) -> Vec<f64> {
         self.network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect()
     }

@@ -98,7 +98,7 @@ impl MeshRecord {
     /// Errors of a model's sensors beside a tolerance (K).
     pub fn of(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Self {
         let names = || model.network.sensor_names.iter().cloned();
-        let all = |measurand| names().zip(&mesh.errors).zip(&model.network.sensors).filter(move |(_, s)| s.measurand == measurand).map(|(own, _)| own);
+        let all = |measurand| names().zip(&mesh.errors).zip(&model.network.measurands).filter(move |(_, own)| **own == measurand).map(|(own, _)| own);
         let temperatures = || all(Measurand::Temperature);
         Self {
             errors_K: temperatures().map(|(name, e)| (name, *e)).collect(),
@@ -249,6 +249,6 @@ impl ContactRecord {
 impl LimitRecord {
     fn of(limit: &LimitState) -> Self {
         let (value, maximum) = (limit.shown(limit.value), limit.shown(limit.maximum));
-        Self { name: limit.name.clone(), value, limit: maximum, margin: limit.measurand.difference(limit.margin()) }
+        Self { name: limit.name.clone(), value, limit: maximum, margin: limit.margin() }
     }
 }

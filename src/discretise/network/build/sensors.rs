@@ -7,6 +7,7 @@ use crate::discretise::elastic;
 use crate::discretise::mesh::grid::Grid;
 use crate::discretise::network::SensorTerm;
 use crate::error::{Error, Result};
+use crate::units::Measurand;
 
 /// A point between the outermost cells of a block and one of its faces.
 struct AtFace {
@@ -112,9 +113,10 @@ impl Builder<'_> {
                 }
                 Reading::FaceMean(face) => self.face_mean(*face, key())?,
                 Reading::Displacement(_) => {
-                    let weights = displacements.next().map_or_else(Vec::new, |own| own.cells);
+                    let metres = displacements.next().map_or_else(Vec::new, |own| own.cells);
+                    let weights: Vec<(u32, f64)> = metres.into_iter().map(|(c, w)| (c, Measurand::Displacement.of_si(w))).collect();
                     let constant = -self.machine.elasticity.reference * weights.iter().map(|(_, w)| w).sum::<f64>();
-                    SensorTerm { weights, inlet: None, constant, measurand: sensor.measurand() }
+                    SensorTerm { weights, inlet: None, constant }
                 }
                 Reading::Outlet(s) => SensorTerm::temperature(vec![(self.network.streams[*s].outlet(), 1.0)]),
                 Reading::Inlet(s) => {
@@ -132,6 +134,7 @@ impl Builder<'_> {
             };
             self.network.sensors.push(term);
             self.network.sensor_names.push(sensor.name.clone());
+            self.network.measurands.push(sensor.measurand());
         }
         Ok(())
     }
