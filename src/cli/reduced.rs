@@ -145,7 +145,8 @@ fn text(model: &ReducedModel, answer: &Answer, record: &Record) -> String {
         let unit = if is_mixed { format!(" {}", measurands[s].unit()) } else { String::new() };
         vec![name.clone(), format!("{:.4}{unit}", measurands[s].shown(*reading)), significant(*bound, 2)]
     };
-    let rows: Vec<Vec<String>> = model.fine.network.sensor_names.iter().zip(&answer.readings).zip(&answer.bounds).enumerate().map(row).collect();
+    let rows: Vec<Vec<String>> =
+        model.fine.network.sensor_names.iter().zip(&answer.readings).zip(&answer.bounds).enumerate().map(row).collect();
     text += &table(&["sensor", "degC", "+- K"], &rows);
     if !record.limits.is_empty() {
         let row = |l: &Limit| vec![l.name.clone(), format!("{:+.3}", l.margin_K), if l.kept { "kept".into() } else { "broken".into() }];

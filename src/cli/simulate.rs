@@ -12,6 +12,7 @@ use crate::describe::machine::{Machine, Sensor};
 use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
+use crate::explore::simulate::drift::Drift;
 use crate::explore::simulate::{self, Crossing, History, Start, Subject, Watch};
 use crate::figures::chart::draw_as;
 use crate::figures::chart::output::check_name;
@@ -253,6 +254,18 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) { series.write_parquet(path) } else { series.write_csv(path) }
 }
 
+/// A displacement's drift, for a reader.
+fn drift_row(drift: &Drift) -> Vec<String> {
+    vec![
+        drift.sensor.clone(),
+        format!("{:.2}", drift.range_um),
+        format!("{:.2}", drift.first_hour_um),
+        format!("{:+.2}", drift.end_um),
+        drift.steady_um.map_or(String::new(), |um| format!("{um:+.2}")),
+        drift.settled_s.map_or("not reached".into(), duration),
+    ]
+}
+
 fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
@@ -263,7 +276,8 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let degrees = |what: &str| if is_mixed { what.to_string() } else { format!("{what} degC") };
     let mut rows = Vec::new();
     for (s, name) in model.sensors.iter().enumerate() {
-        let at = |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}{}", model.measurands[s].shown(r[s]), unit(s)));
+        let at =
+            |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}{}", model.measurands[s].shown(r[s]), unit(s)));
         rows.push(vec![
             name.clone(),
             at(history.readings.first()),
@@ -272,7 +286,16 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
             history.settled[s].map_or("not reached".into(), duration),
         ]);
     }
-    text += &table(&["sensor", &degrees("start"), &degrees("end"), &degrees("steady"), &format!("within {near} K{} after", if is_mixed { " (um)" } else { "" })], &rows);
+    text += &table(
+        &[
+            "sensor",
+            &degrees("start"),
+            &degrees("end"),
+            &degrees("steady"),
+            &format!("within {near} K{} after", if is_mixed { " (um)" } else { "" }),
+        ],
+        &rows,
+    );
     let row = |(m, meter): (usize, &HeatMeter)| {
         let at = |heats: Option<&Vec<f64>>| heats.map_or(String::new(), |heats| format!("{:+.3}", heats[m]));
         vec![meter.name.clone(), at(history.heat_flows.first()), at(history.heat_flows.last())]
@@ -282,6 +305,11 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
         text += "\n";
         text += &table(&["heat flow", "start W", "end W"], &flows);
     }
+    let drifts: Vec<Vec<String>> = history.drifts(model).iter().map(drift_row).collect();
+    if !drifts.is_empty() {
+        text += "\n";
+        text += &table(&["drift um", "range", "first hour", "to the end", "to steady", "within 10 % after"], &drifts);
+    }
     text += "\n";
     let pass = |c: &Crossing| {
         let at = |time: Option<f64>| time.map_or("never".into(), |t| format!("{} ({} s)", duration(t), significant(t, 6)));
@@ -289,7 +317,10 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
         vec![model.sensors[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]
     };
     if !history.passes.is_empty() {
-        text += &table(&["passes", if is_mixed { "" } else { "degC" }, "rising at", "falling at"], &history.passes.iter().map(pass).collect::<Vec<_>>());
+        text += &table(
+            &["passes", if is_mixed { "" } else { "degC" }, "rising at", "falling at"],
+            &history.passes.iter().map(pass).collect::<Vec<_>>(),
+        );
         text += "\n";
     }
     text += &match (&history.steady, history.settled_overall()) {

@@ -300,9 +300,11 @@ impl<'a> Moving<'a> {
 
     fn kelvin(&self, values: &[f64]) -> Result<Vec<f64>> {
         let all = self.surrogate.points().zip(values);
-        all.map(|(point, value)| {
-            if point.unit == LENGTHS_IN { Ok(*value) } else { units::convert(*value, point.unit, Dimension::TEMPERATURE) }
-        })
+        all.map(
+            |(point, value)| {
+                if point.unit == LENGTHS_IN { Ok(*value) } else { units::convert(*value, point.unit, Dimension::TEMPERATURE) }
+            },
+        )
         .collect()
     }
 

@@ -71,7 +71,14 @@ fn free_expansion() {
     let run = solve(&text, 0.04);
     for (i, (_, at)) in places.iter().enumerate() {
         for (d, axis) in ["x", "y", "z"].into_iter().enumerate() {
-            check("D01", &format!("{axis} of point {i}, um"), micrometres(&run, &format!("{axis}{i}")), 12e-6 * 10.0 * at[d] * 1e6, 48.0, 1e-5);
+            check(
+                "D01",
+                &format!("{axis} of point {i}, um"),
+                micrometres(&run, &format!("{axis}{i}")),
+                12e-6 * 10.0 * at[d] * 1e6,
+                48.0,
+                1e-5,
+            );
         }
     }
     check("D01", "between two points, um", micrometres(&run, "apart"), -12e-6 * 10.0 * 0.12 * 1e6, 48.0, 1e-5);
@@ -106,7 +113,8 @@ fn bars_between_walls() {
         );
         text += &(support("left", "first.-x", "\"x\"") + &support("right", "second.+x", "\"x\""));
         for part in ["first", "second"] {
-            text += &(support(&format!("{part}y"), &format!("{part}.-y"), "\"y\"") + &support(&format!("{part}z"), &format!("{part}.-z"), "\"z\""));
+            text += &(support(&format!("{part}y"), &format!("{part}.-y"), "\"y\"")
+                + &support(&format!("{part}z"), &format!("{part}.-z"), "\"z\""));
         }
         text += &sensor("joint", ("first", [l1, 0.02, 0.03]), None, "x");
         let run = solve(&text, 0.02);
@@ -146,7 +154,8 @@ fn sliding_and_glued() {
             "#
         );
         for part in ["bed", "block"] {
-            text += &(support(&format!("{part}x"), &format!("{part}.-x"), "\"x\"") + &support(&format!("{part}y"), &format!("{part}.-y"), "\"y\""));
+            text += &(support(&format!("{part}x"), &format!("{part}.-x"), "\"x\"")
+                + &support(&format!("{part}y"), &format!("{part}.-y"), "\"y\""));
         }
         text + &support("z", "bed.-z", "\"z\"") + &sensor("end", ("block", [0.5, 0.05, 0.11]), None, "x")
     };
@@ -163,8 +172,7 @@ fn sliding_and_glued() {
 fn bimetal_strip() {
     let (e1, e2, a1, a2, t1, t2, warmer) = (140e9_f64, 110e9, 1.2e-6, 18e-6, 1.5e-3_f64, 1e-3, 50.0_f64);
     let (m, n, h) = (t1 / t2, e1 / e2, t1 + t2);
-    let exact = 6.0 * (a2 - a1) * warmer * (1.0 + m).powi(2)
-        / (h * (3.0 * (1.0 + m).powi(2) + (1.0 + m * n) * (m * m + 1.0 / (m * n))));
+    let exact = 6.0 * (a2 - a1) * warmer * (1.0 + m).powi(2) / (h * (3.0 * (1.0 + m).powi(2) + (1.0 + m * n) * (m * m + 1.0 / (m * n))));
     let mut text = material("invar", e1, 0.0, a1) + &material("brass", e2, 0.0, a2) + &material("foam", 1e3, 0.0, 0.0);
     text += &format!(
         r#"
@@ -190,7 +198,8 @@ fn bimetal_strip() {
         "#
     );
     for part in ["lower", "upper"] {
-        text += &(support(&format!("{part}x"), &format!("{part}.-x"), "\"x\"") + &support(&format!("{part}y"), &format!("{part}.-y"), "\"y\""));
+        text +=
+            &(support(&format!("{part}x"), &format!("{part}.-x"), "\"x\"") + &support(&format!("{part}y"), &format!("{part}.-y"), "\"y\""));
     }
     text += &support("foot", "foot.-z", "\"x\", \"y\", \"z\"");
     let at = |x: f64| ("lower", [x, 0.0, 0.75e-3]);

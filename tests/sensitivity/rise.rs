@@ -41,7 +41,7 @@ fn a_rise_is_over_the_ambient_temperature_and_not_over_the_chamber() {
     let at = |ambient: f64| machine.condition(&[("ambient_temperature", &format!("{ambient} degC"))]).unwrap();
     let solved = |ambient: f64| {
         let state = study.model.steady(&at(ambient)).unwrap();
-        let Celsius(reading) = study.model.readings(&state)[0];
+        let reading = study.model.readings(&state)[0];
         (reading, study.model.limits(&state)[0].value)
     };
     assert!(

@@ -100,7 +100,10 @@ impl Found<'_> {
                 whiten::rmse(others, after),
                 whiten::rmse(others, before)
             );
-            text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &reading_rows(&self.problem.study.model.machine, others, before, after));
+            text += &table(
+                &["test", "sensor", "measured degC", "before", "after", "difference K"],
+                &reading_rows(&self.problem.study.model.machine, others, before, after),
+            );
         }
         if let Some(best) = self.advice.first() {
             text += &format!(

@@ -1,8 +1,8 @@
 //! What a machine file says of its own uncertainty beside the numbers that carry theirs: factors that several numbers share,
 //! correlations, and what the model misses.
 
-use super::{Sensor, Variable};
 use super::keys::uncertain::{COMMON, GROWTH, KINDS, SENSORS};
+use super::{Sensor, Variable};
 use crate::error::Result;
 use crate::foundation::document::{Section, Value, suggestion};
 use crate::units::{Dimension, Measurand};

@@ -8,7 +8,7 @@ use crate::discretise::mesh::{Interface, Mesh};
 use crate::error::{Error, Result};
 
 /// Stiffness of a rigid joint per area, over that of the cells beside it.
-const RIGID: f64 = 1000.0;
+const RIGID: f64 = 100.0;
 /// Corners nearer than this (m) are one.
 const TOGETHER: f64 = 2e-6;
 /// A motion that is held by less than this share of the firmest is free.
@@ -184,13 +184,11 @@ impl Bodies {
         let how = if most % 6 < 3 { format!("along {axis}") } else { format!("about {axis}") };
         let name = parts.first().copied().unwrap_or_default();
         let with = if parts.iter().any(|p| *p != name) { " with what is glued to it" } else { "" };
-        Err(Error::input(format!("'{name}'{with} can move freely {how}: nothing holds it there"))
-            .at_key("support")
-            .help(format!(
-                "hold a face: [support.{}] faces = [\"{name}.-z\"], directions = [\"{axis}\"]; or let a sliding joint of it stick by \
+        Err(Error::input(format!("'{name}'{with} can move freely {how}: nothing holds it there")).at_key("support").help(format!(
+            "hold a face: [support.{}] faces = [\"{name}.-z\"], directions = [\"{axis}\"]; or let a sliding joint of it stick by \
                  tangential_stiffness",
-                if most % 6 < 3 { axis } else { "feet" }
-            )))
+            if most % 6 < 3 { axis } else { "feet" }
+        )))
     }
 }
 
@@ -217,8 +215,8 @@ fn rigid(mesh: &Mesh, interface: &Interface, modulus: &[f64]) -> f64 {
 
 /// Lets the corners of two cells' faces move as one where they are the same; whether they are.
 fn merge(mesh: &Mesh, nodes: &mut Nodes<'_>, interface: &Interface, cells: [usize; 2]) -> bool {
-    let [a, b] = [(interface.a, cells[0]), (interface.b, cells[1])]
-        .map(|((g, side), cell)| nodes.of_face(g, mesh.grids[g].indices(cell), side));
+    let [a, b] =
+        [(interface.a, cells[0]), (interface.b, cells[1])].map(|((g, side), cell)| nodes.of_face(g, mesh.grids[g].indices(cell), side));
     let apart = |p: [f64; 3], q: [f64; 3]| (0..3).map(|d| (p[d] - q[d]).powi(2)).sum::<f64>().sqrt();
     let pairs: Vec<(u32, u32)> =
         a.iter().filter_map(|(node, at)| Some((*node, b.iter().find(|(_, far)| apart(*at, *far) < TOGETHER)?.0))).collect();

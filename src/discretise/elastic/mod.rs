@@ -7,9 +7,12 @@
 
 mod bodies;
 mod element;
+mod known;
 mod matrix;
 mod nodes;
 mod solver;
+
+use std::sync::Arc;
 
 use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
@@ -25,9 +28,9 @@ use nodes::Nodes;
 use solver::Solver;
 
 /// Corners of cells along an axis of a box of the coarse level; more where there would be too many boxes.
-const BOX: usize = 4;
+const BOX: usize = 3;
 /// Boxes above which they are made larger.
-const MOST_BOXES: usize = 1500;
+const MOST_BOXES: usize = 2500;
 
 /// What a displacement sensor reads of temperatures.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,14 +45,16 @@ pub struct Weights {
 ///
 /// # Errors
 /// A part has no expansion or stiffness, or a shape that is not solved for; nothing holds the machine; the solution fails.
-pub fn weights(machine: &Machine, thermal: &Mesh) -> Result<Vec<Weights>> {
+pub fn weights(machine: &Machine, thermal: &Mesh) -> Result<Arc<Vec<Weights>>> {
     let wanted: Vec<&Displacement> =
         machine.sensors.iter().filter_map(|s| if let Reading::Displacement(own) = &s.reads { Some(own) } else { None }).collect();
     if wanted.is_empty() {
-        return Ok(Vec::new());
+        return Ok(Arc::default());
     }
-    let mesh = nodes::mesh(machine, thermal)?;
-    Structure::new(machine, &mesh, &wanted)?.weights(thermal, &wanted)
+    known::or_solve(known::key(machine, thermal), || {
+        let mesh = nodes::mesh(machine, thermal)?;
+        Structure::new(machine, &mesh, &wanted)?.weights(thermal, &wanted)
+    })
 }
 
 /// Cells, corners and stiffness of what hangs together with the points whose displacement is asked for.
@@ -187,7 +192,10 @@ fn solid(machine: &Machine, mesh: &Mesh, part: usize) -> Result<Solid> {
         value.ok_or_else(|| {
             Error::input(format!("'{}' has no {key}, which the displacement of '{}' needs", material.name, own.name))
                 .at_key(format!("material.{}.{key}", material.name))
-                .help(format!("write {key} = {example} into [material.{:?}], with base = {:?} if it is of the library", material.name, material.name))
+                .help(format!(
+                    "write {key} = {example} into [material.{:?}], with base = {:?} if it is of the library",
+                    material.name, material.name
+                ))
         })
     };
     let elastic = &material.elastic;
@@ -213,7 +221,9 @@ fn number(mesh: &Mesh, nodes: &Nodes<'_>, bodies: &Bodies) -> Numbered {
     let mut found = Numbered { rows: vec![ABSENT; nodes.len()], points: Vec::new(), boxes: Vec::new() };
     let taking_part = || (0..mesh.grids.len()).filter(|g| bodies.has(*g));
     let counts = |g: usize, size: usize| [0, 1, 2].map(|d| (mesh.grids[g].n(d) + 1).div_ceil(size));
-    let size = (BOX..).find(|size| taking_part().map(|g| counts(g, *size).iter().product::<usize>()).sum::<usize>() <= MOST_BOXES.max(taking_part().count()));
+    let size = (BOX..).find(|size| {
+        taking_part().map(|g| counts(g, *size).iter().product::<usize>()).sum::<usize>() <= MOST_BOXES.max(taking_part().count())
+    });
     let size = size.unwrap_or(BOX);
     let mut numbers: std::collections::HashMap<(usize, [usize; 3]), u32> = std::collections::HashMap::new();
     for g in taking_part() {

@@ -10,9 +10,9 @@ use crate::evidence::measurement::{Data, Row};
 use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, PlaceStart, Seen, Start, StartPlace};
 use crate::foundation::document::Document;
-use crate::units::Measurand;
 use crate::solve::Solver;
 use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
+use crate::units::Measurand;
 
 /// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
 pub const TIME_TOLERANCE: f64 = 1e-3;

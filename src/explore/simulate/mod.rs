@@ -1,6 +1,7 @@
 //! A schedule run through a model: readings over time, when they settle, and what can be resumed.
 
 mod checkpoint;
+pub mod drift;
 mod passing;
 pub mod record;
 mod reduced;
@@ -233,7 +234,11 @@ impl History {
         }
         for (s, name) in model.sensors.iter().enumerate() {
             if let Some(bounds) = &self.bounds {
-                columns.push(column(&format!("{name} bound"), model.measurands[s].unit_of_differences(), bounds.iter().map(|row| row[s]).collect()));
+                columns.push(column(
+                    &format!("{name} bound"),
+                    model.measurands[s].unit_of_differences(),
+                    bounds.iter().map(|row| row[s]).collect(),
+                ));
             }
         }
         for (m, meter) in model.meters.iter().enumerate() {

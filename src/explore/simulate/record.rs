@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::drift::Drift;
 use super::{Crossing, History, Subject};
 use crate::units::Measurand;
 
@@ -25,6 +26,9 @@ pub struct HistoryRecord {
     /// Heat by heat-flow sensor, W, at the same times; left out where there is none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub heat_flows: BTreeMap<String, Vec<f64>>,
+    /// How far displacements drift; left out where there is none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub drifts: Vec<Drift>,
     /// When the temperatures that were waited for were passed first.
     pub passes: Vec<PassRecord>,
     pub steps: usize,
@@ -104,6 +108,7 @@ impl History {
             heat_flows: (model.meters.iter().enumerate())
                 .map(|(m, meter)| (meter.name.clone(), self.heat_flows.iter().map(|heats| heats[m]).collect()))
                 .collect(),
+            drifts: self.drifts(model),
             passes: self.passes.iter().map(pass).collect(),
             steps: self.steps,
             rejected: self.rejected,

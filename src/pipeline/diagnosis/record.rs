@@ -407,8 +407,7 @@ fn readings(found: &Findings<'_>) -> Vec<ReadingRecord> {
     let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let measured = whiten::readings(data);
     let measurand = |k: usize| found.problem.study.model.machine.sensors[data.sensors[k]].measurand();
-    let explained =
-        |of: Measurand, i: usize, k: usize| diagnosis.explained.as_ref().filter(|_| measurand(k) == of).map(|e| of.shown(e[i]));
+    let explained = |of: Measurand, i: usize, k: usize| diagnosis.explained.as_ref().filter(|_| measurand(k) == of).map(|e| of.shown(e[i]));
     let of = |(i, (r, k)): (usize, &(usize, usize))| ReadingRecord {
         test: data.rows[*r].test.clone(),
         time_s: data.rows[*r].time,

@@ -98,7 +98,9 @@ impl MeshRecord {
     /// Errors of a model's sensors beside a tolerance (K).
     pub fn of(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Self {
         let names = || model.network.sensor_names.iter().cloned();
-        let all = |measurand| names().zip(&mesh.errors).zip(&model.network.measurands).filter(move |(_, own)| **own == measurand).map(|(own, _)| own);
+        let all = |measurand| {
+            names().zip(&mesh.errors).zip(&model.network.measurands).filter(move |(_, own)| **own == measurand).map(|(own, _)| own)
+        };
         let temperatures = || all(Measurand::Temperature);
         Self {
             errors_K: temperatures().map(|(name, e)| (name, *e)).collect(),

@@ -11,8 +11,7 @@ pub(in crate::describe::machine) const REFERENCE_TEMPERATURE: Key =
         .also(&["stress_free_temperature"]);
 
 /// `[elasticity]`
-pub(super) const ELASTICITY: Table =
-    Table { doc: "what displacements are counted from", keys: &[&[REFERENCE_TEMPERATURE]], one_of: &[] };
+pub(super) const ELASTICITY: Table = Table { doc: "what displacements are counted from", keys: &[&[REFERENCE_TEMPERATURE]], one_of: &[] };
 
 /// `[support.NAME]`
 pub(super) const SUPPORT: Table = Table {

@@ -97,7 +97,8 @@ impl Builder<'_> {
     }
 
     pub(super) fn sensors(&mut self) -> Result<()> {
-        let mut displacements = elastic::weights(self.machine, self.mesh)?.into_iter();
+        let displacements = elastic::weights(self.machine, self.mesh)?;
+        let mut displacements = displacements.iter();
         for sensor in &self.machine.sensors {
             let key = || format!("sensor.{}", sensor.name);
             let term = match &sensor.reads {
@@ -113,8 +114,8 @@ impl Builder<'_> {
                 }
                 Reading::FaceMean(face) => self.face_mean(*face, key())?,
                 Reading::Displacement(_) => {
-                    let metres = displacements.next().map_or_else(Vec::new, |own| own.cells);
-                    let weights: Vec<(u32, f64)> = metres.into_iter().map(|(c, w)| (c, Measurand::Displacement.of_si(w))).collect();
+                    let metres = displacements.next().map_or(&[][..], |own| &own.cells);
+                    let weights: Vec<(u32, f64)> = metres.iter().map(|(c, w)| (*c, Measurand::Displacement.of_si(*w))).collect();
                     let constant = -self.machine.elasticity.reference * weights.iter().map(|(_, w)| w).sum::<f64>();
                     SensorTerm { weights, inlet: None, constant }
                 }
