@@ -8,7 +8,6 @@ use coldplate::pipeline::fitting::fit_table;
 use coldplate::solve::sensitivity::{Study, Target};
 use coldplate::surrogate::fit::FitOptions;
 use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::units::Celsius;
 
 const MACHINE: &str = r#"
 name = "a block in a chamber that is warmer than the room"

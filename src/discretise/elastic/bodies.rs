@@ -127,7 +127,6 @@ impl Bodies {
             for c in (0..8).map(|i| [0, 1, 2].map(|d| if i >> d & 1 == 1 { grid.n(d) } else { 0 })) {
                 let at = nodes.place(g, c);
                 for d in 0..3 {
-                    boxes[own] = [boxes[own][0], boxes[own][1]];
                     boxes[own][0][d] = boxes[own][0][d].min(at[d]);
                     boxes[own][1][d] = boxes[own][1][d].max(at[d]);
                 }

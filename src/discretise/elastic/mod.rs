@@ -17,9 +17,10 @@ use std::sync::Arc;
 use nalgebra::{SVector, Vector3};
 use rayon::prelude::*;
 
-use crate::describe::machine::{Displacement, Machine, Reading};
+use crate::describe::machine::{Contact, Displacement, JointKind, Machine, Reading};
 use crate::discretise::mesh::Mesh;
 use crate::discretise::mesh::grid::Grid;
+use crate::discretise::mesh::tetra::touch::Other;
 use crate::error::{Error, Result};
 use bodies::Bodies;
 use element::{Expansion, Solid, Stiffness, brick, locate, shapes};
@@ -80,6 +81,7 @@ impl<'a> Structure<'a> {
         // Of parts that turn out to take part the material is asked for below.
         let moduli: Vec<f64> = machine.parts.iter().map(|p| machine.materials[p.material].elastic.modulus.unwrap_or(1.0)).collect();
         let bodies = Bodies::new(machine, mesh, &mut nodes, &grids, &moduli)?;
+        no_imports(machine, mesh, &bodies)?;
         let takes_part = |part: usize| mesh.grids.iter().enumerate().any(|(g, grid)| grid.part == part && bodies.has(g));
         let solids = (0..machine.parts.len()).map(|part| if takes_part(part) { solid(machine, mesh, part) } else { Ok(NOTHING) });
         let solids = solids.collect::<Result<Vec<_>>>()?;
@@ -171,6 +173,21 @@ fn grid_at(machine: &Machine, mesh: &Mesh, part: usize, point: [f64; 3], line: u
             .at_line(line)
             .help("move the point inside the part")
     })
+}
+
+/// Refuses imported parts that carry blocks of the structure, or are carried by them.
+fn no_imports(machine: &Machine, mesh: &Mesh, bodies: &Bodies) -> Result<()> {
+    for touch in &mesh.touches {
+        let Other::Grid(g, _) = touch.other else { continue };
+        let both = [mesh.tetra[touch.tetra].part, mesh.grids[g].part];
+        let is_open = |contact: &Contact| {
+            contact.joint == JointKind::Open && both.iter().all(|part| contact.between.iter().any(|place| place.part() == Some(*part)))
+        };
+        if bodies.has(g) && !machine.contacts.iter().any(is_open) {
+            return Err(imported(&machine.parts[both[0]].name));
+        }
+    }
+    Ok(())
 }
 
 fn imported(name: &str) -> Error {
