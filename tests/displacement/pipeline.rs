@@ -15,7 +15,8 @@ fn a_displacement_goes_all_the_way() {
     let (arm, post) = (solved["sensors"]["arm"].as_f64().unwrap() - 20.0, solved["sensors"]["post"].as_f64().unwrap() - 20.0);
     let free = 23.6 * arm * 0.3 + 12.0 * post * 0.03;
     assert!((x / free - 1.0).abs() < 0.05, "{x} um, {free} um if nothing were held");
-    assert!((z / (12.0 * post * 0.375) - 1.0).abs() < 0.1, "{z} um");
+    let lift = 12.0 * post * 0.375;
+    assert!(z > lift && z < 1.5 * lift, "{z} um: the post lifts the tip by {lift} um, and bends away from its warm side");
     let limit = solved["limits"].as_array().unwrap().iter().find(|l| l["name"] == "tip x").unwrap();
     assert_eq!((limit["value"].as_f64().unwrap(), limit["limit"].as_f64().unwrap()), (x, 120.0));
     assert!(solved["mesh"]["errors_um"]["tip x"].as_f64().unwrap() < 0.1 * x);

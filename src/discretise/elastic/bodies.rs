@@ -4,8 +4,11 @@ use nalgebra::{DMatrix, Matrix3, SMatrix, SymmetricEigen, Vector3};
 
 use super::nodes::Nodes;
 use crate::describe::machine::{Face, JointKind, Machine, Side};
+use crate::discretise::mesh::grid::{Grid, tangents};
+use crate::discretise::mesh::overlap::Overlap;
 use crate::discretise::mesh::{Interface, Mesh};
 use crate::error::{Error, Result};
+use std::f64::consts::TAU;
 
 /// Stiffness of a rigid joint per area, over that of the cells beside it.
 const RIGID: f64 = 100.0;
@@ -90,16 +93,20 @@ impl Bodies {
                 if is_one && merge(mesh, nodes, interface, [overlap.a, overlap.b]) {
                     continue;
                 }
-                let axis = normal_at(mesh, interface.a, overlap.point);
-                let across = axis * axis.transpose();
-                let along = Matrix3::identity() - across;
-                let stiffness = (across * normal.min(rigid) + along * tangential.min(rigid)) * overlap.area;
-                let holds = across + if tangential > 0.0 { along } else { Matrix3::zeros() };
-                let [(ga, sa), (gb, sb)] = [interface.a, interface.b];
-                let a = nodes.on_face(ga, mesh.grids[ga].indices(overlap.a), sa, overlap.point);
-                let b = nodes.on_face(gb, mesh.grids[gb].indices(overlap.b), sb, overlap.point);
-                let ends = std::array::from_fn(|i| if i < 4 { a[i] } else { (b[i - 4].0, -b[i - 4].1) });
-                springs.push(Spring { ends, stiffness, point: overlap.point, grids: [ga, gb], holds });
+                let points = points(mesh, interface, overlap);
+                let area = overlap.area / points.len() as f64;
+                for point in points {
+                    let axis = normal_at(mesh, interface.a, point);
+                    let across = axis * axis.transpose();
+                    let along = Matrix3::identity() - across;
+                    let stiffness = (across * normal.min(rigid) + along * tangential.min(rigid)) * area;
+                    let holds = across + if tangential > 0.0 { along } else { Matrix3::zeros() };
+                    let [(ga, sa), (gb, sb)] = [interface.a, interface.b];
+                    let a = nodes.on_face(ga, mesh.grids[ga].indices(overlap.a), sa, point);
+                    let b = nodes.on_face(gb, mesh.grids[gb].indices(overlap.b), sb, point);
+                    let ends = std::array::from_fn(|i| if i < 4 { a[i] } else { (b[i - 4].0, -b[i - 4].1) });
+                    springs.push(Spring { ends, stiffness, point, grids: [ga, gb], holds });
+                }
             }
         }
         let body = (0..mesh.grids.len()).map(|g| takes_part(g).then(|| bodies.of(g))).collect();
@@ -224,6 +231,39 @@ fn merge(mesh: &Mesh, nodes: &mut Nodes<'_>, interface: &Interface, cells: [usiz
     }
     pairs.into_iter().for_each(|(a, b)| nodes.join(a, b));
     true
+}
+
+/// Where springs join what two cells share: at the points of Gauss of a rectangle in local coordinates that both grids have, so
+/// that the joint resists being turned out to its edges; else in the middle.
+fn points(mesh: &Mesh, interface: &Interface, overlap: &Overlap) -> Vec<[f64; 3]> {
+    let [(ga, side), (gb, _)] = [interface.a, interface.b];
+    let (a, b) = (&mesh.grids[ga], &mesh.grids[gb]);
+    let (own, far) = (a.indices(overlap.a), b.indices(overlap.b));
+    let middle = a.to_local(overlap.point);
+    let mut spans = [[0.0; 2]; 2];
+    for (span, d) in spans.iter_mut().zip(tangents(side.axis())) {
+        let turn = if d == 1 && a.is_cylindrical() { TAU } else { f64::INFINITY };
+        let shift = |x: f64| if turn.is_finite() { turn * ((middle[d] - x) / turn).round() } else { 0.0 };
+        let edges = |grid: &Grid, i: usize| {
+            let by = shift(f64::midpoint(grid.edges[d][i], grid.edges[d][i + 1]));
+            [grid.edges[d][i] + by, grid.edges[d][i + 1] + by]
+        };
+        let (one, other) = (edges(a, own[d]), edges(b, far[d]));
+        *span = [one[0].max(other[0]), one[1].min(other[1])];
+        // Grids in other coordinates share no rectangle.
+        let off = (f64::midpoint(span[0], span[1]) - middle[d] - shift(middle[d])).abs();
+        if a.is_cylindrical() != b.is_cylindrical() || off > 1e-3 * (span[1] - span[0]) {
+            return vec![overlap.point];
+        }
+    }
+    let [p, q] = tangents(side.axis());
+    let gauss = |[low, high]: [f64; 2], sign: f64| f64::midpoint(low, high) + sign * (high - low) / 2.0 / f64::sqrt(3.0);
+    let at = |(i, j): (f64, f64)| {
+        let mut local = middle;
+        (local[p], local[q]) = (gauss(spans[0], i), gauss(spans[1], j));
+        a.to_machine(local)
+    };
+    [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(at).to_vec()
 }
 
 /// Unit normal of a grid's side at a point (m) of it.
