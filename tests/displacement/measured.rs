@@ -29,7 +29,7 @@ fn a_contact_is_found_from_displacements() {
     let folder = folder("identify");
     readings(&folder, &["contact.foot.conductance=500 W/(m2 K)"], false);
     let found = json(&folder, &["identify", "post.toml", "data.csv", "--free", "contact.foot.conductance"]);
-    let own = &found["parameters"].as_array().unwrap()[0];
+    let own = &found["parameters"]["contact.foot.conductance"];
     let (value, low, high) = (own["value"].as_f64().unwrap(), own["low"].as_f64().unwrap(), own["high"].as_f64().unwrap());
     assert!((470.0..530.0).contains(&value) && low < 500.0 && high > 500.0, "{own}");
 }

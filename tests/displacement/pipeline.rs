@@ -27,11 +27,11 @@ fn a_displacement_goes_all_the_way() {
     std::fs::write(folder.join("sweep.toml"), sweep).unwrap();
     let swept = coldplate(&folder, &["sweep", "sweep.toml", "--out", "out"]);
     assert!(swept.status.success(), "{}", String::from_utf8_lossy(&swept.stderr));
-    let table = std::fs::read_dir(folder.join("out")).unwrap().map(|e| e.unwrap().path()).find(|p| p.ends_with("results.csv"));
+    let table = std::fs::read_dir(folder.join("out")).unwrap().map(|e| e.unwrap().path()).find(|p| p.ends_with("sweep.csv"));
     let table = std::fs::read_to_string(table.unwrap()).unwrap();
     assert!(table.contains("tip x [um]") && table.contains("arm [degC]"), "{}", table.lines().take(12).collect::<Vec<_>>().join("\n"));
 
-    let fitted = json(&folder, &["fit", "out/results.csv", "--machine", "post.toml", "--out", "post.cps"]);
+    let fitted = json(&folder, &["fit", "out/sweep.csv", "--machine", "post.toml", "--out", "post.cps"]);
     let point = fitted["points"].as_array().unwrap().iter().find(|p| p["name"] == "tip x").unwrap();
     assert!(point["unit"] == "um" && point["half_width"].as_f64().unwrap() < 1.0, "{point}");
     let query = json(&folder, &[&["query", "post.cps"], &AT[..]].concat());
@@ -51,7 +51,7 @@ fn offset(folder: &std::path::Path, expected: f64) {
     let exported = coldplate(folder, &["export", "post.cps", "--to", "c99", "--out", "embed", "--name", "post"]);
     assert!(exported.status.success(), "{}", String::from_utf8_lossy(&exported.stderr));
     let header = std::fs::read_to_string(folder.join("embed/post.h")).unwrap();
-    assert!(header.contains("tip x") && header.contains("um"), "{header}");
+    assert!(header.contains("tip x, um"), "{header}");
     let query = json(folder, &[&["query", "post.cps"], &AT[..]].concat());
     let order: Vec<&String> = query["temperatures"].as_object().unwrap().keys().collect();
     assert!(order.iter().any(|name| *name == "tip x"));

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::element::Corners;
+use super::element::{Corners, locate};
 use crate::describe::machine::{Machine, Shape, Side};
 use crate::discretise::mesh::Mesh;
 use crate::discretise::mesh::grid::{Grid, tangents};
@@ -98,13 +98,9 @@ impl<'a> Nodes<'a> {
 
     /// The corners of a cell's face with their weights at a point (m) of it.
     pub fn on_face(&self, g: usize, c: [usize; 3], side: Side, point: [f64; 3]) -> [(u32, f64); 4] {
-        let grid = &self.mesh.grids[g];
-        let (local, tangents) = (grid.to_local(point), tangents(side.axis()));
-        let share = |d: usize| {
-            let x = if d == 1 && grid.is_cylindrical() { turned(local[d], grid.centre(d, c[d])) } else { local[d] };
-            ((x - grid.edges[d][c[d]]) / grid.width(d, c[d])).clamp(0.0, 1.0)
-        };
-        let [s, t] = tangents.map(share);
+        // In the brick's own axes, so that what moves linearly does so here too, where chords stand for arcs.
+        let at = locate(&self.places(g, c), point);
+        let [s, t] = tangents(side.axis()).map(|d| f64::midpoint(at[d], 1.0));
         let weights = [(1.0 - s) * (1.0 - t), s * (1.0 - t), (1.0 - s) * t, s * t];
         let corners = self.of_face(g, c, side);
         std::array::from_fn(|i| (corners[i].0, weights[i]))
@@ -133,9 +129,4 @@ fn along(grid: &Grid, d: usize) -> usize {
 
 fn corners(c: [usize; 3]) -> [[usize; 3]; 8] {
     std::array::from_fn(|i| [c[0] + (i & 1), c[1] + (i >> 1 & 1), c[2] + (i >> 2 & 1)])
-}
-
-/// The angle nearest to another of all that are the same.
-fn turned(angle: f64, near: f64) -> f64 {
-    angle + TAU * ((near - angle) / TAU).round()
 }
