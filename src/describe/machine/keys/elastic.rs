@@ -51,7 +51,7 @@ pub(super) const DISPLACEMENT: Table = Table {
 };
 
 /// Stiffness of a joint per area.
-const BEDDING: Unit = Unit::of(Dimension::BEDDING, "N/(mm um)");
+const BEDDING: Unit = Unit::of(Dimension::BEDDING, "N/m3");
 
 /// What a contact does to movements; see [`crate::describe::machine::JointKind`].
 pub(in crate::describe::machine) const JOINT: Key = Key::new(
