@@ -117,8 +117,8 @@ pub fn brick(corners: &Corners, solid: &Solid) -> Result<(Stiffness, Expansion)>
             strain_of(&mut strain, 3 * corner, inverse * Vector3::from(slope));
         }
         // Of the modes 1 - t², one along each own axis, whose mean slope the correction makes zero.
-        for axis in 0..3 {
-            let slope = middle_inverse.column(axis) * (-2.0 * at[axis] * middle_volume / volume);
+        for (axis, own) in at.into_iter().enumerate() {
+            let slope = middle_inverse.column(axis) * (-2.0 * own * middle_volume / volume);
             strain_of(&mut inner_strain, 3 * axis, slope);
         }
         let (stressed, inner_stressed) = (stress * strain * volume, stress * inner_strain * volume);
