@@ -189,7 +189,7 @@ pub fn ours(sweep: &Sweep, as_study: bool, cells: Option<usize>) -> Result<(Vec<
     };
     let conditions = sweep.x.iter().map(condition).collect::<Result<Vec<_>>>()?;
     let solver = study.model.solver(&conditions[0])?;
-    let read = |c| -> Result<Vec<f64>> { Ok(study.model.readings(&study.model.solve(&solver, c)?).into_iter().map(|t| t.0).collect()) };
+    let read = |c| -> Result<Vec<f64>> { Ok(study.model.readings(&study.model.solve(&solver, c)?)) };
     let rows = conditions.par_iter().map(read).collect::<Result<Vec<_>>>()?;
     Ok((machine.sensors.iter().map(|s| s.name.clone()).collect(), rows))
 }

@@ -26,7 +26,7 @@ fn rise(study: &Study, flow: f64) -> Result<(f64, f64)> {
     let readings = study.model.readings(&state);
     let of = |name: &str| {
         let at = machine.sensors.iter().position(|s| s.name == name).ok_or_else(|| Error::input(format!("no sensor '{name}'")))?;
-        Ok(readings[at].0)
+        Ok(readings[at])
     };
     Ok((of("water outlet")? - of("water inlet")?, -state.solution.balance.circuits.iter().sum::<f64>()))
 }

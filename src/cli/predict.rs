@@ -11,7 +11,6 @@ use crate::evidence::measurement::faults::{self, Fault};
 use crate::evidence::residuals::{PredictRecord, Residuals, Spread};
 use crate::foundation::atomic_file;
 use crate::solve::sensitivity::Study;
-use crate::units::celsius;
 
 /// A machine beside measured data: prediction, residual, RMSE per test and per sensor; nothing is fitted or judged
 #[derive(Debug, clap::Args)]
@@ -96,8 +95,8 @@ fn text(found: &Residuals, study: &Study) -> String {
             vec![
                 found.data.rows[*r].test.clone(),
                 found.data.names[*k].clone(),
-                format!("{:.2}", celsius(found.measured[i])),
-                format!("{:.2}", celsius(found.predicted[i])),
+                format!("{:.2}", found.data.shown(&study.model.machine, *k, found.measured[i])),
+                format!("{:.2}", found.data.shown(&study.model.machine, *k, found.predicted[i])),
                 format!("{:+.2}", found.residual(i)),
             ]
         };

@@ -16,7 +16,7 @@ use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::reduce::{Answer, ReducedModel};
 use crate::solve::meshed::limit_states;
-use crate::units::celsius;
+use crate::units::{Measurand, celsius};
 
 /// As outside programs read it.
 #[derive(Debug, Serialize)]
@@ -77,7 +77,7 @@ pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, out: Output) ->
     let clock = Instant::now();
     let answer = model.steady(&condition, &parameters)?;
     let seconds = clock.elapsed().as_secs_f64();
-    let names = &model.fine.network.sensor_names;
+    let (names, measurands) = (&model.fine.network.sensor_names, &model.fine.network.measurands);
     let states = limit_states(&model.machine, &answer.readings, condition.si());
     let network = &model.fine.network;
     let outlet = |s: usize| answer.state.temperatures[network.streams[s].outlet() as usize];
@@ -92,7 +92,7 @@ pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, out: Output) ->
         (network.streams[s].name.clone(), own)
     };
     let record = Record {
-        sensors: names.iter().cloned().zip(answer.readings.iter().map(|t| celsius(*t))).collect(),
+        sensors: names.iter().cloned().zip(measurands.iter().zip(&answer.readings).map(|(own, t)| own.shown(*t))).collect(),
         bounds_K: names.iter().cloned().zip(answer.bounds.iter().copied()).collect(),
         coolant: answer.state.streams.iter().enumerate().map(channel).collect(),
         limits: states.iter().map(|l| Limit { name: l.name.clone(), margin_K: l.margin(), kept: l.margin() >= 0.0 }).collect(),
@@ -139,8 +139,14 @@ fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<
 
 fn text(model: &ReducedModel, answer: &Answer, record: &Record) -> String {
     let mut text = format!("{}\n\n", model.machine.name);
-    let row = |((name, t), bound): ((&String, &f64), &f64)| vec![name.clone(), format!("{:.4}", celsius(*t)), significant(*bound, 2)];
-    let rows: Vec<Vec<String>> = model.fine.network.sensor_names.iter().zip(&answer.readings).zip(&answer.bounds).map(row).collect();
+    let measurands = &model.fine.network.measurands;
+    let is_mixed = measurands.contains(&Measurand::Displacement);
+    let row = |(s, ((name, reading), bound)): (usize, ((&String, &f64), &f64))| {
+        let unit = if is_mixed { format!(" {}", measurands[s].unit()) } else { String::new() };
+        vec![name.clone(), format!("{:.4}{unit}", measurands[s].shown(*reading)), significant(*bound, 2)]
+    };
+    let rows: Vec<Vec<String>> =
+        model.fine.network.sensor_names.iter().zip(&answer.readings).zip(&answer.bounds).enumerate().map(row).collect();
     text += &table(&["sensor", "degC", "+- K"], &rows);
     if !record.limits.is_empty() {
         let row = |l: &Limit| vec![l.name.clone(), format!("{:+.3}", l.margin_K), if l.kept { "kept".into() } else { "broken".into() }];

@@ -87,7 +87,7 @@ fn row(at: &Derivatives<'_>, target: Target) -> Row {
     let (model, state) = (&at.study.model, &at.state);
     match target {
         Target::Sensor(s) => {
-            let value = Celsius::from(Kelvin(model.network.sensors[s].read(&state.solution.temperatures, &state.load))).0;
+            let value = model.network.measurands[s].shown(model.network.sensors[s].read(&state.solution.temperatures, &state.load));
             Row { target, name: model.network.sensor_names[s].clone(), value, is_absolute: true }
         }
         Target::Outlet(s) => {
@@ -97,7 +97,7 @@ fn row(at: &Derivatives<'_>, target: Target) -> Row {
         }
         Target::Limit(l) => {
             let limit = &model.limits(state)[l];
-            let value = if limit.is_absolute { Celsius::from(Kelvin(limit.value)).0 } else { limit.value };
+            let value = limit.shown(limit.value);
             Row { target, name: format!("limit {}", limit.name), value, is_absolute: limit.is_absolute }
         }
     }

@@ -8,10 +8,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Machine, Sensor};
 use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
+use crate::explore::simulate::drift::Drift;
 use crate::explore::simulate::{self, Crossing, History, Start, Subject, Watch};
 use crate::figures::chart::draw_as;
 use crate::figures::chart::output::check_name;
@@ -23,7 +24,7 @@ use crate::pipeline::moving::Moving;
 use crate::reduce::ReducedModel;
 use crate::solve::meshed::MeshedMachine;
 use crate::surrogate::fit::file::open;
-use crate::units::{Dimension, celsius, express, parse};
+use crate::units::{Dimension, Measurand, express, parse};
 
 /// Temperatures over time, through a schedule of conditions
 ///
@@ -109,7 +110,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         None => Machine::read(&args.machine, &sets)?,
     };
     let names: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
-    options.watched = args.passes.iter().map(|text| watch(text, &names)).collect::<Result<_>>()?;
+    let measurands: Vec<Measurand> = machine.sensors.iter().map(Sensor::measurand).collect();
+    options.watched = args.passes.iter().map(|text| watch(text, &names, &measurands)).collect::<Result<_>>()?;
     let schedule = Schedule::read(&args.schedule, &machine, &args.condition.values()?, rows(args)?)?;
     notes(&machine, &schedule, out);
     if let Some(model) = &reduced {
@@ -146,7 +148,7 @@ fn of_surrogate(bytes: &[u8], args: &Args, mut options: simulate::SimulateOption
     let surrogate = open(bytes).map_err(|e| e.in_file(&args.machine))?;
     let mut model = Moving::new(&surrogate).map_err(|e| e.in_file(&args.machine))?;
     let quantities = model.quantities();
-    options.watched = args.passes.iter().map(|text| watch(text, &quantities.sensors)).collect::<Result<_>>()?;
+    options.watched = args.passes.iter().map(|text| watch(text, &quantities.sensors, model.subject().measurands)).collect::<Result<_>>()?;
     let schedule = Schedule::read(&args.schedule, quantities, &args.condition.values()?, rows(args)?)?;
     let history = simulate::run_stepped(&mut model, &schedule, &options)?;
     tell(&model.subject(), &history, args, start, out)
@@ -203,15 +205,16 @@ fn options(args: &Args) -> Result<simulate::SimulateOptions> {
     })
 }
 
-/// `SENSOR=TEMPERATURE`
-fn watch(text: &str, sensors: &[&str]) -> Result<Watch> {
+/// `SENSOR=VALUE`
+fn watch(text: &str, sensors: &[&str], measurands: &[Measurand]) -> Result<Watch> {
     let (name, value) = pair_of(text, "--passes")?;
     let Some(sensor) = sensors.iter().position(|s| *s == name) else {
         let help = did_you_mean(&name, sensors.iter().copied())
             .map_or_else(|| format!("sensors here: {}", sensors.join(", ")), |near| format!("did you mean '{near}'?"));
         return Err(Error::input(format!("there is no sensor '{name}'")).at_key("--passes").read(text).help(help));
     };
-    Ok(Watch { sensor, value: parse(&value, Dimension::TEMPERATURE).map_err(|e| e.at_key("--passes"))? })
+    let own = measurands[sensor];
+    Ok(Watch { sensor, value: own.of_si(parse(&value, own.dimension()).map_err(|e| e.at_key("--passes"))?) })
 }
 
 /// What the user should know of the schedule.
@@ -251,13 +254,30 @@ fn write_table(path: &Path, series: &Table, schedule: &Path) -> Result<()> {
     if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) { series.write_parquet(path) } else { series.write_csv(path) }
 }
 
+/// A displacement's drift, for a reader.
+fn drift_row(drift: &Drift) -> Vec<String> {
+    vec![
+        drift.sensor.clone(),
+        format!("{:.2}", drift.range_um),
+        format!("{:.2}", drift.first_hour_um),
+        format!("{:+.2}", drift.end_um),
+        drift.steady_um.map_or(String::new(), |um| format!("{um:+.2}")),
+        drift.settled_s.map_or("not reached".into(), duration),
+    ]
+}
+
 fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
     let near = history.within;
+    let is_mixed = model.measurands.contains(&Measurand::Displacement);
+    // In one table with temperatures displacements say their unit.
+    let unit = |s: usize| if is_mixed { format!(" {}", model.measurands[s].unit()) } else { String::new() };
+    let degrees = |what: &str| if is_mixed { what.to_string() } else { format!("{what} degC") };
     let mut rows = Vec::new();
     for (s, name) in model.sensors.iter().enumerate() {
-        let at = |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}", celsius(r[s])));
+        let at =
+            |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}{}", model.measurands[s].shown(r[s]), unit(s)));
         rows.push(vec![
             name.clone(),
             at(history.readings.first()),
@@ -266,7 +286,16 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
             history.settled[s].map_or("not reached".into(), duration),
         ]);
     }
-    text += &table(&["sensor", "start degC", "end degC", "steady degC", &format!("within {near} K after")], &rows);
+    text += &table(
+        &[
+            "sensor",
+            &degrees("start"),
+            &degrees("end"),
+            &degrees("steady"),
+            &format!("within {near} K{} after", if is_mixed { " (um)" } else { "" }),
+        ],
+        &rows,
+    );
     let row = |(m, meter): (usize, &HeatMeter)| {
         let at = |heats: Option<&Vec<f64>>| heats.map_or(String::new(), |heats| format!("{:+.3}", heats[m]));
         vec![meter.name.clone(), at(history.heat_flows.first()), at(history.heat_flows.last())]
@@ -276,14 +305,22 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
         text += "\n";
         text += &table(&["heat flow", "start W", "end W"], &flows);
     }
+    let drifts: Vec<Vec<String>> = history.drifts(model).iter().map(drift_row).collect();
+    if !drifts.is_empty() {
+        text += "\n";
+        text += &table(&["drift um", "range", "first hour", "to the end", "to steady", "within 10 % after"], &drifts);
+    }
     text += "\n";
     let pass = |c: &Crossing| {
         let at = |time: Option<f64>| time.map_or("never".into(), |t| format!("{} ({} s)", duration(t), significant(t, 6)));
-        let value = significant(celsius(c.watch.value), 4);
+        let value = significant(model.measurands[c.watch.sensor].shown(c.watch.value), 4) + &unit(c.watch.sensor);
         vec![model.sensors[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]
     };
     if !history.passes.is_empty() {
-        text += &table(&["passes", "degC", "rising at", "falling at"], &history.passes.iter().map(pass).collect::<Vec<_>>());
+        text += &table(
+            &["passes", if is_mixed { "" } else { "degC" }, "rising at", "falling at"],
+            &history.passes.iter().map(pass).collect::<Vec<_>>(),
+        );
         text += "\n";
     }
     text += &match (&history.steady, history.settled_overall()) {

@@ -14,7 +14,7 @@ use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats};
 use crate::solve::meshed::{MeshErrors, MeshRecord, MeshedMachine, SteadyState};
-use crate::units::{self, Celsius, Dimension, Kelvin, express};
+use crate::units::{self, Celsius, Dimension, Kelvin, Measurand, express};
 
 /// Steady temperatures at one condition
 #[derive(Debug, clap::Args)]
@@ -109,7 +109,9 @@ fn mesh_errors(model: &MeshedMachine, condition: &Condition, state: &SteadyState
 
 /// A warning where readings are less certain on this mesh than is asked for.
 fn too_coarse(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Option<String> {
-    let names = model.network.sensor_names.iter().zip(&mesh.errors).filter(|(_, e)| **e > tolerance);
+    let temperatures = model.network.measurands.iter().map(|own| *own == Measurand::Temperature);
+    let names = model.network.sensor_names.iter().zip(&mesh.errors).zip(temperatures);
+    let names = names.filter(|((_, e), is_temperature)| *is_temperature && **e > tolerance).map(|(own, _)| own);
     let list: Vec<String> = names.map(|(name, e)| format!("{name} by {} K", significant(*e, 2))).collect();
     let shown = if list.len() > 5 { format!("{} and {} more", list[..5].join(", "), list.len() - 5) } else { list.join(", ") };
     (!list.is_empty())
@@ -124,30 +126,43 @@ fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, c
     let solution = &state.solution;
     let mut text = format!("{}\n\n", model.machine.name);
     let shown = model.shown(state);
-    let row = |(s, (name, t)): (usize, (&String, Celsius))| {
+    let row = |s: usize, name: &String, reading: f64| -> Vec<String> {
         let open = mesh.map(|mesh| format!("{:.3}", mesh.errors[s]));
-        let reads = shown.iter().find(|(n, _)| n == name).map(|(_, degrees)| format!("reads {degrees:.3}"));
-        [Some(name.clone()), Some(format!("{:.3}", t.0)), open, reads].into_iter().flatten().collect()
+        let reads = shown.iter().find(|(n, _)| n == name).map(|(_, shown)| format!("reads {shown:.3}"));
+        [Some(name.clone()), Some(format!("{reading:.3}")), open, reads].into_iter().flatten().collect()
     };
-    let readings: Vec<Vec<String>> = model.network.sensor_names.iter().zip(model.readings(state)).enumerate().map(row).collect();
-    let header = [Some("sensor"), Some("degC"), mesh.map(|_| "mesh K"), (!shown.is_empty()).then_some("")];
-    text += &table(&header.into_iter().flatten().collect::<Vec<_>>(), &readings);
+    let readings = model.readings(state);
+    let mut blocks = Vec::new();
+    for (measurand, what) in [(Measurand::Temperature, "sensor"), (Measurand::Displacement, "displacement")] {
+        let own = model.network.measurands.iter().zip(&model.network.sensor_names).enumerate().filter(|(_, (own, _))| **own == measurand);
+        let rows: Vec<Vec<String>> = own.map(|(s, (_, name))| row(s, name, readings[s])).collect();
+        let open = format!("mesh {}", measurand.unit_of_differences());
+        let header = [Some(what), Some(measurand.unit()), mesh.map(|_| open.as_str()), (!shown.is_empty()).then_some("")];
+        if !rows.is_empty() || measurand == Measurand::Temperature {
+            blocks.push(table(&header.into_iter().flatten().collect::<Vec<_>>(), &rows));
+        }
+    }
+    text += &blocks.join("\n");
     let row = |(meter, heat): (&HeatMeter, f64)| vec![meter.name.clone(), format!("{heat:+.3}")];
     let flows: Vec<Vec<String>> = model.network.meters.iter().zip(model.heat_flows(state)).map(row).collect();
     if !flows.is_empty() {
         text += "\n";
         text += &table(&["heat flow", "W"], &flows);
     }
-    let limits: Vec<Vec<String>> = (model.limits(state).iter())
+    let limits = model.limits(state);
+    let has_lengths = limits.iter().any(|l| l.measurand != Measurand::Temperature);
+    let limits: Vec<Vec<String>> = (limits.iter())
         .map(|l| {
-            let shown = |x: f64| if l.is_absolute { format!("{:.3} degC", Celsius::from(Kelvin(x)).0) } else { format!("{x:.3} K") };
+            let shown = |x: f64| format!("{:.3} {}", l.shown(x), l.unit());
             let verdict = if l.margin() >= 0.0 { "kept" } else { "broken" };
-            vec![l.name.clone(), shown(l.value), shown(l.maximum), format!("{:+.3}", l.margin()), verdict.into()]
+            let unit = if has_lengths { format!(" {}", l.measurand.unit_of_differences()) } else { String::new() };
+            let margin = format!("{:+.3}{unit}", l.margin());
+            vec![l.name.clone(), shown(l.value), shown(l.maximum), margin, verdict.into()]
         })
         .collect();
     if !limits.is_empty() {
         text += "\n";
-        text += &table(&["limit", "value", "at most", "margin K", ""], &limits);
+        text += &table(&["limit", "value", "at most", if has_lengths { "margin" } else { "margin K" }, ""], &limits);
     }
     if !model.network.streams.is_empty() {
         let notes = model.network.coolant_notes(&solution.streams, &solution.temperatures);

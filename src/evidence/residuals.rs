@@ -12,7 +12,7 @@ use crate::evidence::measurement::{Data, TEST, TIME, whiten};
 use crate::explore::simulate::Start;
 use crate::foundation::table::{Column, Table, TextColumn};
 use crate::solve::sensitivity::Study;
-use crate::units::{celsius, express};
+use crate::units::{Measurand, express};
 
 /// Readings with what the machine predicts for them. Residuals are measured less predicted.
 #[derive(Debug, Clone)]
@@ -115,9 +115,10 @@ impl Residuals {
                 self.places.iter().enumerate().filter(|(_, (_, s))| *s == k).for_each(|(i, (r, _))| values[*r] = value(i));
                 values
             };
-            columns.push(column(name, "degC", of(&|i| celsius(self.measured[i]))));
-            columns.push(column(&format!("{name} predicted"), "degC", of(&|i| celsius(self.predicted[i]))));
-            columns.push(column(&format!("{name} residual"), "K", of(&|i| self.residual(i))));
+            let own = machine.sensors[self.data.sensors[k]].measurand();
+            columns.push(column(name, own.unit(), of(&|i| own.shown(self.measured[i]))));
+            columns.push(column(&format!("{name} predicted"), own.unit(), of(&|i| own.shown(self.predicted[i]))));
+            columns.push(column(&format!("{name} residual"), own.unit_of_differences(), of(&|i| self.residual(i))));
         }
         let provenance = vec![
             ("machine".to_string(), machine.name.clone()),
@@ -136,9 +137,7 @@ impl Residuals {
             test: self.data.rows[*r].test.clone(),
             time_s: self.data.rows[*r].time,
             sensor: self.data.names[*k].clone(),
-            measured_degC: celsius(self.measured[i]),
-            predicted_degC: celsius(self.predicted[i]),
-            residual_K: self.residual(i),
+            compared: Compared::of(study.model.machine.sensors[self.data.sensors[*k]].measurand(), self.measured[i], self.predicted[i]),
         };
         PredictRecord {
             machine: study.model.machine.name.clone(),
@@ -175,8 +174,29 @@ pub struct PredictedReading {
     pub test: String,
     pub time_s: Option<f64>,
     pub sensor: String,
-    pub measured_degC: f64,
-    pub predicted_degC: f64,
-    /// Measured less predicted.
-    pub residual_K: f64,
+    #[serde(flatten)]
+    pub compared: Compared,
+}
+
+/// A reading beside its prediction, and measured less predicted.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+#[serde(untagged)]
+pub enum Compared {
+    /// A temperature.
+    Temperature { measured_degC: f64, predicted_degC: f64, residual_K: f64 },
+    /// A displacement.
+    Displacement { measured_um: f64, predicted_um: f64, residual_um: f64 },
+}
+
+impl Compared {
+    /// Of readings, K or um.
+    pub fn of(measurand: Measurand, measured: f64, predicted: f64) -> Self {
+        let residual = measured - predicted;
+        let [measured, predicted] = [measured, predicted].map(|reading| measurand.shown(reading));
+        match measurand {
+            Measurand::Temperature => Self::Temperature { measured_degC: measured, predicted_degC: predicted, residual_K: residual },
+            Measurand::Displacement => Self::Displacement { measured_um: measured, predicted_um: predicted, residual_um: residual },
+        }
+    }
 }

@@ -9,7 +9,7 @@ use crate::figures::chart::measured::{MeasuredFigure, SensorRow};
 use crate::figures::chart::style::Quantity;
 use crate::solve::meshed::{MeshedMachine, SteadyState};
 use crate::solve::sensitivity::{Derivatives, Study};
-use crate::units::{Celsius, Kelvin, celsius, express};
+use crate::units::express;
 
 /// A measured state beside its prediction.
 #[derive(Debug)]
@@ -114,19 +114,19 @@ pub fn one(study: &Study, measurement: &Measurement) -> Result<Checked> {
     let solver = model.solver(&condition)?;
     let state = model.solve(&solver, &condition)?;
     // What the sensors show is what was read.
-    let shown = |(sensor, at): (&Sensor, Celsius)| Celsius::from(Kelvin(sensor.shows.settled(Kelvin::from(at).0)));
-    let predicted: Vec<Celsius> = model.machine.sensors.iter().zip(model.readings(&state)).map(shown).collect();
+    let shown = |(sensor, at): (&Sensor, f64)| sensor.measurand().shown(sensor.shows.settled(at));
+    let predicted: Vec<f64> = model.machine.sensors.iter().zip(model.read(&state)).map(shown).collect();
     let bands = bands(study, &condition, &state)?;
     let rows: Vec<CheckedReading> = measurement
         .readings
         .iter()
         .map(|(sensor, kelvin)| CheckedReading {
             name: model.network.sensor_names[*sensor].clone(),
-            measured: celsius(*kelvin),
+            measured: model.machine.sensors[*sensor].measurand().shown(*kelvin),
             uncertainty: measurement.uncertainty,
-            predicted: predicted[*sensor].0,
+            predicted: predicted[*sensor],
             band: bands[*sensor],
-            other: measurement.others.iter().find(|(s, _)| s == sensor).map(|(_, t)| celsius(*t)),
+            other: measurement.others.iter().find(|(s, _)| s == sensor).map(|(_, t)| model.machine.sensors[*sensor].measurand().shown(*t)),
         })
         .collect();
     // The condition as stated: variables the measurement does not mention keep their defaults unseen.

@@ -14,8 +14,8 @@ use crate::foundation::random::Random;
 use crate::reduce::{Beginning, ReducedModel, Stretch};
 use crate::surrogate::fit::file;
 use crate::surrogate::fit::in_time::Sample;
-use crate::surrogate::fit::model::{InTime, Surrogate};
-use crate::units::{self, Dimension};
+use crate::surrogate::fit::model::{InTime, Point, Surrogate};
+use crate::units::{self, Dimension, Measurand};
 
 /// States of the dynamics.
 const STATES: usize = 24;
@@ -32,6 +32,10 @@ const LENGTHS: (f64, f64) = (0.01, 1.0);
 /// Outputs in a stretch, and the first of them, s.
 const OUTPUTS: usize = 24;
 const FIRST: f64 = 1.0;
+/// Unit of displacements.
+const LENGTHS_IN: &str = "um";
+/// Temperature that histories begin at where none is among the points, in degC.
+const ROOM: f64 = 20.0;
 /// What the largest error there is multiplied by.
 const SAFETY: f64 = 1.5;
 
@@ -103,6 +107,9 @@ struct Places<'a> {
     units: Vec<String>,
     /// Sensor of each point.
     sensors: Vec<usize>,
+    /// Whether each point is a displacement, in um.
+    lengths: Vec<bool>,
+    /// Unit of the temperatures.
     unit: String,
 }
 
@@ -123,22 +130,24 @@ impl<'a> Places<'a> {
             let missing = || Error::input(format!("the surrogate says nothing of '{}', which has no default", variable.name));
             variable.default.map(Err).ok_or_else(missing)
         };
-        let sensor = |point: &crate::surrogate::fit::model::Point| {
+        let sensor = |point: &Point| {
             let found = machine.sensors.iter().position(|s| s.name == point.name);
             found.ok_or_else(|| {
                 Error::input(format!("the reduced model has no sensor '{}'", point.name)).help("leave it out of the table with --ignore")
             })
         };
-        let unit = surrogate.points.first().map_or(String::new(), |p| p.unit.clone());
-        if let Some(other) = surrogate.points.iter().find(|p| p.unit != unit || !["degC", "K"].contains(&p.unit.as_str())) {
+        let unit = surrogate.points.iter().find(|p| p.unit != LENGTHS_IN).map_or("degC".into(), |p| p.unit.clone());
+        let is_known = |p: &&Point| p.unit == LENGTHS_IN || p.unit == unit && ["degC", "K"].contains(&p.unit.as_str());
+        if let Some(other) = surrogate.points.iter().find(|p| !is_known(p)) {
             let error = Error::input(format!("'{}' is in {}", other.name, other.unit));
-            return Err(error.help("dynamics are known of temperatures, all of them in degC or all in K"));
+            return Err(error.help("dynamics are known of temperatures, all of them in degC or all in K, and of displacements in um"));
         }
         Ok(Self {
             machine,
             values: machine.variables.iter().map(value).collect::<Result<_>>()?,
             units: surrogate.variables.iter().map(|v| v.unit.clone()).collect(),
             sensors: surrogate.points.iter().map(sensor).collect::<Result<_>>()?,
+            lengths: surrogate.points.iter().map(|p| p.unit == LENGTHS_IN).collect(),
             unit,
         })
     }
@@ -150,6 +159,11 @@ impl<'a> Places<'a> {
             Err(held) => Ok(*held),
         };
         Ok(Condition::from_si(self.machine.variables.iter().zip(&self.values).map(si).collect::<Result<_>>()?))
+    }
+
+    /// A point's value as its sensor reads it, K or um.
+    fn reading(&self, point: usize, value: f64) -> f64 {
+        if self.lengths[point] { value } else { self.kelvin(value) }
     }
 
     /// A temperature in the points' unit, in K.
@@ -186,7 +200,8 @@ impl Trial {
         let mut beginning = Beginning::Steady;
         if self.is_uniform {
             surrogate.read(&state, first, &mut values).map_err(broken)?;
-            let coldest = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let temperatures = values.iter().zip(&places.lengths).filter(|(_, is_length)| !**is_length);
+            let coldest = temperatures.map(|(value, _)| *value).reduce(f64::min).unwrap_or(ROOM);
             state = surrogate.at_temperature(coldest).map_err(broken)?;
             beginning = Beginning::Uniform(places.kelvin(coldest));
         }
@@ -205,8 +220,8 @@ impl Trial {
             for time in &stretch.outputs {
                 surrogate.step(&mut state, time - now, x).map_err(broken)?;
                 surrogate.read(&state, x, &mut values).map_err(broken)?;
-                for ((worst, value), sensor) in worst.iter_mut().zip(&values).zip(&places.sensors) {
-                    *worst = f64::max(*worst, (places.kelvin(*value) - course.finer[row][*sensor]).abs());
+                for (k, (worst, sensor)) in worst.iter_mut().zip(&places.sensors).enumerate() {
+                    *worst = f64::max(*worst, (places.reading(k, values[k]) - course.finer[row][*sensor]).abs());
                 }
                 (now, row) = (*time, row + 1);
             }
@@ -222,20 +237,23 @@ pub struct Moving<'a> {
     /// Those of a query, then those held.
     variables: Vec<Variable>,
     points: Vec<String>,
+    measurands: Vec<Measurand>,
     hash: String,
 }
 
 impl<'a> Moving<'a> {
     /// # Errors
-    /// A surrogate of steady states only, or with points that are no temperatures.
+    /// A surrogate of steady states only, or with points that are neither temperatures nor displacements.
     pub fn new(surrogate: &'a Opened<'a>) -> Result<Self> {
         if surrogate.in_time().is_none() {
             return Err(Error::input("this surrogate knows steady states only")
                 .help("make it with `coldplate fit TABLE --dynamics MODEL.cpr`, the model by `coldplate reduce MACHINE --histories`"));
         }
-        if let Some(other) = surrogate.points().find(|p| p.unit != "degC" && p.unit != "K") {
-            return Err(Error::input(format!("'{}' is in {}: it is no temperature", other.name, other.unit)));
-        }
+        let measurand = |point: coldplate_runtime::Point<'_>| match point.unit {
+            "degC" | "K" => Ok(Measurand::Temperature),
+            LENGTHS_IN => Ok(Measurand::Displacement),
+            unit => Err(Error::input(format!("'{}' is in {unit}: it is neither a temperature nor a displacement in um", point.name))),
+        };
         let variable = |name: &str, unit: &str, default: Option<f64>| -> Result<Variable> {
             let dimension = units::dimension_of(unit)?;
             let default = default.map(|v| units::convert(v, unit, dimension)).transpose()?;
@@ -248,6 +266,7 @@ impl<'a> Moving<'a> {
             state: None,
             variables: own.chain(held).collect::<Result<_>>()?,
             points: surrogate.points().map(|p| p.name.to_string()).collect(),
+            measurands: surrogate.points().map(measurand).collect::<Result<_>>()?,
             hash: surrogate.provenance().find(|(key, _)| *key == "machine_hash").map_or(String::new(), |(_, hash)| hash.to_string()),
         })
     }
@@ -266,6 +285,7 @@ impl<'a> Moving<'a> {
             hash: &self.hash,
             variables: &self.variables,
             sensors: &self.points,
+            measurands: &self.measurands,
             meters: &[],
             cells: cells.unwrap_or(0),
             nodes: self.surrogate.in_time().map_or(0, |own| own.states()),
@@ -280,7 +300,12 @@ impl<'a> Moving<'a> {
 
     fn kelvin(&self, values: &[f64]) -> Result<Vec<f64>> {
         let all = self.surrogate.points().zip(values);
-        all.map(|(point, value)| units::convert(*value, point.unit, Dimension::TEMPERATURE)).collect()
+        all.map(
+            |(point, value)| {
+                if point.unit == LENGTHS_IN { Ok(*value) } else { units::convert(*value, point.unit, Dimension::TEMPERATURE) }
+            },
+        )
+        .collect()
     }
 
     fn state(&self) -> Result<State> {

@@ -338,6 +338,7 @@ impl Assembly<'_> {
             groups: rest.groups.clone(),
             sources: rest.sources.iter().map(|s| HeatSource { shares: Vec::new(), law: s.law.clone() }).collect(),
             sensor_names: rest.sensor_names.clone(),
+            measurands: rest.measurands.clone(),
             ..Network::default()
         };
         own.contacts.iter_mut().for_each(|group| group.joints = 0..0);
@@ -408,7 +409,7 @@ impl Assembly<'_> {
         let is_kept = |n: u32| (n as usize) >= rest.solids || held.contains_key(&n);
         for sensor in &rest.sensors {
             let weights = sensor.weights.iter().filter(|(n, _)| is_kept(*n)).map(|(n, w)| (nodes.to[n], *w)).collect();
-            own.sensors.push(SensorTerm { weights, inlet: sensor.inlet });
+            own.sensors.push(sensor.over(weights));
         }
         let matrix = DMatrix::from_fn(rows.len(), modes.len(), |r, c| rows[r][c]);
         (own, matrix, DVector::from_vec(center))

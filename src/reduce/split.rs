@@ -69,6 +69,7 @@ impl Split {
             if own.law.follows_temperature() { *own = empty(own) } else { *other = empty(other) }
         }
         (plain.sensors, plain.sensor_names, plain.meters) = (Vec::new(), Vec::new(), Vec::new());
+        plain.measurands = Vec::new();
         Self { plain, sources, contacts, rest }
     }
 

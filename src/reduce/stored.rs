@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 
 use super::level::Level;
 use super::model::{InTime, Made, ReducedModel};
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Machine, Sensor};
 use crate::discretise::mesh::path::Station;
 use crate::discretise::network::stream::CircuitTree;
 use crate::discretise::network::{ContactGroup, HeatSource, Joint, Network, Reach, SensorTerm, Stream, Surface};
@@ -83,7 +83,7 @@ impl ReducedModel {
     /// First bytes of the file, whatever its version.
     pub const FAMILY: &[u8] = b"COLDPLATE-REDUCED ";
     /// First bytes of the file.
-    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 2\n";
+    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 3\n";
 
     /// The file's bytes; `document` is the machine file the model was made of.
     ///
@@ -226,6 +226,7 @@ impl StoredNetwork {
             fixed: self.fixed,
             sensors: self.sensors,
             sensor_names: self.sensor_names,
+            measurands: machine.sensors.iter().map(Sensor::measurand).collect(),
             ..Network::default()
         })
     }

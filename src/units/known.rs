@@ -61,6 +61,7 @@ const QUANTITIES: &[(Dimension, &str, &str)] = &[
     (Dimension::SPECIFIC_HEAT, "specific heat", "J/(kg K)"),
     (Dimension::CAPACITY, "heat capacity", "J/K"),
     (Dimension::PRESSURE, "pressure", "Pa"),
+    (Dimension::BEDDING, "stiffness per area", "N/m3"),
     (Dimension::FORCE, "force", "N"),
     (Dimension::TORQUE, "torque, energy", "N m"),
     (Dimension::INERTIA, "moment of inertia", "kg m2"),

@@ -8,36 +8,17 @@
 //! ```
 
 mod known;
+mod readings;
+mod scale;
 mod symbols;
 
 use std::fmt;
 
 use crate::error::{Error, Result, did_you_mean};
 pub use known::{KnownQuantity, KnownUnit, quantities, symbols};
+pub use readings::Measurand;
+pub use scale::{Celsius, Kelvin, ZERO_CELSIUS};
 use symbols::{MISTAKEN, UNITS};
-
-/// The one offset between the Celsius and the Kelvin scale.
-pub const ZERO_CELSIUS: f64 = 273.15;
-
-/// An absolute temperature in kelvin.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
-pub struct Kelvin(pub f64);
-
-/// An absolute temperature in degrees Celsius.
-#[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
-pub struct Celsius(pub f64);
-
-impl From<Celsius> for Kelvin {
-    fn from(t: Celsius) -> Self {
-        Kelvin(t.0 + ZERO_CELSIUS)
-    }
-}
-
-impl From<Kelvin> for Celsius {
-    fn from(t: Kelvin) -> Self {
-        Celsius(t.0 - ZERO_CELSIUS)
-    }
-}
 
 /// Degrees Celsius of kelvin, for what is shown.
 pub fn celsius(kelvin: f64) -> f64 {
@@ -113,6 +94,8 @@ impl Dimension {
     pub const CAPACITY: Self = Self::of(2, 1, -2, -1);
     /// Pa
     pub const PRESSURE: Self = Self::of(-1, 1, -2, 0);
+    /// Stiffness per area, N/m³
+    pub const BEDDING: Self = Self::of(-2, 1, -2, 0);
     /// N
     pub const FORCE: Self = Self::of(1, 1, -2, 0);
     /// N m
@@ -164,6 +147,7 @@ impl Dimension {
             Self::SPECIFIC_HEAT => "\"500 J/(kg K)\"",
             Self::CAPACITY => "\"4000 J/K\"",
             Self::PRESSURE => "\"1e-3 Pa\" or \"0.2 MPa\"",
+            Self::BEDDING => "\"1e12 N/m3\"",
             Self::FORCE => "\"3 kN\"",
             Self::TORQUE => "\"4 N m\"",
             Self::INERTIA => "\"1e-4 kg m2\"",

@@ -28,7 +28,11 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("describe::schema", &["error", "units", "foundation::document"]),
     ("describe::machine", &["error", "units", "foundation::*", "physics", "describe::gmsh", "describe::schema"]),
     ("discretise::mesh", &["error", "units", "foundation::atomic_file", "describe::*"]),
-    ("discretise::network", &["error", "units", "foundation::formula", "describe::machine", "discretise::mesh", "physics"]),
+    ("discretise::elastic", &["error", "describe::machine", "discretise::mesh"]),
+    (
+        "discretise::network",
+        &["error", "units", "foundation::formula", "describe::machine", "discretise::mesh", "discretise::elastic", "physics"],
+    ),
     ("solve", &["error", "units", "foundation::progress", "discretise::network", "physics"]),
     (
         "solve::meshed",

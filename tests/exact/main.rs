@@ -10,6 +10,7 @@ mod channel;
 mod circuits;
 mod convection;
 mod cylinder;
+mod displacement;
 mod enclosure;
 mod heat_flow;
 mod joint;

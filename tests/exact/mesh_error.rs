@@ -66,7 +66,7 @@ fn estimates_cover_errors_of_machines() {
             let state = coarse.steady(&condition).unwrap();
             let found = coarse.mesh_errors(&condition, &state).unwrap().unwrap();
             for (s, (own, fine)) in coarse.readings(&state).iter().zip(&truth).enumerate() {
-                let error = (own.0 - fine.0).abs();
+                let error = (own - fine).abs();
                 println!(
                     "{name} {cells} {}: error {error:.4}, estimate {:.4}, order {:?}",
                     coarse.network.sensor_names[s], found.errors[s], found.orders[s]

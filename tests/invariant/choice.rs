@@ -186,7 +186,7 @@ fn reference_condition_of_the_solver() {
     let (from_a, from_b) = (model.solver(&a).unwrap(), model.solver(&b).unwrap());
     let readings = |solver| model.readings(&model.solve(solver, &b).unwrap());
     for (x, y) in readings(&from_a).iter().zip(readings(&from_b)) {
-        close(x.0, y.0, 10.0, 1e-8);
+        close(*x, y, 10.0, 1e-8);
     }
 }
 

@@ -8,7 +8,6 @@ use coldplate::pipeline::fitting::fit_table;
 use coldplate::solve::sensitivity::{Study, Target};
 use coldplate::surrogate::fit::FitOptions;
 use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::units::Celsius;
 
 const MACHINE: &str = r#"
 name = "a block in a chamber that is warmer than the room"
@@ -41,7 +40,7 @@ fn a_rise_is_over_the_ambient_temperature_and_not_over_the_chamber() {
     let at = |ambient: f64| machine.condition(&[("ambient_temperature", &format!("{ambient} degC"))]).unwrap();
     let solved = |ambient: f64| {
         let state = study.model.steady(&at(ambient)).unwrap();
-        let Celsius(reading) = study.model.readings(&state)[0];
+        let reading = study.model.readings(&state)[0];
         (reading, study.model.limits(&state)[0].value)
     };
     assert!(

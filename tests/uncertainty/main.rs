@@ -63,7 +63,7 @@ fn lines(study: &Study, parameter: &OpenParameter, z: f64) -> Vec<(String, Strin
 
 fn readings(study: &Study, condition: &Condition) -> Vec<f64> {
     let state = study.model.solve(&study.model.solver(condition).unwrap(), condition).unwrap();
-    study.model.readings(&state).into_iter().map(|t| t.0).collect()
+    study.model.readings(&state)
 }
 
 fn condition(study: &Study) -> Condition {

@@ -22,7 +22,7 @@ pub fn reading(study: &Study, found: &Found, table: usize, row: usize, sensor: &
     let state = study.model.solve(&study.model.solver(&row.condition)?, &row.condition)?;
     let at = study.model.machine.sensors.iter().position(|s| s.name == sensor);
     let at = at.ok_or_else(|| Error::input(format!("no sensor '{sensor}'")))?;
-    Ok(study.model.readings(&state)[at].0)
+    Ok(study.model.readings(&state)[at])
 }
 
 /// Heat that would have to enter a part so that its sensor reads `degc`, W.

@@ -13,7 +13,6 @@ use crate::figures::chart::draw_as;
 use crate::figures::chart::style::Quantity;
 use crate::figures::chart::valley::{Trace, ValleyFigure};
 use crate::solve::sensitivity::Parameter;
-use crate::units::celsius;
 
 /// The grid as outside programs read it, in the parameters' units; pairs without a steady state are `null`.
 #[derive(Debug, Serialize)]
@@ -89,9 +88,10 @@ fn figure(problem: &Problem, found: &Scan, axes: &[(Parameter, Vec<f64>); 2]) ->
     };
     let trace = |along: usize, n: usize| {
         let (r, k) = places[n];
+        let shown = |reading: f64| problem.data.shown(&problem.study.model.machine, k, reading);
         let predicted = (0..found.axes[along].len())
-            .map(|at| celsius(if along == 0 { found.predictions[at][j][n] } else { found.predictions[i][at][n] }));
-        Trace { name: name(r, k), predicted: predicted.collect(), measured: celsius(readings[n]) }
+            .map(|at| shown(if along == 0 { found.predictions[at][j][n] } else { found.predictions[i][at][n] }));
+        Trace { name: name(r, k), predicted: predicted.collect(), measured: shown(readings[n]) }
     };
     // What moves by less than a twentieth of a kelvin over the whole axis says nothing there.
     let moves = |t: &Trace| {

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use super::super::text::table;
+use crate::describe::machine::Machine;
 use crate::evidence::identify::record::{HeldOut, IdentifyRecord};
 use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
 use crate::evidence::measurement::faults::{self, Fault};
 use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::numbers::significant;
-use crate::units::celsius;
 
 /// A sensor whose own error comes out larger than this many of its stated deviations is named.
 const TOLD: f64 = 2.0;
@@ -92,7 +92,7 @@ impl Found<'_> {
             text += &format!("\n  these readings cannot determine {} ({reach})\n", open.text);
         }
         text += "\n";
-        let rows = reading_rows(&problem.data, &estimate.predictions.0, &estimate.predictions.1);
+        let rows = reading_rows(&problem.study.model.machine, &problem.data, &estimate.predictions.0, &estimate.predictions.1);
         text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &rows);
         if let Some(HeldOut { data: others, before, after }) = &self.held_out {
             text += &format!(
@@ -100,7 +100,10 @@ impl Found<'_> {
                 whiten::rmse(others, after),
                 whiten::rmse(others, before)
             );
-            text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &reading_rows(others, before, after));
+            text += &table(
+                &["test", "sensor", "measured degC", "before", "after", "difference K"],
+                &reading_rows(&self.problem.study.model.machine, others, before, after),
+            );
         }
         if let Some(best) = self.advice.first() {
             text += &format!(
@@ -162,18 +165,19 @@ fn plural(n: usize, what: &str) -> String {
 }
 
 /// Rows for a reader: of logs only the last of each test.
-fn reading_rows(data: &Data, before: &[f64], after: &[f64]) -> Vec<Vec<String>> {
+fn reading_rows(machine: &Machine, data: &Data, before: &[f64], after: &[f64]) -> Vec<Vec<String>> {
     let readings = whiten::readings(data);
     let is_last = |r: usize| !data.is_transient() || data.rows.iter().rposition(|row| row.test == data.rows[r].test) == Some(r);
     let places = whiten::places(data);
     let of = |(i, (r, k)): (usize, &(usize, usize))| {
+        let shown = |reading: f64| data.shown(machine, *k, reading);
         is_last(*r).then(|| {
             vec![
                 data.rows[*r].test.clone(),
                 data.names[*k].clone(),
-                format!("{:.2}", celsius(readings[i])),
-                format!("{:.2}", celsius(before[i])),
-                format!("{:.2}", celsius(after[i])),
+                format!("{:.2}", shown(readings[i])),
+                format!("{:.2}", shown(before[i])),
+                format!("{:.2}", shown(after[i])),
                 format!("{:+.2}", after[i] - readings[i]),
             ]
         })

@@ -38,6 +38,7 @@ impl PropertyRecord {
 /// A material that is built in.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
+#[allow(non_snake_case)]
 pub struct MaterialRecord {
     /// The name a part gives it.
     pub name: String,
@@ -47,6 +48,12 @@ pub struct MaterialRecord {
     pub density: PropertyRecord,
     /// Specific heat.
     pub specific_heat: PropertyRecord,
+    /// Coefficient of linear thermal expansion, 1/K.
+    pub expansion_1_K: Option<f64>,
+    /// Young's modulus, GPa.
+    pub youngs_modulus_GPa: Option<f64>,
+    /// Poisson's ratio.
+    pub poisson_ratio: Option<f64>,
     /// Where the numbers come from.
     pub source: String,
 }
@@ -110,6 +117,9 @@ fn material(material: &Material) -> MaterialRecord {
         conductivity: PropertyRecord::new(&material.conductivity[0], "W/(m K)"),
         density: PropertyRecord::new(&Property::Constant(material.density), "kg/m3"),
         specific_heat: PropertyRecord::new(&material.specific_heat, "J/(kg K)"),
+        expansion_1_K: material.elastic.expansion,
+        youngs_modulus_GPa: material.elastic.modulus.map(|pascals| pascals / 1e9),
+        poisson_ratio: material.elastic.poisson,
         source: material.source.clone(),
     }
 }

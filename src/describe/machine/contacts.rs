@@ -7,7 +7,7 @@ use super::keys::joints as keys;
 use super::names::Index;
 use super::region::{Region, within};
 use super::variables::{formula, formula_or};
-use super::{Face, Part};
+use super::{Face, JointKind, Machine, Part};
 use crate::error::{Location, Result};
 use crate::foundation::document::Section;
 use crate::foundation::formula::Formula;
@@ -36,6 +36,25 @@ impl Place {
     }
 }
 
+impl Machine {
+    /// The contact that covers two faces of blocks that touch, as an index, and whether its sides are the other way round; one
+    /// that names faces goes first.
+    pub fn contact_between(&self, faces: [Face; 2]) -> Option<(usize, bool)> {
+        let covers = |place: &Place, face: Face| match place {
+            Place::Part(p) => *p == face.part,
+            Place::Face(own) => own.covers(face),
+            Place::Node(_) => false,
+        };
+        let is_specific = |c: &Contact| c.between.iter().any(|p| matches!(p, Place::Face(_)));
+        let (specific, general): (Vec<_>, Vec<_>) = self.contacts.iter().enumerate().partition(|(_, c)| is_specific(c));
+        specific.into_iter().chain(general).find_map(|(i, c)| {
+            let straight = covers(&c.between[0], faces[0]) && covers(&c.between[1], faces[1]);
+            let crossed = covers(&c.between[0], faces[1]) && covers(&c.between[1], faces[0]);
+            (straight || crossed).then_some((i, crossed && !straight))
+        })
+    }
+}
+
 /// A named contact between two places.
 #[derive(Debug, Clone)]
 pub struct Contact {
@@ -50,6 +69,8 @@ pub struct Contact {
     pub area: Option<f64>,
     /// Factor on the law's conductance.
     pub factor: Formula,
+    /// What it does to movements.
+    pub joint: JointKind,
     /// Line in the machine file.
     pub line: usize,
 }
@@ -138,9 +159,10 @@ pub(super) fn contacts(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols)
             }
             Some(value) => formula(&value, Dimension::NUMBER, symbols)?,
         };
+        let joint = JointKind::read(&section)?;
         let line = section.line();
         section.finish()?;
-        found.push(Contact { name, between, law, area, factor, line });
+        found.push(Contact { name, between, law, area, factor, joint, line });
     }
     Ok(found)
 }

@@ -2,13 +2,18 @@
 
 use std::sync::OnceLock;
 
-use super::{Material, Property};
+use super::keys::bodies::{EXPANSION, POISSON_RATIO, YOUNGS_MODULUS};
+use super::{Elastic, Material, Property};
+use crate::describe::schema::Key;
 use crate::error::Result;
 use crate::foundation::document::{Document, Section, Value, suggestion};
 use crate::units::Dimension;
 
 /// The materials every machine file may name, with sources.
 const LIBRARY: &str = include_str!("../../../data/materials.toml");
+
+/// Beyond this a material hardly changes its volume, and trilinear cells become too stiff.
+const LARGEST_POISSON_RATIO: f64 = 0.49;
 
 /// The materials every machine file may name, read once: a diagnosis reads very many machines.
 ///
@@ -99,8 +104,20 @@ fn material(name: String, section: Section<'_>, known: &[Material]) -> Result<Ma
         (None, Some(base)) => format!("changed from {}: {}", base.name, base.source),
         (None, None) => String::new(),
     };
+    let elastic = elastic(&section, base.map(|base| base.elastic).unwrap_or_default())?;
     section.finish()?;
-    Ok(Material { name, conductivity, density, specific_heat, source })
+    Ok(Material { name, conductivity, density, specific_heat, elastic, source })
+}
+
+/// Expansion and stiffness, where they are given; else those of the base.
+fn elastic(section: &Section<'_>, base: Elastic) -> Result<Elastic> {
+    let given = |key: &Key, base: Option<f64>| if section.has(key.name) { key.read(section).map(Some) } else { Ok(base) };
+    let poisson = given(&POISSON_RATIO, base.poisson)?;
+    if poisson.is_some_and(|nu| !(0.0..=LARGEST_POISSON_RATIO).contains(&nu)) {
+        let what = format!("Poisson's ratio lies between 0 and {LARGEST_POISSON_RATIO}");
+        return Err(section.error_at(POISSON_RATIO.name, what).help("metals have 0.25 to 0.35"));
+    }
+    Ok(Elastic { expansion: given(&EXPANSION, base.expansion)?, modulus: given(&YOUNGS_MODULUS, base.modulus)?, poisson })
 }
 
 /// One conductivity, or three along the axes.

@@ -12,6 +12,7 @@ mod clearance;
 mod condition;
 mod contact_law;
 mod contacts;
+mod elastic;
 mod enclosures;
 mod film;
 mod fluids;
@@ -43,11 +44,12 @@ pub use circuits::{Branch, BranchFlow, Circuit, Intake, Layout, Supply};
 pub use condition::Condition;
 pub use contact_law::{Bonded, Conductance, ContactLaw, Insulated, Interface, OfPressure, OfTemperature, Total};
 pub use contacts::{Boundary, BoundaryLaw, Contact, ExposedNode, Place, RadiationLink};
+pub use elastic::{Displacement, Elasticity, JointKind, Support};
 pub use enclosures::{Enclosure, EnclosureSurface, Views};
 pub use film::{Film, FlowState};
 pub use heat_flows::{HeatFlow, HeatPath};
 pub use keys::SCHEMA;
-pub use parts::{Axis, Block, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
+pub use parts::{Axis, Block, Elastic, Face, Import, LumpedNode, Material, Part, Property, Shape, Side, Surface};
 pub use region::Region;
 pub use response::{SensorResponse, Shown};
 pub use scope::{Point, Scope};
@@ -100,6 +102,8 @@ pub struct Machine {
     pub sensors: Vec<Sensor>,
     /// Heat-flow sensors.
     pub heat_flows: Vec<HeatFlow>,
+    /// What holds the machine, and what its displacements are counted from.
+    pub elasticity: Elasticity,
     /// What is acceptable.
     pub limits: Vec<Limit>,
     /// Numbers the file marks as assumed, with the reason.
@@ -236,6 +240,15 @@ pub enum Reading {
     Inlet(usize),
     /// Water leaving a channel.
     Outlet(usize),
+    /// How far a point moves.
+    Displacement(Displacement),
+}
+
+impl Reading {
+    /// Whether it is no temperature, but how far a point moves.
+    pub fn is_displacement(&self) -> bool {
+        matches!(self, Self::Displacement(_))
+    }
 }
 
 /// A limit on sensors.

@@ -13,8 +13,21 @@ pub struct Material {
     pub density: f64,
     /// J/(kg K).
     pub specific_heat: Property,
+    /// What it does to displacements.
+    pub elastic: Elastic,
     /// Where the numbers come from.
     pub source: String,
+}
+
+/// What a material does to displacements; `None` where its file does not say.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Elastic {
+    /// Coefficient of linear thermal expansion, 1/K.
+    pub expansion: Option<f64>,
+    /// Young's modulus, Pa.
+    pub modulus: Option<f64>,
+    /// Poisson's ratio, from 0 to below 1/2.
+    pub poisson: Option<f64>,
 }
 
 /// A property that may depend on temperature.
@@ -225,6 +238,13 @@ pub struct Face {
     pub block: Option<usize>,
     /// Which side; says nothing for an imported part.
     pub side: Side,
+}
+
+impl Face {
+    /// Whether a face of one block is this one, or of its blocks.
+    pub fn covers(self, face: Face) -> bool {
+        self.part == face.part && self.side == face.side && self.block.is_none_or(|b| Some(b) == face.block)
+    }
 }
 
 /// A node with one temperature, written by hand.

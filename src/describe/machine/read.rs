@@ -6,6 +6,7 @@ use super::channels::channels;
 use super::circuits::{branches, circuits};
 use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
+use super::elastic::{displacements, elasticity};
 use super::enclosures::enclosures;
 use super::fluids::Fluids;
 use super::geometry::{check_length, parts};
@@ -107,14 +108,15 @@ fn machine(document: &Document) -> Result<Machine> {
     let radiation_links = radiation_links(&root, &index)?;
     let enclosures = enclosures(&root, &index, chamber.enclosure, document.file())?;
     let sources = sources(&root, &index, &symbols)?;
-    let sensors = sensors(&root, &index)?;
-    let sensor_names: Vec<String> = sensors.iter().map(|sensor| sensor.name.clone()).collect();
+    let mut sensors = sensors(&root, &index)?;
+    sensors.extend(displacements(&root, &index, &sensors)?);
+    let elasticity = elasticity(&root, &index)?;
     let heat_flows = heat_flows(&root, &index, &contacts, &boundaries)?;
-    let limited: Vec<(String, Dimension)> = sensor_names.iter().map(|name| (name.clone(), Dimension::TEMPERATURE)).collect();
+    let limited: Vec<(String, Dimension)> = sensors.iter().map(|sensor| (sensor.name.clone(), sensor.measurand().dimension())).collect();
     let limits = limits(&root, &limited, &variables)?;
-    let measurements = measurements(&root, &variables, &sensor_names)?;
+    let measurements = measurements(&root, &variables, &sensors)?;
     let (shared_factors, correlations) = (shared_factors(&root)?, correlations(&root)?);
-    let model_error = model_error(&root, &sensor_names, &variables)?;
+    let model_error = model_error(&root, &sensors, &variables)?;
     let assumption = |a: crate::foundation::document::Assumed| Assumption { key: a.key, value: a.value, reason: a.reason };
     let assumptions = document.assumptions()?.into_iter().map(assumption).collect();
     let mut machine = Machine {
@@ -139,6 +141,7 @@ fn machine(document: &Document) -> Result<Machine> {
         sources,
         sensors,
         heat_flows,
+        elasticity,
         limits,
         assumptions,
         measurements,

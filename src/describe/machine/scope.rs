@@ -3,7 +3,7 @@
 use super::condition::Symbols;
 use super::sensors::limits;
 use super::variables::{four, variables};
-use super::{Limit, LimitKind, Machine, Variable};
+use super::{Limit, LimitKind, Machine, Sensor, Variable};
 use crate::error::Result;
 use crate::foundation::document::Section;
 use crate::units::Dimension;
@@ -41,6 +41,11 @@ impl Point {
     pub fn temperature(name: &str) -> Self {
         Self { name: name.into(), unit: "degC".into(), dimension: Dimension::TEMPERATURE }
     }
+
+    /// What a sensor reads.
+    pub fn of(sensor: &Sensor) -> Self {
+        Self { name: sensor.name.clone(), unit: sensor.measurand().unit().into(), dimension: sensor.measurand().dimension() }
+    }
 }
 
 impl Machine {
@@ -50,7 +55,7 @@ impl Machine {
             name: self.name.clone(),
             hash: self.hash.clone(),
             variables: self.variables.clone(),
-            points: self.sensors.iter().map(|sensor| Point::temperature(&sensor.name)).collect(),
+            points: self.sensors.iter().map(Point::of).collect(),
             limits: self.limits.clone(),
             unused: (0..self.variables.len()).filter(|v| !self.uses(*v)).collect(),
         }

@@ -153,7 +153,7 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
 }
 
 /// Reads `[measurement.NAME]`.
-pub(super) fn measurements(root: &Section<'_>, variables: &[Variable], sensors: &[String]) -> Result<Vec<Measurement>> {
+pub(super) fn measurements(root: &Section<'_>, variables: &[Variable], sensors: &[Sensor]) -> Result<Vec<Measurement>> {
     let mut found = Vec::new();
     for (name, section) in root.sections("measurement")? {
         let mut condition = Vec::new();
@@ -171,10 +171,11 @@ pub(super) fn measurements(root: &Section<'_>, variables: &[Variable], sensors: 
             let Some(given) = section.opt_section(key)? else { return Ok(Vec::new()) };
             let read = given.keys().map(|name| {
                 let value = given.value(name)?;
-                let known: Vec<&str> = sensors.iter().map(String::as_str).collect();
-                let at = sensors.iter().position(|s| s == name);
+                let known: Vec<&str> = sensors.iter().map(|s| s.name.as_str()).collect();
+                let at = sensors.iter().position(|s| s.name == name);
                 let at = at.ok_or_else(|| value.error(format!("there is no sensor '{name}'")).help(suggestion(name, &known)))?;
-                Ok((at, value.quantity(Dimension::TEMPERATURE)?))
+                let own = sensors[at].measurand();
+                Ok((at, own.of_si(value.quantity(own.dimension())?)))
             });
             read.collect()
         };

@@ -1,11 +1,11 @@
 //! What a machine file says of its own uncertainty beside the numbers that carry theirs: factors that several numbers share,
 //! correlations, and what the model misses.
 
-use super::Variable;
 use super::keys::uncertain::{COMMON, GROWTH, KINDS, SENSORS};
+use super::{Sensor, Variable};
 use crate::error::Result;
 use crate::foundation::document::{Section, Value, suggestion};
-use crate::units::Dimension;
+use crate::units::{Dimension, Measurand};
 
 /// All numbers of a kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -66,7 +66,7 @@ pub struct Correlation {
 /// What the model misses, as standard deviations in kelvin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelError {
-    /// At each sensor alone, in the order of the machine's sensors.
+    /// At each sensor alone, in the order of the machine's sensors; um of displacements.
     pub sensors: Vec<f64>,
     /// At all sensors together.
     pub common: f64,
@@ -139,7 +139,7 @@ pub(super) fn correlations(root: &Section<'_>) -> Result<Vec<Correlation>> {
 }
 
 /// Reads `[model_error]`.
-pub(super) fn model_error(root: &Section<'_>, sensors: &[String], variables: &[Variable]) -> Result<ModelError> {
+pub(super) fn model_error(root: &Section<'_>, sensors: &[Sensor], variables: &[Variable]) -> Result<ModelError> {
     let section = root.section_or_empty("model_error")?;
     let is_stated = root.has("model_error");
     let negative = |key: &str| section.error_at(key, "a standard deviation is not negative").help("leave the key out for none");
@@ -150,18 +150,20 @@ pub(super) fn model_error(root: &Section<'_>, sensors: &[String], variables: &[V
             return Err(negative(key));
         }
     }
-    let mut own = vec![all; sensors.len()];
+    let usual = |sensor: &Sensor| if sensor.measurand() == Measurand::Temperature { all } else { 0.0 };
+    let mut own: Vec<f64> = sensors.iter().map(usual).collect();
     if let Some(given) = section.opt_section("sensor")? {
         for name in given.keys() {
             let value = given.value(name)?;
-            let at = sensors.iter().position(|s| s == name);
-            let known: Vec<&str> = sensors.iter().map(String::as_str).collect();
-            let unknown = || value.error(format!("there is no sensor '{name}'")).help(suggestion(name, &known));
-            let deviation = value.quantity(Dimension::DIFFERENCE)?;
+            let at = sensors.iter().position(|s| s.name == name);
+            let known: Vec<&str> = sensors.iter().map(|s| s.name.as_str()).collect();
+            let at = at.ok_or_else(|| value.error(format!("there is no sensor '{name}'")).help(suggestion(name, &known)))?;
+            let measurand = sensors[at].measurand();
+            let deviation = measurand.of_si(value.quantity(measurand.dimension().of_differences())?);
             if deviation < 0.0 {
                 return Err(value.error("a standard deviation is not negative").help("write 0 K for none"));
             }
-            own[at.ok_or_else(unknown)?] = deviation;
+            own[at] = deviation;
         }
     }
     let mut measured = Vec::new();

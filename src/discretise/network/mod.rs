@@ -28,6 +28,7 @@ pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
 use serde::{Deserialize, Serialize};
 
 use crate::describe::machine::{ConstantPower, ContactLaw, Interface, Property, Side, Slope, SourceLaw};
+use crate::units::Measurand;
 
 /// Marks "no such index".
 pub const NONE: u32 = u32::MAX;
@@ -86,6 +87,8 @@ pub struct Network {
     pub sensors: Vec<SensorTerm>,
     /// Names of the sensors.
     pub sensor_names: Vec<String>,
+    /// What the sensors read.
+    pub measurands: Vec<Measurand>,
     /// Heat-flow sensors.
     pub meters: Vec<HeatMeter>,
 }
@@ -202,20 +205,33 @@ pub struct ContactGroup {
     pub joints: std::ops::Range<usize>,
 }
 
-/// The reading of a sensor: a weighted sum of nodes, or water entering a circuit.
+/// The reading of a sensor: a weighted sum of nodes, or water entering a circuit. K, or um of a displacement.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SensorTerm {
     /// Weights over nodes.
     pub weights: Vec<(u32, f64)>,
     /// Share of a circuit's inlet temperature: circuit index and weight.
     pub inlet: Option<(usize, f64)>,
+    /// What is added to it: 0 of temperatures, of a displacement what makes it zero at its reference temperature.
+    pub constant: f64,
 }
 
 impl SensorTerm {
-    /// The reading, K, from all node temperatures and the circuits' inlet temperatures.
+    /// The reading of a temperature.
+    pub fn temperature(weights: Vec<(u32, f64)>) -> Self {
+        Self { weights, inlet: None, constant: 0.0 }
+    }
+
+    /// The same reading of other nodes.
+    #[must_use]
+    pub fn over(&self, weights: Vec<(u32, f64)>) -> Self {
+        Self { weights, ..*self }
+    }
+
+    /// The reading, K or um, from all node temperatures and the circuits' inlet temperatures.
     pub fn read(&self, temperatures: &[f64], load: &Load) -> f64 {
         let nodes: f64 = self.weights.iter().map(|(n, w)| w * temperatures[*n as usize]).sum();
-        nodes + self.inlet.map_or(0.0, |(c, w)| w * load.inlets[c])
+        nodes + self.inlet.map_or(0.0, |(c, w)| w * load.inlets[c]) + self.constant
     }
 }
 

@@ -12,6 +12,7 @@ use crate::explore::simulate::{self, PlaceStart, Seen, Start, StartPlace};
 use crate::foundation::document::Document;
 use crate::solve::Nearby;
 use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
+use crate::units::Measurand;
 
 /// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
 pub const TIME_TOLERANCE: f64 = 1e-3;
@@ -292,7 +293,10 @@ fn beginning(machine: &Machine, data: &Data, rows: &[&Row], start: Start) -> Res
         return Ok((start, Vec::new()));
     }
     // Sensors that have settled show what their place had.
-    let of = |(s, reading): (&usize, &Option<f64>)| reading.map(|r| (&machine.sensors[*s], machine.sensors[*s].shows.temperature(r)));
+    let of = |(s, reading): (&usize, &Option<f64>)| {
+        let sensor = &machine.sensors[*s];
+        reading.filter(|_| sensor.measurand() == Measurand::Temperature).map(|r| (sensor, sensor.shows.temperature(r)))
+    };
     let first: Vec<(&Sensor, f64)> = rows.first().map_or(Vec::new(), |row| data.sensors.iter().zip(&row.readings).filter_map(of).collect());
     let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
     let all: Vec<f64> = first.iter().map(|(_, t)| *t).collect();
@@ -307,6 +311,7 @@ fn beginning(machine: &Machine, data: &Data, rows: &[&Row], start: Start) -> Res
     let mut places: Vec<PlaceStart> = Vec::new();
     let place = |sensor: &Sensor| match &sensor.reads {
         Reading::Point(part, _) | Reading::PartMean(part) => StartPlace::Part(*part),
+        Reading::Displacement(own) => StartPlace::Part(own.of.0),
         Reading::FaceMean(face) => StartPlace::Part(face.part),
         Reading::Node(node) => StartPlace::Node(*node),
         Reading::Inlet(channel) | Reading::Outlet(channel) => StartPlace::Channel(*channel),

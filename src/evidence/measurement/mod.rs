@@ -17,12 +17,14 @@ use std::path::Path;
 use crate::describe::machine::{Condition, Machine, Variable};
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::table::{Column, Table};
-use crate::units::{self, Celsius, Dimension, Kelvin, celsius};
+use crate::units::{self, Celsius, Dimension, Kelvin, Measurand, celsius};
 
 pub use thin::{MOST_READINGS, thinned, thinned_evenly};
 pub use uncertainty::{Uncertainty, VariableUncertainty};
 pub use whiten::Whitener;
 
+/// Displacements beyond this are none of a machine, um.
+const FARTHEST: f64 = 1e5;
 /// Name of the column that says which test a row belongs to.
 pub const TEST: &str = "test";
 /// Name of the column of times.
@@ -105,7 +107,9 @@ impl Data {
                 units::convert(300.0, &column.unit, machine.variables[variable].dimension).map_err(|e| e.at_key(column.header()))?;
                 variables.push((variable, column));
             } else if let Some(sensor) = sensor_of(&column.name) {
-                sensors.push((sensor, table.column_si(&column.name, Dimension::TEMPERATURE)?));
+                let own = machine.sensors[sensor].measurand();
+                let values = table.column_si(&column.name, own.dimension())?;
+                sensors.push((sensor, values.into_iter().map(|si| own.of_si(si)).collect()));
             } else {
                 return Err(unknown(&column.name, machine));
             }
@@ -144,8 +148,14 @@ impl Data {
             let mut readings = Vec::with_capacity(sensors.len());
             for (sensor, values) in &sensors {
                 let value = values[r];
+                let is_length = machine.sensors[*sensor].measurand() == Measurand::Displacement;
                 if value.is_nan() {
                     readings.push(None);
+                } else if is_length && value.abs() < FARTHEST {
+                    readings.push(Some(value));
+                } else if is_length {
+                    let error = Error::input("this reading is no displacement of a machine").at_key(&machine.sensors[*sensor].name);
+                    return Err(place(error.read(format!("{value:.1} um")).help("check the unit in the header"), r));
                 } else if (PLAUSIBLE.0..PLAUSIBLE.1).contains(&value) {
                     readings.push(Some(value));
                 } else if NO_ANSWER.iter().any(|sign| (celsius(value) - sign).abs() < 1e-3) {
@@ -242,6 +252,11 @@ impl Data {
         let rows = machine.measurements.iter().map(row).collect::<Result<_>>()?;
         let names = sensors.iter().map(|s| machine.sensors[*s].name.clone()).collect();
         Self { source: "the machine file".into(), sensors, names, rows, notes: Vec::new() }.checked()
+    }
+
+    /// A reading of a column (K or um) as it is shown, degC or um.
+    pub fn shown(&self, machine: &Machine, column: usize, reading: f64) -> f64 {
+        machine.sensors[self.sensors[column]].measurand().shown(reading)
     }
 
     fn checked(mut self) -> Result<Self> {

@@ -6,13 +6,15 @@ use super::Data;
 use crate::describe::machine::{Condition, Machine};
 use crate::error::{Error, Result, did_you_mean};
 use crate::foundation::document::{Document, Section};
-use crate::units::{self, Dimension};
+use crate::units::{self, Dimension, Measurand};
 
 /// A limit +-a without more is a rectangular distribution of standard deviation a / sqrt 3 (GUM 4.3.7).
 const RECTANGULAR: f64 = 0.577_350_269_189_625_8;
 /// Usual limits of the instruments of such tests: scanner and sensor +-0.1 K, chiller +-0.1 K,
 /// flow meter +-0.05 L/min, ambient +-0.1 K.
 const USUAL_KELVIN: f64 = 0.1;
+/// Usual limits of probes of displacement, um.
+const USUAL_MICROMETRES: f64 = 1.0;
 const USUAL_FLOW: f64 = 0.05 / 60_000.0;
 /// Usual limit of a log's clock, s: the time of a scanner to go through its channels.
 const USUAL_SECONDS: f64 = 1.0;
@@ -29,7 +31,7 @@ pub struct VariableUncertainty {
 /// Standard deviations of readings and conditions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Uncertainty {
-    /// Noise of each sensor, new in every reading, K, in the order of [`Data::sensors`].
+    /// Noise of each sensor, new in every reading, K or um, in the order of [`Data::sensors`].
     pub noise: Vec<f64>,
     /// Bias of each sensor, the same in all its readings, K.
     pub bias: Vec<f64>,
@@ -66,9 +68,14 @@ impl Uncertainty {
             };
             VariableUncertainty { absolute, relative: 0.0 }
         };
+        let limit = |sensor: &usize| match machine.sensors[*sensor].measurand() {
+            Measurand::Temperature => USUAL_KELVIN,
+            Measurand::Displacement => USUAL_MICROMETRES,
+        };
+        let usual: Vec<f64> = data.sensors.iter().map(|sensor| RECTANGULAR * limit(sensor)).collect();
         Self {
-            noise: vec![RECTANGULAR * USUAL_KELVIN; data.sensors.len()],
-            bias: vec![RECTANGULAR * USUAL_KELVIN; data.sensors.len()],
+            noise: usual.clone(),
+            bias: usual,
             variables: machine.variables.iter().map(variable).collect(),
             model: 0.0,
             timing: RECTANGULAR * USUAL_SECONDS,
@@ -81,6 +88,7 @@ impl Uncertainty {
     /// ```toml
     /// kind = "limits"                 # or "standard deviations"
     /// noise = "0.1 K"                 # from reading to reading
+    /// displacement_noise = "0.5 um"   # of sensors of displacement
     /// bias = "0.1 K"                  # of a sensor, the same in all its readings
     /// model = "0.05 K"                # of mesh and solver; a standard deviation always
     /// timing = "1 s"                  # of a log's clock, and of the lags of sensors
@@ -106,22 +114,24 @@ impl Uncertainty {
                     .help("write kind = \"limits\" or kind = \"standard deviations\""));
             }
         };
-        let spread = |section: &Section<'_>, key: &str| -> Result<Option<f64>> {
+        let spread = |section: &Section<'_>, key: &str, of: Measurand| -> Result<Option<f64>> {
             let Some(value) = section.opt(key) else { return Ok(None) };
-            let kelvin = value.quantity(Dimension::DIFFERENCE)?;
-            if (0.0..f64::INFINITY).contains(&kelvin) {
-                Ok(Some(kelvin))
+            let own = of.of_si(value.quantity(of.dimension().of_differences())?);
+            if (0.0..f64::INFINITY).contains(&own) {
+                Ok(Some(own))
             } else {
                 Err(value.error("an uncertainty is a finite number and not negative"))
             }
         };
-        if let Some(noise) = spread(&root, "noise")? {
-            found.noise.fill(scale * noise);
+        let of = |k: usize| machine.sensors[data.sensors[k]].measurand();
+        for (key, all) in [("noise", &mut found.noise), ("bias", &mut found.bias)] {
+            for (measurand, prefix) in [(Measurand::Temperature, ""), (Measurand::Displacement, "displacement_")] {
+                if let Some(own) = spread(&root, &format!("{prefix}{key}"), measurand)? {
+                    all.iter_mut().enumerate().filter(|(k, _)| of(*k) == measurand).for_each(|(_, value)| *value = scale * own);
+                }
+            }
         }
-        if let Some(bias) = spread(&root, "bias")? {
-            found.bias.fill(scale * bias);
-        }
-        if let Some(model) = spread(&root, "model")? {
+        if let Some(model) = spread(&root, "model", Measurand::Temperature)? {
             found.model = model;
         }
         if let Some(value) = root.opt("timing") {
@@ -157,9 +167,9 @@ impl Uncertainty {
         for (name, section) in root.sections("sensor")? {
             let Some(k) = data.names.iter().position(|n| *n == name) else {
                 // A file may serve several tables: only names the machine does not have are wrong.
-                if machine.sensors.iter().any(|s| s.name == name) {
-                    spread(&section, "noise")?;
-                    spread(&section, "bias")?;
+                if let Some(other) = machine.sensors.iter().find(|s| s.name == name) {
+                    spread(&section, "noise", other.measurand())?;
+                    spread(&section, "bias", other.measurand())?;
                     section.finish()?;
                     continue;
                 }
@@ -169,10 +179,10 @@ impl Uncertainty {
                     None => error,
                 });
             };
-            if let Some(noise) = spread(&section, "noise")? {
+            if let Some(noise) = spread(&section, "noise", of(k))? {
                 found.noise[k] = scale * noise;
             }
-            if let Some(bias) = spread(&section, "bias")? {
+            if let Some(bias) = spread(&section, "bias", of(k))? {
                 found.bias[k] = scale * bias;
             }
             section.finish()?;

@@ -1,14 +1,15 @@
 //! A schedule run through a model: readings over time, when they settle, and what can be resumed.
 
 mod checkpoint;
+pub mod drift;
+mod options;
 mod passing;
 pub mod record;
 mod reduced;
 mod settle;
 mod stepped;
 
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::describe::machine::{Condition, Machine, Variable};
 use crate::discretise::network::{HeatMeter, Load, Network};
@@ -18,10 +19,11 @@ use crate::foundation::table::{Column, Table};
 use crate::reduce::ReducedModel;
 use crate::solve::heat_flow::heat_flows_at;
 use crate::solve::meshed::MeshedMachine;
-use crate::solve::transient::{BALANCE, Energy, Settings, Transient, TransientState};
-use crate::units::{Celsius, Kelvin, express};
+use crate::solve::transient::{Energy, Settings, Transient, TransientState};
+use crate::units::{Measurand, express};
 
 use checkpoint::{Identity, Progress};
+pub use options::SimulateOptions;
 use passing::Passing;
 pub use passing::{Crossing, Watch};
 pub use reduced::run_reduced;
@@ -69,53 +71,6 @@ pub struct PlaceStart {
     pub temperature: f64,
 }
 
-/// How to run.
-#[derive(Debug, Clone, PartialEq)]
-pub struct SimulateOptions {
-    /// The state at the beginning.
-    pub start: Start,
-    /// What begins otherwise; before the machine file's own `start` of parts and nodes, which counts where both speak.
-    pub places: Vec<PlaceStart>,
-    /// Outputs this far apart, s, beside those at the rows of the schedule; `None`: about 200 of them, unless the
-    /// schedule has as many rows itself.
-    pub every: Option<f64>,
-    /// Error allowed in each time step, K.
-    pub tolerance: f64,
-    /// Share of the heat that a time step may leave open.
-    pub balance: f64,
-    /// Only what is read at the outputs counts, not when something settles or passes between them: what can be solved exactly from
-    /// one to the next is.
-    pub only_outputs: bool,
-    /// Temperatures of sensors' places that are waited for.
-    pub watched: Vec<Watch>,
-    /// A sensor has settled when it stays this near to its steady reading, K.
-    pub within: f64,
-    /// File to write the state to now and then.
-    pub checkpoint: Option<PathBuf>,
-    /// Least time on the clock between two such writings.
-    pub checkpoint_every: Duration,
-    /// Go on from that file, if it is there.
-    pub resume: bool,
-}
-
-impl Default for SimulateOptions {
-    fn default() -> Self {
-        Self {
-            start: Start::Steady,
-            places: Vec::new(),
-            every: None,
-            tolerance: 0.01,
-            balance: BALANCE,
-            only_outputs: false,
-            watched: Vec::new(),
-            within: 0.5,
-            checkpoint: None,
-            checkpoint_every: Duration::from_secs(5),
-            resume: false,
-        }
-    }
-}
-
 /// The machine at an instant of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
@@ -138,6 +93,8 @@ pub struct Subject<'a> {
     pub variables: &'a [Variable],
     /// Names of its sensors.
     pub sensors: &'a [String],
+    /// What they read.
+    pub measurands: &'a [Measurand],
     /// Its heat-flow sensors.
     pub meters: &'a [HeatMeter],
     /// Cells of the mesh; zero where that is not known.
@@ -153,6 +110,7 @@ impl<'a> Subject<'a> {
             hash: &machine.hash,
             variables: &machine.variables,
             sensors: &network.sensor_names,
+            measurands: &network.measurands,
             meters: &network.meters,
             cells,
             nodes: network.nodes,
@@ -228,12 +186,16 @@ impl History {
         for (s, name) in model.sensors.iter().enumerate() {
             // A sensor may be called like a condition; two columns may not.
             let name = if columns.iter().any(|c| c.name == *name) { format!("{name} (sensor)") } else { name.clone() };
-            let values = self.readings.iter().map(|r| Celsius::from(Kelvin(r[s])).0).collect();
-            columns.push(column(&name, "degC", values));
+            let own = model.measurands[s];
+            columns.push(column(&name, own.unit(), self.readings.iter().map(|r| own.shown(r[s])).collect()));
         }
         for (s, name) in model.sensors.iter().enumerate() {
             if let Some(bounds) = &self.bounds {
-                columns.push(column(&format!("{name} bound"), "K", bounds.iter().map(|row| row[s]).collect()));
+                columns.push(column(
+                    &format!("{name} bound"),
+                    model.measurands[s].unit_of_differences(),
+                    bounds.iter().map(|row| row[s]).collect(),
+                ));
             }
         }
         for (m, meter) in model.meters.iter().enumerate() {

@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::drift::Drift;
 use super::{Crossing, History, Subject};
-use crate::units::celsius;
+use crate::units::Measurand;
 
 /// Temperatures over time.
 #[derive(Debug, Clone, Serialize)]
@@ -25,6 +26,9 @@ pub struct HistoryRecord {
     /// Heat by heat-flow sensor, W, at the same times; left out where there is none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub heat_flows: BTreeMap<String, Vec<f64>>,
+    /// How far displacements drift; left out where there is none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub drifts: Vec<Drift>,
     /// When the temperatures that were waited for were passed first.
     pub passes: Vec<PassRecord>,
     pub steps: usize,
@@ -40,11 +44,12 @@ pub struct HistoryRecord {
 /// One sensor.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
-pub struct CourseRecord {
-    pub start_degC: Option<f64>,
-    pub end_degC: Option<f64>,
-    pub steady_degC: Option<f64>,
-    pub within_s: Option<f64>,
+#[serde(untagged)]
+pub enum CourseRecord {
+    /// Of a temperature.
+    Temperature { start_degC: Option<f64>, end_degC: Option<f64>, steady_degC: Option<f64>, within_s: Option<f64> },
+    /// Of a displacement.
+    Displacement { start_um: Option<f64>, end_um: Option<f64>, steady_um: Option<f64>, within_s: Option<f64> },
 }
 
 /// A temperature that was waited for; times on the schedule's clock.
@@ -74,21 +79,22 @@ impl History {
     pub fn record(&self, model: &Subject<'_>, seconds: f64) -> HistoryRecord {
         let names = || model.sensors.iter().enumerate();
         let course = |(s, name): (usize, &String)| {
-            let of = |readings: Option<&Vec<f64>>| readings.map(|r| celsius(r[s]));
-            let record = CourseRecord {
-                start_degC: of(self.readings.first()),
-                end_degC: of(self.readings.last()),
-                steady_degC: of(self.steady.as_ref().ok()),
-                within_s: self.settled[s],
+            let own = model.measurands[s];
+            let of = |readings: Option<&Vec<f64>>| readings.map(|r| own.shown(r[s]));
+            let (start, end, steady) = (of(self.readings.first()), of(self.readings.last()), of(self.steady.as_ref().ok()));
+            let within_s = self.settled[s];
+            let record = match own {
+                Measurand::Temperature => CourseRecord::Temperature { start_degC: start, end_degC: end, steady_degC: steady, within_s },
+                Measurand::Displacement => CourseRecord::Displacement { start_um: start, end_um: end, steady_um: steady, within_s },
             };
             (name.clone(), record)
         };
-        let mut series: BTreeMap<String, Vec<f64>> =
-            names().map(|(s, name)| (name.clone(), self.readings.iter().map(|r| celsius(r[s])).collect())).collect();
+        let shown = |s: usize| self.readings.iter().map(|r| model.measurands[s].shown(r[s])).collect();
+        let mut series: BTreeMap<String, Vec<f64>> = names().map(|(s, name)| (name.clone(), shown(s))).collect();
         series.entry("time_s".into()).or_insert_with(|| self.times.clone());
         let pass = |c: &Crossing| PassRecord {
             sensor: model.sensors[c.watch.sensor].clone(),
-            value_degC: celsius(c.watch.value),
+            value_degC: model.measurands[c.watch.sensor].shown(c.watch.value),
             rising_s: c.rising,
             falling_s: c.falling,
         };
@@ -102,6 +108,7 @@ impl History {
             heat_flows: (model.meters.iter().enumerate())
                 .map(|(m, meter)| (meter.name.clone(), self.heat_flows.iter().map(|heats| heats[m]).collect()))
                 .collect(),
+            drifts: self.drifts(model),
             passes: self.passes.iter().map(pass).collect(),
             steps: self.steps,
             rejected: self.rejected,

@@ -98,7 +98,7 @@ impl Sweep {
             Solving::Own(own) => {
                 let (study, open) = own.as_ref();
                 let mesh = format!("{} cells, {} nodes", study.model.mesh.cells, study.model.network.nodes);
-                let outputs = study.model.network.sensor_names.iter().map(|name| (name.clone(), "degC".to_string())).collect();
+                let outputs = study.model.machine.sensors.iter().map(|s| (s.name.clone(), s.measurand().unit().to_string())).collect();
                 Subject { machine, hash, by: SolvedBy::Mesh(mesh), outputs, open: open.clone() }
             }
             Solving::Program(program) => {

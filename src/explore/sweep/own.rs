@@ -53,7 +53,7 @@ pub(super) fn with<R>(
         let si = &plan.conditions[row];
         let state = study.model.solve(&solver, &Condition::from_si(si.clone()))?;
         count_boiling(study, &state, &mut boiling.lock().unwrap_or_else(PoisonError::into_inner));
-        let mut values: Vec<f64> = study.model.readings(&state).into_iter().map(|t| t.0).collect();
+        let mut values = study.model.readings(&state);
         let count = open.parameters.len() * values.len();
         if count > 0 && plan.is_sloped(row) {
             let at = Derivatives::at(study, &Condition::from_si(si.clone()), &state.solution.temperatures)?;

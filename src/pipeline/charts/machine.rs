@@ -13,7 +13,7 @@ use crate::figures::chart::style::Quantity;
 use crate::foundation::document::Section;
 use crate::foundation::table::Table;
 use crate::solve::meshed::MeshedMachine;
-use crate::units::{Celsius, Kelvin};
+use crate::units::{Celsius, Kelvin, Measurand};
 
 /// Pieces along an edge of a block where the definition does not say.
 const DETAIL: usize = 8;
@@ -63,10 +63,11 @@ impl MachinePicture {
             }
         });
         let readings = model.readings(&state);
+        let degrees = |s: usize| (machine.sensors[s].measurand() == Measurand::Temperature).then(|| readings[s]);
         let probe = |sensor: &usize| {
             let (part, at) = place_of(model, machine, *sensor)?;
             let shown = part.is_none_or(|p| parts.contains(&p));
-            shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: Some(readings[*sensor].0) })
+            shown.then(|| Probe { name: machine.sensors[*sensor].name.clone(), at, reading: degrees(*sensor) })
         };
         let mut probes: Vec<Probe> = sensors.iter().filter_map(probe).collect();
         if let Some(file) = &self.places {
@@ -115,6 +116,7 @@ fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(
         Reading::Point(part, at) => Some((Some(*part), *at)),
         Reading::FaceMean(face) => Some((Some(face.part), centre(model, face.part)?)),
         Reading::PartMean(part) => Some((Some(*part), centre(model, *part)?)),
+        Reading::Displacement(own) => Some((Some(own.of.0), own.of.1)),
         Reading::Node(_) => None,
         Reading::Inlet(c) => channel(*c, |path| path.first()),
         Reading::Outlet(c) => channel(*c, |path| path.last()),

@@ -86,7 +86,7 @@ impl Scan {
                 let (condition, _) = condition_of(&head.root(), &changed)?;
                 let model = MeshedMachine::new(changed, None)?;
                 let state = model.solve(&model.solver(&condition)?, &condition)?;
-                Ok((*x, model.readings(&state)[sensor].0))
+                Ok((*x, model.readings(&state)[sensor]))
             };
             let line = self.values.par_iter().map(read).collect::<Result<Vec<_>>>()?;
             curves.push(Curve { name: scanned.name.clone(), line, ..Curve::default() });

@@ -14,7 +14,7 @@ use crate::figures::chart::residual_sheet::ResidualSheet;
 use crate::figures::chart::style::Quantity;
 use crate::foundation::numbers::{TWO_SIDED_90, TWO_SIDED_95};
 use crate::solve::meshed::Flows;
-use crate::units::{celsius, express};
+use crate::units::express;
 
 /// Most columns of a sheet.
 const COLUMNS: usize = 60;
@@ -310,7 +310,9 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
         let sum = &mut squares[*condition];
         *sum = (sum.0 + residual * residual, sum.1 + (residual - change).powi(2), sum.2 + 1.0);
     }
-    let all = readings.iter().zip(&diagnosis.residuals.predicted).zip(&gain.readings);
+    let (data, machine) = (&found.problem.data, &found.problem.study.model.machine);
+    let columns = whiten::places(data).into_iter().map(|(_, k)| k);
+    let all = readings.iter().zip(&diagnosis.residuals.predicted).zip(&gain.readings).zip(columns);
     Some(BeforeAfter {
         title: if diagnosis.verdict == Verdict::Consistent {
             "Predictions of conditions kept out".into()
@@ -318,7 +320,7 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
             "What is gained on conditions kept out of the search".into()
         },
         quantity: Quantity::new("temperature", "degC"),
-        readings: all.map(|((r, p), held)| [celsius(*r), celsius(*p), celsius(p + held.change)]).collect(),
+        readings: all.map(|(((r, p), held), k)| [*r, *p, p + held.change].map(|reading| data.shown(machine, k, reading))).collect(),
         conditions: squares.into_iter().map(|(a, b, n)| ((a / n.max(1.0)).sqrt(), (b / n.max(1.0)).sqrt())).collect(),
         noise_floor: gain.noise_floor,
         names: ["the machine as it is".into(), "with the cause that the other conditions point to".into()],

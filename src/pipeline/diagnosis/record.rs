@@ -15,8 +15,9 @@ use crate::evidence::diagnose::{self, Cause, Explanation, Gain, Rung, Verdict, s
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::faults::{Fault, FaultRecord};
 use crate::evidence::measurement::whiten;
+use crate::evidence::residuals::Compared;
 use crate::solve::meshed::Flows;
-use crate::units::celsius;
+use crate::units::Measurand;
 
 /// The whole answer.
 #[derive(Debug, Clone, Serialize)]
@@ -230,13 +231,15 @@ pub struct ReadingRecord {
     pub test: String,
     pub time_s: Option<f64>,
     pub sensor: String,
-    pub measured_degC: f64,
-    pub predicted_degC: f64,
-    pub residual_K: f64,
+    #[serde(flatten)]
+    pub compared: Compared,
     /// The whitened residual, in standard deviations.
     pub whitened: f64,
     /// What the best explanation predicts.
     pub explained_degC: Option<f64>,
+    /// The same of displacements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub explained_um: Option<f64>,
 }
 
 impl Findings<'_> {
@@ -403,15 +406,16 @@ impl FlowsRecord {
 fn readings(found: &Findings<'_>) -> Vec<ReadingRecord> {
     let (data, diagnosis) = (&found.problem.data, &found.diagnosis);
     let measured = whiten::readings(data);
+    let measurand = |k: usize| found.problem.study.model.machine.sensors[data.sensors[k]].measurand();
+    let explained = |of: Measurand, i: usize, k: usize| diagnosis.explained.as_ref().filter(|_| measurand(k) == of).map(|e| of.shown(e[i]));
     let of = |(i, (r, k)): (usize, &(usize, usize))| ReadingRecord {
         test: data.rows[*r].test.clone(),
         time_s: data.rows[*r].time,
         sensor: data.names[*k].clone(),
-        measured_degC: celsius(measured[i]),
-        predicted_degC: celsius(diagnosis.residuals.predicted[i]),
-        residual_K: diagnosis.residuals.residual[i],
+        compared: Compared::of(measurand(*k), measured[i], diagnosis.residuals.predicted[i]),
         whitened: diagnosis.residuals.whitened[i],
-        explained_degC: diagnosis.explained.as_ref().map(|e| celsius(e[i])),
+        explained_degC: explained(Measurand::Temperature, i, *k),
+        explained_um: explained(Measurand::Displacement, i, *k),
     };
     whiten::places(data).iter().enumerate().map(of).collect()
 }

@@ -14,7 +14,6 @@ use crate::pipeline::refit::{Refit, refit};
 use crate::solve::sensitivity::Study;
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::{self, condition};
-use crate::units::celsius;
 
 /// What came of `--surrogate`.
 #[derive(Debug)]
@@ -123,10 +122,10 @@ fn errors(bytes: &[u8], study: &Study, data: &Data) -> Result<Option<(f64, usize
         };
         let x = condition::variables(&surrogate).iter().map(at).collect::<Result<Vec<_>>>()?;
         let answer = verdict::query(&surrogate, &x)?;
-        for (reading, name) in row.readings.iter().zip(&data.names) {
+        for (k, (reading, name)) in row.readings.iter().zip(&data.names).enumerate() {
             let (Some(reading), Some(point)) = (reading, answer.temperatures.iter().find(|t| t.name == *name)) else { continue };
             if answer.in_domain {
-                sum += (point.value - celsius(*reading)).powi(2);
+                sum += (point.value - data.shown(machine, k, *reading)).powi(2);
                 counted += 1;
             } else {
                 left += 1;

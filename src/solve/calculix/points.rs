@@ -24,7 +24,7 @@ pub struct Point {
     pub node: u32,
 }
 
-/// Adds the measurement points, in the machine's order.
+/// Adds the measurement points, in the machine's order, without displacements: the deck is one of temperatures.
 ///
 /// # Errors
 /// A sensor reads what the deck does not have.
@@ -50,7 +50,7 @@ pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lu
         };
         Ok(Point { sensor: sensor.name.clone(), node })
     };
-    model.machine.sensors.iter().map(point).collect()
+    model.machine.sensors.iter().filter(|sensor| !sensor.reads.is_displacement()).map(point).collect()
 }
 
 /// Where a sensor is, and the nodes that it reads.
@@ -81,7 +81,9 @@ fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &Re
             }
             model.machine.parts[*part].origin()
         }
-        Reading::Node(_) | Reading::Inlet(_) | Reading::Outlet(_) => return Err(not_there(sensor, "no place in a part")),
+        Reading::Node(_) | Reading::Inlet(_) | Reading::Outlet(_) | Reading::Displacement(_) => {
+            return Err(not_there(sensor, "no place in a part"));
+        }
     };
     Ok((at, weights))
 }

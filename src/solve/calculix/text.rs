@@ -90,8 +90,9 @@ fn header(model: &MeshedMachine, condition: &Condition, state: &SteadyState, poi
             ** WATER: the coolant, as a fluid network. CalculiX finds its temperatures. Its mass flows, the film coefficients, and what\n\
             ** contacts, free convection and sources follow of temperature are those of coldplate's own solution at this condition.\n\
             ** Measurement points, and what coldplate itself has for them:\n";
-    for (point, own) in points.iter().zip(model.readings(state)) {
-        out += &format!("** node {}: {} ({:.4} degC)\n", point.node, point.sensor.replace('\n', " "), own.0);
+    let own = model.readings(state).into_iter().zip(&machine.sensors).filter(|(_, sensor)| !sensor.reads.is_displacement());
+    for (point, (own, _)) in points.iter().zip(own) {
+        out += &format!("** node {}: {} ({own:.4} degC)\n", point.node, point.sensor.replace('\n', " "));
     }
     out
 }

@@ -26,7 +26,7 @@ const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
 /// Errors of discretisation at one condition.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MeshErrors {
-    /// Estimate for each sensor, K, in the machine's order.
+    /// Estimate for each sensor, K or um, in the machine's order.
     #[serde(skip)]
     pub errors: Vec<f64>,
     /// Observed order of convergence of each sensor; `None` where none between 1/2 and 2 shows.
@@ -53,7 +53,7 @@ impl MeshedMachine {
             return Ok(None);
         }
         let cells = [meshes[0].cells, meshes[1].cells];
-        let readings = |model: &Self, state: &SteadyState| -> Vec<f64> { model.readings(state).iter().map(|t| t.0).collect() };
+        let readings = |model: &Self, state: &SteadyState| -> Vec<f64> { model.readings(state) };
         let solved = |mesh: Mesh| -> Result<Vec<f64>> {
             let model = Self::on(self.machine.clone(), mesh)?;
             Ok(readings(&model, &model.steady(condition)?))

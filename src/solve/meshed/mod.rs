@@ -22,7 +22,6 @@ use crate::discretise::network::{Load, Network};
 use crate::error::Result;
 use crate::foundation::progress::Progress;
 use crate::solve::{Solution, Solver};
-use crate::units::{Celsius, Kelvin, celsius};
 
 /// Machine, mesh and network.
 #[derive(Debug, Clone)]
@@ -92,20 +91,24 @@ impl MeshedMachine {
 
     /// The machine's limits in a state.
     pub fn limits(&self, state: &SteadyState) -> Vec<LimitState> {
-        let readings: Vec<f64> = self.readings(state).into_iter().map(|t| Kelvin::from(t).0).collect();
-        limit_states(&self.machine, &readings, &state.load.variables)
+        limit_states(&self.machine, &self.read(state), &state.load.variables)
     }
 
     /// What sensors with a gain or offset of their own show in a state, degC, by name.
     pub fn shown(&self, state: &SteadyState) -> Vec<(String, f64)> {
-        let sensors = self.machine.sensors.iter().zip(self.readings(state));
-        let own = sensors.filter(|(s, t)| s.shows.settled(Kelvin::from(*t).0) != Kelvin::from(*t).0);
-        own.map(|(s, t)| (s.name.clone(), celsius(s.shows.settled(Kelvin::from(t).0)))).collect()
+        let sensors = self.machine.sensors.iter().zip(self.read(state));
+        let own = sensors.filter(|(s, t)| s.shows.settled(*t) != *t);
+        own.map(|(s, t)| (s.name.clone(), s.measurand().shown(s.shows.settled(t)))).collect()
     }
 
-    /// Temperatures of the places of all sensors in a state, in the machine's order.
-    pub fn readings(&self, state: &SteadyState) -> Vec<Celsius> {
-        self.network.sensors.iter().map(|s| Kelvin(s.read(&state.solution.temperatures, &state.load)).into()).collect()
+    /// Temperatures of the places of all sensors in a state, degC, and displacements, um, in the machine's order.
+    pub fn readings(&self, state: &SteadyState) -> Vec<f64> {
+        self.network.measurands.iter().zip(self.read(state)).map(|(own, reading)| own.shown(reading)).collect()
+    }
+
+    /// The same in K and um.
+    pub fn read(&self, state: &SteadyState) -> Vec<f64> {
+        self.network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect()
     }
 }
 

@@ -9,7 +9,7 @@ use super::{LimitState, MeshErrors, MeshedMachine, SteadyState};
 use crate::discretise::network::BoundaryState;
 use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
 use crate::solve::heat_flow::heat_flows;
-use crate::units::{Celsius, Kelvin, celsius};
+use crate::units::{Measurand, celsius};
 
 /// A solved condition.
 #[derive(Debug, Clone, Serialize)]
@@ -82,6 +82,9 @@ pub struct BoundaryRecord {
 pub struct MeshRecord {
     /// Estimated error of each reading, K.
     pub errors_K: BTreeMap<String, f64>,
+    /// The same of each displacement, um.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub errors_um: BTreeMap<String, f64>,
     /// Observed order of convergence; `null` where readings do not approach a limit evenly.
     pub orders: BTreeMap<String, Option<f64>>,
     /// Cells of the coarser meshes that were solved beside.
@@ -95,12 +98,17 @@ impl MeshRecord {
     /// Errors of a model's sensors beside a tolerance (K).
     pub fn of(model: &MeshedMachine, mesh: &MeshErrors, tolerance: f64) -> Self {
         let names = || model.network.sensor_names.iter().cloned();
+        let all = |measurand| {
+            names().zip(&mesh.errors).zip(&model.network.measurands).filter(move |(_, own)| **own == measurand).map(|(own, _)| own)
+        };
+        let temperatures = || all(Measurand::Temperature);
         Self {
-            errors_K: names().zip(mesh.errors.iter().copied()).collect(),
+            errors_K: temperatures().map(|(name, e)| (name, *e)).collect(),
+            errors_um: all(Measurand::Displacement).map(|(name, e)| (name, *e)).collect(),
             orders: names().zip(mesh.orders.iter().copied()).collect(),
             cells: mesh.cells,
             tolerance_K: tolerance,
-            within_tolerance: mesh.errors.iter().all(|e| *e <= tolerance),
+            within_tolerance: temperatures().all(|(_, e)| *e <= tolerance),
         }
     }
 }
@@ -114,7 +122,7 @@ pub struct SurfaceRecord {
     pub heat_W: f64,
 }
 
-/// One limit; absolute temperatures in degC, differences in K.
+/// One limit; absolute temperatures in degC, differences in K, displacements in um.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs)]
 pub struct LimitRecord {
@@ -203,7 +211,7 @@ impl MeshedMachine {
             .map(|((b, area), heat)| (b.name.clone(), BoundaryRecord { area_m2: area.acting, heat_W: *heat }));
         SolveRecord {
             readings: self.shown(state).into_iter().collect(),
-            sensors: network.sensor_names.iter().cloned().zip(self.readings(state).into_iter().map(|t| t.0)).collect(),
+            sensors: network.sensor_names.iter().cloned().zip(self.readings(state)).collect(),
             coolant: coolant.collect(),
             contacts: contact_flows(network, &state.load.contacts, &solution.temperatures).into_iter().map(ContactRecord::of).collect(),
             heat_flows: network.meters.iter().map(|m| m.name.clone()).zip(self.heat_flows(state)).collect(),
@@ -242,7 +250,7 @@ impl ContactRecord {
 
 impl LimitRecord {
     fn of(limit: &LimitState) -> Self {
-        let shown = |x: f64| if limit.is_absolute { Celsius::from(Kelvin(x)).0 } else { x };
-        Self { name: limit.name.clone(), value: shown(limit.value), limit: shown(limit.maximum), margin: limit.margin() }
+        let (value, maximum) = (limit.shown(limit.value), limit.shown(limit.maximum));
+        Self { name: limit.name.clone(), value, limit: maximum, margin: limit.margin() }
     }
 }

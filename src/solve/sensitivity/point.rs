@@ -13,7 +13,6 @@ use crate::foundation::document::suggestion;
 use crate::solve::balance::balance;
 use crate::solve::meshed::SteadyState;
 use crate::solve::{Solution, Tangent};
-use crate::units::Kelvin;
 
 /// What is differentiated. Indices are those of the network's sensors and streams and of the machine's limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -241,7 +240,7 @@ impl<'a> Derivatives<'a> {
                     add(*second, -1.0);
                 }
                 LimitKind::Spread(several) => {
-                    let readings: Vec<f64> = self.study.model.readings(&self.state).into_iter().map(|t| Kelvin::from(t).0).collect();
+                    let readings = self.study.model.read(&self.state);
                     let order = |a: &&usize, b: &&usize| readings[**a].total_cmp(&readings[**b]);
                     if let (Some(high), Some(low)) = (several.iter().max_by(order), several.iter().min_by(order)) {
                         add(*high, 1.0);

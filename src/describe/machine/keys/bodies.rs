@@ -4,6 +4,22 @@ use super::{AREA, CELSIUS, CONDUCTIVITY, DENSITY, METRES, MILLIMETRES, PROPERTY_
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
 use crate::units::Dimension;
 
+/// Thermal expansion.
+pub(in crate::describe::machine) const EXPANSION: Key = Key::new(
+    "expansion",
+    Form::Quantity(Unit::of(Dimension::PER_KELVIN, "1/K")),
+    "for displacements: coefficient of linear thermal expansion, `\"11.5e-6 1/K\"`",
+)
+.also(&["thermal_expansion", "cte", "alpha"]);
+/// Stiffness.
+pub(in crate::describe::machine) const YOUNGS_MODULUS: Key =
+    Key::new("youngs_modulus", Form::Quantity(Unit::of(Dimension::PRESSURE, "GPa")), "for displacements: `\"210 GPa\"`")
+        .positive()
+        .also(&["elastic_modulus", "young", "stiffness"]);
+/// Lateral contraction.
+pub(in crate::describe::machine) const POISSON_RATIO: Key =
+    Key::new("poisson_ratio", Form::Number, "for displacements: from 0 to below 0.5").also(&["poisson", "nu"]);
+
 /// `[material.NAME]`
 pub(super) const MATERIAL: Table = Table {
     doc: "a material",
@@ -22,6 +38,9 @@ pub(super) const MATERIAL: Table = Table {
             "a constant, or a table against temperature",
         )
         .also(&["cp", "c", "heat_capacity"]),
+        EXPANSION,
+        YOUNGS_MODULUS,
+        POISSON_RATIO,
         Key::new("source", Form::Text, "where the numbers come from").reaching(Reach::Report),
         Key::new("base", Form::Name("material"), "takes what is not given from a library material, or from one defined above"),
     ]],

@@ -1,6 +1,7 @@
 //! Contacts, and what is prescribed on faces.
 
 use super::super::contact_law;
+use super::elastic::JOINT_KEYS;
 use super::flow::COORDINATES;
 use super::{AREA, CELSIUS, FILM, MILLIMETRES, TRIPLE};
 use crate::describe::schema::{Form, Key, Reach, Table, Unit, Unstated};
@@ -32,9 +33,9 @@ pub(in crate::describe::machine) const FACTOR: Key = Key::new(
 .or(Unstated::Si(1.0))
 .reaching(Reach::Load);
 
-/// The places, the keys of every law, the area and the factor.
-const CONTACT_KEYS: [&[Key]; contact_law::COUNT + 3] = {
-    let mut all = [PLACES; contact_law::COUNT + 3];
+/// The places, the keys of every law, the area, the factor and the joint.
+const CONTACT_KEYS: [&[Key]; contact_law::COUNT + 4] = {
+    let mut all = [PLACES; contact_law::COUNT + 4];
     let mut law = 0;
     while law < contact_law::COUNT {
         all[law + 1] = contact_law::KEYS[law];
@@ -42,6 +43,7 @@ const CONTACT_KEYS: [&[Key]; contact_law::COUNT + 3] = {
     }
     all[contact_law::COUNT + 1] = CONTACT_AREA;
     all[contact_law::COUNT + 2] = &[FACTOR];
+    all[contact_law::COUNT + 3] = JOINT_KEYS;
     all
 };
 

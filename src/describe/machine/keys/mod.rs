@@ -4,6 +4,7 @@
 //! Schema that `coldplate schema` prints all take it from here.
 
 pub(super) mod bodies;
+pub(super) mod elastic;
 pub(super) mod flow;
 pub(super) mod heat;
 pub(super) mod joints;
@@ -70,6 +71,9 @@ pub const SCHEMA: Table = Table {
         Key::new("source", Form::Named(&heat::SOURCE), "heat sources").also(&["sources", "heat"]),
         Key::new("sensor", Form::Named(&outputs::SENSOR), "measurement points").also(&["sensors"]),
         Key::new("heat_flow", Form::Named(&outputs::HEAT_FLOW), "heat-flow sensors").also(&["heat_flows"]),
+        Key::new("displacement", Form::Named(&elastic::DISPLACEMENT), "displacement sensors").also(&["displacements"]),
+        Key::new("support", Form::Named(&elastic::SUPPORT), "what holds the machine, for displacements").also(&["supports"]),
+        Key::new("elasticity", Form::Table(&elastic::ELASTICITY), "what displacements are counted from"),
         Key::new("limit", Form::Named(&outputs::LIMIT), "what is acceptable").also(&["limits"]),
         Key::new("measurement", Form::Named(&outputs::MEASUREMENT), "measured states to print beside the prediction")
             .also(&["measurements"]),

@@ -1,6 +1,6 @@
 //! Sensors, limits and measured states.
 
-use super::{CELSIUS, KELVIN, SECONDS, TRIPLE, flow::COORDINATES};
+use super::{CELSIUS, KELVIN, MICROMETRES, SECONDS, TRIPLE, flow::COORDINATES};
 use crate::describe::schema::{Form, Key, Reach, Table, Unstated};
 
 /// First-order lag of a sensor behind the temperature of its place.
@@ -57,17 +57,22 @@ const fn report(name: &'static str, form: Form, doc: &'static str) -> Key {
     Key::new(name, form, doc).reaching(Reach::Report)
 }
 
+/// A temperature or a displacement.
+const LARGEST: Form = Form::Either(&[Form::Quantity(CELSIUS), Form::Quantity(MICROMETRES)]);
+/// A difference of such.
+const APART: Form = Form::Either(&[Form::Quantity(KELVIN), Form::Quantity(MICROMETRES)]);
+
 /// `[limit.NAME]`
 pub(super) const LIMIT: Table = Table {
     doc: "what is acceptable",
     keys: &[&[
         report("sensor", Form::Name("sensor"), "with `maximum` or `rise`: the sensor"),
-        report("maximum", Form::Quantity(CELSIUS), "the sensor is not hotter: `\"45 degC\"`").also(&["max"]),
+        report("maximum", LARGEST, "the sensor is not hotter: `\"45 degC\"`; a displacement not larger: `\"20 um\"`").also(&["max"]),
         report("rise", Form::Quantity(KELVIN), "nor more than that above `ambient_temperature`: `\"5 K\"`"),
         report("between", Form::List(&Form::Name("sensor"), Some(2)), "with `difference`: two sensors, `[\"a\", \"b\"]`"),
-        report("difference", Form::Quantity(KELVIN), "the first minus the second is not larger"),
+        report("difference", APART, "the first minus the second is not larger"),
         report("sensors", Form::List(&Form::Name("sensor"), None), "with `spread`: two or more sensors"),
-        report("spread", Form::Quantity(KELVIN), "largest minus smallest is not larger").positive(),
+        report("spread", APART, "largest minus smallest is not larger").positive(),
     ]],
     one_of: &["maximum", "rise", "difference", "spread"],
 };
@@ -77,8 +82,8 @@ pub(super) const MEASUREMENT: Table = Table {
     doc: "a measured state to print beside the prediction",
     keys: &[&[
         report("condition", Form::Free(&Form::AnyQuantity), "`{ coolant_flow = \"3.33e-5 m3/s\", ... }`"),
-        report("readings", Form::Free(&Form::Quantity(CELSIUS)), "`{ SENSOR = \"42.2 degC\" }`").required(),
-        report("others", Form::Free(&Form::Quantity(CELSIUS)), "what another program predicted, `{ SENSOR = \"41.8 degC\" }`"),
+        report("readings", Form::Free(&Form::AnyQuantity), "`{ SENSOR = \"42.2 degC\" }`; of displacements `\"12 um\"`").required(),
+        report("others", Form::Free(&Form::AnyQuantity), "what another program predicted, `{ SENSOR = \"41.8 degC\" }`"),
         report("uncertainty", Form::Quantity(KELVIN), "half the width of the interval that holds a true temperature with 95 %").positive(),
         report("note", Form::Text, "remarks on the readings"),
     ]],

@@ -55,7 +55,11 @@ pub(super) const MODEL_ERROR: Table = Table {
     doc: "what the model misses; `identify` and `diagnose` write what they learnt of it",
     keys: &[&[
         SENSORS,
-        report("sensor", Form::Free(&Form::Quantity(KELVIN)), "sensors with a deviation of their own: `{ SENSOR = \"0.4 K\" }`"),
+        report(
+            "sensor",
+            Form::Free(&Form::AnyQuantity),
+            "sensors with a deviation of their own: `{ SENSOR = \"0.4 K\" }`; of displacements, which have none else, `\"2 um\"`",
+        ),
         COMMON,
         GROWTH,
         report(

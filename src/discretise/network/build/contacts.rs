@@ -2,7 +2,7 @@
 
 use super::joints::{Crossing, joint_between, reversed};
 use super::{Builder, CellFace, Foot};
-use crate::describe::machine::{Bonded, Contact, ContactLaw, Face, Place, Side};
+use crate::describe::machine::{Bonded, ContactLaw, Face, Place, Side};
 use crate::discretise::mesh::Interface;
 use crate::discretise::mesh::grid::{Grid, tangents};
 use crate::discretise::network::{ContactGroup, Crossed, Joint, NONE, Reach};
@@ -10,24 +10,13 @@ use crate::error::{Error, Result};
 use std::f64::consts::TAU;
 
 impl Builder<'_> {
-    /// The contact of the machine file that covers an interface; one that names faces goes first.
-    fn covering(&self, interface: &Interface) -> Option<(&Contact, bool)> {
+    /// The contact of the machine file that covers an interface, and whether the other way round.
+    fn covering(&self, interface: &Interface) -> Option<(usize, bool)> {
         let faces = [interface.a, interface.b].map(|(g, side)| {
             let grid = &self.mesh.grids[g];
             Face { part: grid.part, block: Some(grid.block), side }
         });
-        let covers = |place: &Place, face: Face| match place {
-            Place::Part(p) => *p == face.part,
-            Place::Face(f) => f.part == face.part && f.side == face.side && f.block.is_none_or(|b| Some(b) == face.block),
-            Place::Node(_) => false,
-        };
-        let is_specific = |c: &Contact| c.between.iter().any(|p| matches!(p, Place::Face(_)));
-        let (specific, general): (Vec<&Contact>, Vec<&Contact>) = self.machine.contacts.iter().partition(|c| is_specific(c));
-        specific.into_iter().chain(general).find_map(|c| {
-            let straight = covers(&c.between[0], faces[0]) && covers(&c.between[1], faces[1]);
-            let crossed = covers(&c.between[0], faces[1]) && covers(&c.between[1], faces[0]);
-            (straight || crossed).then_some((c, crossed && !straight))
-        })
+        self.machine.contact_between(faces)
     }
 
     /// Joints where blocks touch.
@@ -46,9 +35,7 @@ impl Builder<'_> {
         let mesh = self.mesh;
         for (i, interface) in mesh.interfaces.iter().enumerate() {
             let (pa, pb) = (self.mesh.grids[interface.a.0].part, self.mesh.grids[interface.b.0].part);
-            let covering = self.covering(interface).map(|(contact, crossed)| (contact.name.clone(), crossed));
-            if let Some((contact, crossed)) = covering {
-                let index = self.machine.contacts.iter().position(|c| c.name == contact).unwrap_or(0);
+            if let Some((index, crossed)) = self.covering(interface) {
                 let is_bonded = self.machine.contacts[index].law.is_bonded();
                 named[index].push(self.block_crossing(i, crossed, is_bonded));
             } else if pa == pb {

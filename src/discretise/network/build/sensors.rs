@@ -3,9 +3,11 @@
 
 use super::{Builder, CellFace};
 use crate::describe::machine::{Face, Reading, Sensor, Side};
+use crate::discretise::elastic;
 use crate::discretise::mesh::grid::Grid;
 use crate::discretise::network::SensorTerm;
 use crate::error::{Error, Result};
+use crate::units::Measurand;
 
 /// A point between the outermost cells of a block and one of its faces.
 struct AtFace {
@@ -33,7 +35,7 @@ impl Builder<'_> {
                         self.probed.entry((g, at.side as usize, cell)).or_default();
                     }
                 }
-                Reading::PartMean(_) | Reading::Node(_) | Reading::Inlet(_) | Reading::Outlet(_) => {}
+                Reading::PartMean(_) | Reading::Node(_) | Reading::Inlet(_) | Reading::Outlet(_) | Reading::Displacement(_) => {}
             }
         }
     }
@@ -65,7 +67,7 @@ impl Builder<'_> {
             let own = self.face_weights((g, face.side as usize, self.mesh.grids[g].cell(c)), a);
             weights.extend(own.into_iter().map(|(n, w)| (n, w * a / area)));
         }
-        Ok(SensorTerm { weights, inlet: None })
+        Ok(SensorTerm::temperature(weights))
     }
 
     fn point(&self, sensor: &Sensor, part: usize, point: [f64; 3]) -> Result<SensorTerm> {
@@ -77,13 +79,13 @@ impl Builder<'_> {
         if let Some(tetra) = self.mesh.tetra_of(part) {
             let help = "move the point inside the part; its coordinates are those of the mesh file, in SI or with their unit";
             let weights = tetra.interpolate(point).ok_or_else(|| outside(help))?;
-            return Ok(SensorTerm { weights: weights.map(|(c, w)| (c as u32, w)).to_vec(), inlet: None });
+            return Ok(SensorTerm::temperature(weights.map(|(c, w)| (c as u32, w)).to_vec()));
         }
         let g = self.mesh.grid_at(part, point, 1e-6).ok_or_else(|| outside("move the point inside the part"))?;
         let grid = &self.mesh.grids[g];
         let Some(at) = at_face(grid, point) else {
             let weights = grid.interpolate(point).into_iter().map(|(c, w)| (c as u32, w)).collect();
-            return Ok(SensorTerm { weights, inlet: None });
+            return Ok(SensorTerm::temperature(weights));
         };
         let mut weights = Vec::new();
         for (cell, w) in &at.cells {
@@ -91,14 +93,16 @@ impl Builder<'_> {
             let face = self.face_weights((g, at.side as usize, *cell), grid.face_area(grid.indices(*cell), at.side));
             weights.extend(face.into_iter().map(|(n, own)| (n, own * w * at.share)));
         }
-        Ok(SensorTerm { weights, inlet: None })
+        Ok(SensorTerm::temperature(weights))
     }
 
     pub(super) fn sensors(&mut self) -> Result<()> {
+        let displacements = elastic::weights(self.machine, self.mesh)?;
+        let mut displacements = displacements.iter();
         for sensor in &self.machine.sensors {
             let key = || format!("sensor.{}", sensor.name);
             let term = match &sensor.reads {
-                Reading::Node(n) => SensorTerm { weights: vec![(self.lumped(*n), 1.0)], inlet: None },
+                Reading::Node(n) => SensorTerm::temperature(vec![(self.lumped(*n), 1.0)]),
                 Reading::Point(part, point) => self.point(sensor, *part, *point)?,
                 Reading::PartMean(p) => {
                     let volume = self.mesh.volume(*p);
@@ -106,15 +110,21 @@ impl Builder<'_> {
                     let vertices = self.mesh.tetra_of(*p).into_iter();
                     let vertices =
                         vertices.flat_map(|t| t.volumes.iter().enumerate().map(move |(i, v)| ((t.first + i) as u32, v / volume)));
-                    SensorTerm { weights: cells.chain(vertices).collect(), inlet: None }
+                    SensorTerm::temperature(cells.chain(vertices).collect())
                 }
                 Reading::FaceMean(face) => self.face_mean(*face, key())?,
-                Reading::Outlet(s) => SensorTerm { weights: vec![(self.network.streams[*s].outlet(), 1.0)], inlet: None },
+                Reading::Displacement(_) => {
+                    let metres = displacements.next().map_or(&[][..], |own| &own.cells);
+                    let weights: Vec<(u32, f64)> = metres.iter().map(|(c, w)| (*c, Measurand::Displacement.of_si(*w))).collect();
+                    let constant = -self.machine.elasticity.reference * weights.iter().map(|(_, w)| w).sum::<f64>();
+                    SensorTerm { weights, inlet: None, constant }
+                }
+                Reading::Outlet(s) => SensorTerm::temperature(vec![(self.network.streams[*s].outlet(), 1.0)]),
                 Reading::Inlet(s) => {
                     let stream = &self.network.streams[*s];
                     match stream.upstream.as_slice() {
-                        [] => SensorTerm { weights: Vec::new(), inlet: Some((stream.circuit, 1.0)) },
-                        [one] => SensorTerm { weights: vec![(self.network.streams[*one].outlet(), 1.0)], inlet: None },
+                        [] => SensorTerm { weights: Vec::new(), inlet: Some((stream.circuit, 1.0)), ..SensorTerm::temperature(Vec::new()) },
+                        [one] => SensorTerm::temperature(vec![(self.network.streams[*one].outlet(), 1.0)]),
                         _ => {
                             return Err(Error::input("this channel is fed by several branches: their mixture is no single point")
                                 .at_key(key())
@@ -125,6 +135,7 @@ impl Builder<'_> {
             };
             self.network.sensors.push(term);
             self.network.sensor_names.push(sensor.name.clone());
+            self.network.measurands.push(sensor.measurand());
         }
         Ok(())
     }

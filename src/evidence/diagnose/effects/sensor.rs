@@ -11,6 +11,7 @@ use crate::error::Result;
 use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::document::quoted;
 use crate::solve::sensitivity::Disturbance;
+use crate::units::Measurand;
 
 /// Errors of sensors, by their columns in the data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -32,10 +33,13 @@ impl Family for Sensor {
     fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
         let (names, none) = (&site.data.names, Vec::new);
         let mut found = Vec::new();
-        if names.len() > 1 {
+        // Of displacements the machine is asked, not their probes: what these are off by is stated with the data.
+        let is_temperature = |k: usize| site.machine.sensors[site.data.sensors[k]].measurand() == Measurand::Temperature;
+        let thermometers: Vec<(usize, &String)> = names.iter().enumerate().filter(|(k, _)| is_temperature(*k)).collect();
+        if names.len() > 1 && thermometers.len() == names.len() {
             found.push(Hypothesis::signed(Self::All, "all sensors", none(), 0.5, "K"));
         }
-        for (k, name) in names.iter().enumerate() {
+        for (at, (k, name)) in thermometers.iter().copied().enumerate() {
             found.push(Hypothesis::signed(Self::Offset(k), name, none(), 0.5, "K"));
             if site.data.rows.len() > 1 {
                 found.push(Hypothesis::signed(Self::Gain(k), name, none(), 0.05, "relative").under(Law::Temperature));
@@ -43,7 +47,7 @@ impl Family for Sensor {
             if site.data.is_transient() {
                 found.push(Hypothesis::positive(Self::Lag(k), name, none(), 60.0, "s"));
             }
-            for (j, other) in names.iter().enumerate().skip(k + 1) {
+            for (j, other) in thermometers.iter().copied().skip(at + 1) {
                 found.push(Hypothesis::signed(Self::Swap(k, j), format!("{name} - {other}"), none(), 1.0, ""));
             }
         }
