@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::explore::sweep::SweepOptions;
 use crate::explore::sweep::bridge::Sweep;
 use crate::foundation::numbers::significant;
-use crate::pipeline::{self, Summary, TARGET};
+use crate::pipeline::{self, PointSummary, Summary, TARGET};
 
 /// Everything: sweep, fit, charts, surrogate, report
 #[derive(Debug, clap::Args)]
@@ -66,6 +66,7 @@ fn to_json(summary: &Summary) -> serde_json::Value {
             json!({
                 "name": p.name,
                 "model": p.model,
+                "unit": p.unit,
                 "leave_one_out_rms_K": p.leave_one_out,
                 "k_fold_rms_K": p.k_fold,
                 "half_width_K": p.half_width,
@@ -117,9 +118,17 @@ fn text(summary: &Summary) -> String {
                 ]
             })
             .collect();
-        text += &table(&["measurement point", "model", "k-fold rms K", "band +-K", "held-out max K", "rms K", "in band"], &rows);
-        let worst = summary.points.iter().filter_map(|p| p.held_out).fold(0.0, |m: f64, h| m.max(h.0));
-        if summary.points.iter().any(|p| p.held_out.is_some()) {
+        let unit = summary.unit_of_errors();
+        let heading = match unit {
+            Some(unit) => ["k-fold rms ", "band +-", "held-out max ", "rms "].map(|of| format!("{of}{unit}")),
+            None => ["k-fold rms", "band +-", "held-out max", "rms"].map(String::from),
+        };
+        let heading: Vec<&str> = ["measurement point", "model"].into_iter().chain(heading.iter().map(String::as_str)).collect();
+        text += &match unit {
+            Some(_) => table(&[&heading[..], &["in band"]].concat(), &rows),
+            None => table(&[&heading[..], &["unit", "in band"]].concat(), &with_units(rows, summary)),
+        };
+        if let Some(worst) = summary.worst_held_out() {
             text += &format!("\nlargest held-out error {worst:.4} K (aim: {TARGET} K)\n");
         }
     }
@@ -137,4 +146,13 @@ fn text(summary: &Summary) -> String {
         text += &format!("wrote {}\n", file.display());
     }
     text + &format!("wrote {}\n", summary.folder.join("charts").display())
+}
+
+/// The same rows with the unit of the errors before the last column.
+fn with_units(rows: Vec<Vec<String>>, summary: &Summary) -> Vec<Vec<String>> {
+    let with = |(mut row, point): (Vec<String>, &PointSummary)| {
+        row.insert(row.len() - 1, point.unit.clone());
+        row
+    };
+    rows.into_iter().zip(&summary.points).map(with).collect()
 }

@@ -75,14 +75,29 @@ pub struct PointSummary {
     pub name: String,
     /// The model in a few words.
     pub model: String,
-    /// Root mean square of the leave-one-out errors, K.
+    /// Unit of its errors: K of a temperature.
+    pub unit: String,
+    /// Root mean square of the leave-one-out errors.
     pub leave_one_out: f64,
-    /// Root mean square of the k-fold errors of the whole procedure, K.
+    /// Root mean square of the k-fold errors of the whole procedure.
     pub k_fold: Option<f64>,
-    /// Half width of the band, K.
+    /// Half width of the band.
     pub half_width: f64,
-    /// On held-out conditions: largest error, root mean square error (K), share inside the band.
+    /// On held-out conditions: largest error, root mean square error, share inside the band.
     pub held_out: Option<(f64, f64, f64)>,
+}
+
+impl Summary {
+    /// The unit of the errors of all points, where it is one.
+    pub fn unit_of_errors(&self) -> Option<&str> {
+        let first = self.points.first()?.unit.as_str();
+        self.points.iter().all(|p| p.unit == first).then_some(first)
+    }
+
+    /// The largest error of a temperature on held-out conditions, K.
+    pub fn worst_held_out(&self) -> Option<f64> {
+        self.points.iter().filter(|p| p.unit == "K").filter_map(|p| p.held_out).map(|h| h.0).reduce(f64::max)
+    }
 }
 
 /// A fit in one variable, as the paper prints it.
@@ -223,6 +238,7 @@ fn point_summaries(fit: &Fit, comparison: &Comparison) -> Vec<PointSummary> {
     let summary = |(i, report): (usize, &PointReport)| PointSummary {
         name: report.name.clone(),
         model: model_text(&fit.surrogate, i),
+        unit: if report.unit == "degC" { "K".into() } else { report.unit.clone() },
         leave_one_out: report.chosen.leave_one_out.rms,
         k_fold: report.chosen.k_fold.map(|k| k.rms),
         half_width: report.half_width,

@@ -71,10 +71,6 @@ fn figures(section: &mut Section, gallery: &Gallery, topic: &str) {
     }
 }
 
-fn worst_held_out(material: &Material<'_>) -> Option<f64> {
-    material.summary.points.iter().filter_map(|p| p.held_out).map(|h| h.0).reduce(f64::max)
-}
-
 fn summary(section: &mut Section, material: &Material<'_>) {
     let study = material.sweep.study();
     if let Some(study) = study {
@@ -88,7 +84,7 @@ fn summary(section: &mut Section, material: &Material<'_>) {
             (study, None) => KeyFigure::new(study.map_or(0, |study| study.model.network.nodes).to_string(), "unknowns each"),
         },
     ];
-    if let Some(worst) = worst_held_out(material) {
+    if let Some(worst) = material.summary.worst_held_out() {
         let tone = if worst < TARGET { Tone::Good } else { Tone::Bad };
         keys.push(
             KeyFigure::new(format!("{worst:.4} K"), format!("largest surrogate error on held-out conditions (aim {TARGET} K)")).tone(tone),
@@ -311,32 +307,24 @@ fn rounds(section: &mut Section, found: &Adaptation) {
 }
 
 fn accuracy(section: &mut Section, material: &Material<'_>) {
-    let columns = [
-        ("measurement point", Align::Left),
-        ("model", Align::Left),
-        ("leave-one-out rms [K]", Align::Right),
-        ("k-fold rms [K]", Align::Right),
-        ("band ± [K]", Align::Right),
-        ("held-out max [K]", Align::Right),
-        ("held-out rms [K]", Align::Right),
-        ("in band", Align::Right),
-    ];
+    let unit = material.summary.unit_of_errors();
+    let errors = ["leave-one-out rms", "k-fold rms", "band ±", "held-out max", "held-out rms"];
+    let in_unit = |of: &str| (unit.map_or_else(|| of.to_string(), |unit| format!("{of} [{unit}]")), Align::Right);
+    let mut columns = vec![("measurement point".to_string(), Align::Left), ("model".into(), Align::Left)];
+    columns.extend(errors.map(in_unit));
+    columns.extend(unit.is_none().then(|| ("unit".into(), Align::Left)));
+    columns.push(("in band".into(), Align::Right));
     let mut table = Table::new(columns);
     let short = |value: f64| text(format!("{value:.1e}"));
     for point in &material.summary.points {
         let held = |f: fn(&(f64, f64, f64)) -> f64| point.held_out.as_ref().map_or_else(|| text("–"), |h| short(f(h)));
         let inside = point.held_out.map_or_else(|| text("–"), |h| text(format!("{:.1} %", 100.0 * h.2)));
         let k_fold = point.k_fold.map_or_else(|| text("–"), short);
-        table.row([
-            text(&point.name),
-            text(&point.model),
-            short(point.leave_one_out),
-            k_fold,
-            short(point.half_width),
-            held(|h| h.0),
-            held(|h| h.1),
-            inside,
-        ]);
+        let mut row = vec![text(&point.name), text(&point.model), short(point.leave_one_out), k_fold, short(point.half_width)];
+        row.extend([held(|h| h.0), held(|h| h.1)]);
+        row.extend(unit.is_none().then(|| text(&point.unit)));
+        row.push(inside);
+        table.row(row);
     }
     if material.summary.points.len() > 12 {
         table.folded(format!("{} points, number by number", material.summary.points.len()));

@@ -8,7 +8,7 @@ use crate::foundation::progress::Silent;
 
 /// Reduction of the residual asked of each linear solve, and the factor by which a weakly connected part may lag behind it.
 const LINEAR_TOLERANCE: f64 = 1e-4;
-const LAG: f64 = 5.0;
+const LAG: f64 = 20.0;
 /// Share by which a step of one kelvin bends the heat flows, 1/K.
 const BEND: f64 = 0.01;
 /// Newton steps, and the largest of them, K: beyond, the state is not near.
@@ -31,7 +31,7 @@ impl<'a> Nearby<'a> {
     }
 
     /// Temperatures of all nodes, K, to about `within` kelvin, by Newton's method from `start`. A step of s leaves no more than what
-    /// its linear solve and the bend of radiation, films and properties leave: 5e-4 s and 0.01 s²/K. No heat balance is struck.
+    /// its linear solve and the bend of radiation, films and properties leave: 2e-3 s and 0.01 s²/K. No heat balance is struck.
     ///
     /// # Errors
     /// As [`Solver::steady`].

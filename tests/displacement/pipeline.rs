@@ -92,3 +92,39 @@ fn a_drift_over_time() {
     let text = coldplate(&folder, &["simulate", "post.toml", "run.csv"]);
     assert!(String::from_utf8_lossy(&text.stdout).contains("drift um"));
 }
+
+/// Over time without the machine: a reduced model and a surrogate that moves follow the tip as the full run does, and the exported C
+/// has the step.
+#[test]
+fn a_drift_from_few_states() {
+    let folder = folder("few_states");
+    let schedule = "time [h],motor_speed [rpm],ambient_temperature [degC]\n0,500,22\n0,2000,22\n4,2000,22\n4,1000,22\n6,1000,22\n";
+    std::fs::write(folder.join("run.csv"), schedule).unwrap();
+    let full = json(&folder, &["simulate", "post.toml", "run.csv"]);
+    let sweep = "name = \"post\"\nmachine = \"post.toml\"\n[range]\nmotor_speed = [\"0 rpm\", \"3000 rpm\"]\n\
+                 ambient_temperature = [\"16 degC\", \"28 degC\"]\n[design]\nkind = \"latin_hypercube\"\nruns = 24\nseed = 1\n";
+    std::fs::write(folder.join("sweep.toml"), sweep).unwrap();
+    let done = |args: &[&str]| {
+        let output = coldplate(&folder, args);
+        assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    };
+    done(&["reduce", "post.toml", "--histories", "4", "--out", "post.cpr"]);
+    done(&["sweep", "sweep.toml", "--out", "out"]);
+    done(&["fit", "out/sweep.csv", "--machine", "post.toml", "--dynamics", "post.cpr", "--out", "post.cps"]);
+    let tip = |run: &serde_json::Value, key: &str| run["sensors"]["tip x"][key].as_f64().unwrap_or_else(|| panic!("{key}: {run}"));
+    for (file, most) in [("post.cpr", 0.02), ("post.cps", 0.05)] {
+        let found = json(&folder, &["simulate", file, "run.csv"]);
+        let (start, end) = (tip(&full, "start_um"), tip(&full, "end_um"));
+        let moved = (end - start).abs();
+        for (key, truth) in [("start_um", start), ("end_um", end)] {
+            let error = (tip(&found, key) - truth).abs();
+            println!("{file} {key}: {} um, {truth} um in full", tip(&found, key));
+            assert!(error < most * moved, "{file} {key}: {error} um off, {moved} um moved");
+        }
+    }
+    let info = json(&folder, &["info", "post.cps"]);
+    let point = info["points"].as_array().unwrap().iter().find(|p| p["name"] == "tip x").unwrap();
+    assert!(point["over_time"].as_f64().unwrap() > 0.0, "{point}");
+    done(&["export", "post.cps", "--to", "c99", "--out", "embed", "--name", "post"]);
+    assert!(std::fs::read_to_string(folder.join("embed/post.h")).unwrap().contains("post_step"));
+}
