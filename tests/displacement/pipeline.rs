@@ -4,6 +4,10 @@ use std::process::Command;
 
 use crate::{coldplate, folder, json};
 
+/// Speed and ambient temperature, at 24 conditions.
+const SWEEP: &str = "name = \"post\"\nmachine = \"post.toml\"\n[range]\nmotor_speed = [\"0 rpm\", \"3000 rpm\"]\n\
+    ambient_temperature = [\"16 degC\", \"28 degC\"]\n[design]\nkind = \"latin_hypercube\"\nruns = 24\nseed = 1\n";
+
 const AT: [&str; 4] = ["--motor-speed", "2000 rpm", "--ambient-temperature", "22 degC"];
 
 #[test]
@@ -22,9 +26,7 @@ fn a_displacement_goes_all_the_way() {
     assert!(solved["mesh"]["errors_um"]["tip x"].as_f64().unwrap() < 0.1 * x);
     assert!(solved["mesh"]["errors_K"].get("tip x").is_none());
 
-    let sweep = "name = \"post\"\nmachine = \"post.toml\"\n[range]\nmotor_speed = [\"0 rpm\", \"3000 rpm\"]\n\
-                 ambient_temperature = [\"16 degC\", \"28 degC\"]\n[design]\nkind = \"latin_hypercube\"\nruns = 24\nseed = 1\n";
-    std::fs::write(folder.join("sweep.toml"), sweep).unwrap();
+    std::fs::write(folder.join("sweep.toml"), SWEEP).unwrap();
     let swept = coldplate(&folder, &["sweep", "sweep.toml", "--out", "out"]);
     assert!(swept.status.success(), "{}", String::from_utf8_lossy(&swept.stderr));
     let table = std::fs::read_dir(folder.join("out")).unwrap().map(|e| e.unwrap().path()).find(|p| p.ends_with("sweep.csv"));
@@ -101,9 +103,7 @@ fn a_drift_from_few_states() {
     let schedule = "time [h],motor_speed [rpm],ambient_temperature [degC]\n0,500,22\n0,2000,22\n4,2000,22\n4,1000,22\n6,1000,22\n";
     std::fs::write(folder.join("run.csv"), schedule).unwrap();
     let full = json(&folder, &["simulate", "post.toml", "run.csv"]);
-    let sweep = "name = \"post\"\nmachine = \"post.toml\"\n[range]\nmotor_speed = [\"0 rpm\", \"3000 rpm\"]\n\
-                 ambient_temperature = [\"16 degC\", \"28 degC\"]\n[design]\nkind = \"latin_hypercube\"\nruns = 24\nseed = 1\n";
-    std::fs::write(folder.join("sweep.toml"), sweep).unwrap();
+    std::fs::write(folder.join("sweep.toml"), SWEEP).unwrap();
     let done = |args: &[&str]| {
         let output = coldplate(&folder, args);
         assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));

@@ -26,7 +26,8 @@ pub use answers::{Answers, Ask, Refusal, Reply, Work};
 pub use settings::{Limits, Settings, Token};
 
 /// Listens and answers until the process is told to end (Ctrl-C, SIGTERM); requests under way are then still answered.
-/// Told by SIGHUP, it has `answers` read anew what they can. `listening` is told the address once connections are accepted, which a port of 0 leaves to the system.
+/// Told by SIGHUP, it has `answers` read anew what they can. `listening` is told the address once connections are accepted,
+/// which a port of 0 leaves to the system.
 ///
 /// # Errors
 /// The address cannot be listened at, or the system gives no threads.

@@ -155,7 +155,7 @@ fn direction(value: &Value<'_>) -> Result<[f64; 3]> {
 impl Sensor {
     /// What it reads.
     pub fn measurand(&self) -> Measurand {
-        if matches!(self.reads, Reading::Displacement(_)) { Measurand::Displacement } else { Measurand::Temperature }
+        if self.reads.is_displacement() { Measurand::Displacement } else { Measurand::Temperature }
     }
 }
 

@@ -4,7 +4,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::Weights;
-use crate::describe::machine::{Face, Machine, Reading};
+use crate::describe::machine::{Contact, Face, Machine};
 use crate::discretise::mesh::Mesh;
 
 /// Structures that are kept.
@@ -15,10 +15,10 @@ static KNOWN: Mutex<Vec<(String, Arc<Vec<Weights>>)>> = Mutex::new(Vec::new());
 /// All that the weights depend on.
 pub(super) fn key(machine: &Machine, mesh: &Mesh) -> String {
     let parts: Vec<_> = machine.parts.iter().map(|p| (&p.name, &p.blocks, &machine.materials[p.material].elastic)).collect();
-    let faces = |contact: &crate::describe::machine::Contact| contact.between.map(|place| (place.part(), format!("{place:?}")));
+    let faces = |contact: &Contact| contact.between.map(|place| (place.part(), format!("{place:?}")));
     let joints: Vec<_> = machine.contacts.iter().map(|c| (faces(c), c.joint)).collect();
     let held: Vec<(Vec<Face>, [bool; 3])> = machine.elasticity.supports.iter().map(|s| (s.faces.clone(), s.holds)).collect();
-    let read: Vec<_> = machine.sensors.iter().filter(|s| matches!(s.reads, Reading::Displacement(_))).map(|s| &s.reads).collect();
+    let read: Vec<_> = machine.sensors.iter().filter(|s| s.reads.is_displacement()).map(|s| &s.reads).collect();
     format!("{parts:?} {joints:?} {held:?} {read:?} {:?} {}", mesh.divisions(), mesh.cells)
 }
 

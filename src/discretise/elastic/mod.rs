@@ -93,9 +93,8 @@ impl<'a> Structure<'a> {
             }
             held
         };
-        let matrix = assemble(mesh, &nodes, &bodies, &solids, &numbered)?;
+        let mut matrix = assemble(mesh, &nodes, &bodies, &solids, &numbered)?;
         let loose = || Error::input("nothing holds a part of the structure").at_key("support").help("add [support.NAME] with its faces");
-        let mut matrix = matrix;
         matrix.hold(&held);
         let solver = Solver::new(matrix.finished().ok_or_else(loose)?, &numbered.boxes, &numbered.points, &held)?;
         Ok(Self { mesh, nodes, bodies, solids, rows: numbered.rows, solver })

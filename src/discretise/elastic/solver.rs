@@ -149,8 +149,6 @@ fn coarse(matrix: &Matrix, motions: &[(u32, Motions)], boxes: usize) -> Result<L
     }
     let failed = || Error::numerics("the structure is not held firmly enough to be solved").help("look at [support.NAME] and the joints");
     let small = SparseColMat::<usize, f64>::try_new_from_triplets(6 * boxes, 6 * boxes, &entries).map_err(|_| failed())?;
-    // One thread, so that results do not depend on their number.
-    faer::set_global_parallelism(faer::Par::Seq);
     small.sp_cholesky(Side::Lower).map_err(|_| failed())
 }
 
