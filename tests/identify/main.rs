@@ -8,6 +8,7 @@ mod data;
 mod kept;
 mod learnt;
 mod logs;
+mod mesh;
 mod per_test;
 mod predict;
 mod response;

@@ -124,8 +124,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let held_out = match &others {
         Some(others) => {
             let study = problem.machine_at(&estimate.values)?;
-            let before = identify::values(&problem.study, others, start)?;
-            Some(HeldOut { data: others.clone(), before, after: identify::values(&study, others, start)? })
+            let before = identify::continued(&problem.study, others, start)?;
+            Some(HeldOut { data: others.clone(), before, after: identify::continued(&study, others, start)? })
         }
         None => None,
     };

@@ -70,6 +70,11 @@ impl Found<'_> {
             0 => "; as many readings as parameters: nothing is left to judge the fit by\n".to_string(),
             n => format!(", {n} degrees of freedom; a misfit this large or larger has probability {:.3}\n", estimate.probability),
         };
+        let mesh = estimate.mesh.largest();
+        if mesh > 0.0 {
+            let by = significant(mesh, 2);
+            text += &format!("  predictions are continued to an endlessly fine mesh, which changes them by up to {by} K\n");
+        }
         text += &self.model_error();
         if problem.free.len() > 1 {
             text += "\n  correlation\n";

@@ -8,7 +8,7 @@ use super::choice::{LEAST, LEFT, RARE_FINALISTS, doubted, has_rare, leading};
 use super::effects::{Hypothesis, hypotheses};
 use super::predictor::{Extended, Predictor};
 use super::probability::{self, Candidate, Ground, Posterior};
-use super::refine::{Begun, FitData, Fitted, first_look, fit, fit_begun};
+use super::refine::{Begun, FitData, Fitted, first_look, fit_again, fit_begun};
 use super::screen::Screened;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, signatures};
@@ -329,7 +329,7 @@ impl Finalists<'_> {
             return fitted;
         }
         let whitener = view.errors.whitener(&level, used.which);
-        let again = fit(self.predictor, members, &fitted.amplitudes, FitData { whitener: &whitener, level, ..used });
+        let again = fit_again(self.predictor, members, &fitted, FitData { whitener: &whitener, level, ..used });
         again.ok().filter(|again| again.evidence > fitted.evidence).unwrap_or(fitted)
     }
 

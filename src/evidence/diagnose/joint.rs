@@ -7,7 +7,7 @@
 use super::Cause;
 use super::effects::{Hypothesis, Number};
 use super::finalists::{Entry, Finalists};
-use super::refine::{FitData, Fitted, fit};
+use super::refine::{FitData, Fitted, fit, fit_again};
 use super::view::Comparison;
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
@@ -75,10 +75,9 @@ fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], b
     let whitener = errors.whitener(&level, &all);
     let (readings, mesh, places) = (&view.readings, &view.mesh, &finals.places);
     let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level, without: view.without };
-    let rested = |from: &[f64], used: FitData<'_>| -> Result<Fitted> {
-        let mut fitted = fit(finals.predictor, &free, from, used)?;
+    let rested = |mut fitted: Fitted, used: FitData<'_>| -> Result<Fitted> {
         for _ in 1..MOST_FITS {
-            let again = fit(finals.predictor, &free, &fitted.amplitudes, used)?;
+            let again = fit_again(finals.predictor, &free, &fitted, used)?;
             let moved =
                 again.amplitudes.iter().zip(&fitted.amplitudes).zip(&again.deviations).map(|((a, b), d)| (a - b).abs() / d.max(1e-300));
             let is_small = moved.fold(0.0, f64::max) < RESTS;
@@ -89,13 +88,14 @@ fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], b
         }
         Ok(fitted)
     };
-    let mut fitted = rested(&guess, used)?;
+    let mut fitted = rested(fit(finals.predictor, &free, &guess, used)?, used)?;
     // With all of it free less may be left than with the cause alone.
     let (without, columns) = fitted.without_amplitudes(&free);
     let learnt = Level { numbers: level.numbers, ..errors.learn(&without, &columns, level, None) };
     if learnt != level {
         let whitener = errors.whitener(&learnt, &all);
-        fitted = rested(&fitted.amplitudes, FitData { whitener: &whitener, level: learnt, ..used })?;
+        let used = FitData { whitener: &whitener, level: learnt, ..used };
+        fitted = rested(fit_again(finals.predictor, &free, &fitted, used)?, used)?;
     }
     let Fitted { amplitudes, deviations, correlations, values, level, .. } = fitted;
     let cause = |j: usize| Cause { hypothesis: free[j].clone(), amplitude: amplitudes[j], deviation: deviations[j] };

@@ -13,6 +13,7 @@ mod choice;
 mod decide;
 mod effects;
 mod finalists;
+mod follow;
 mod gain;
 mod history;
 mod joint;
@@ -334,7 +335,7 @@ pub fn signatures(
     user: &[UserKind],
 ) -> Result<Signatures> {
     if data.is_transient() {
-        return history::logs(study, data, start, uncertain, hypotheses, scales, user);
+        return history::Logs { study, data, start, scales, user }.signatures(uncertain, hypotheses, None);
     }
     signature::steady(study, data, uncertain, hypotheses, scales, user)
 }

@@ -34,6 +34,25 @@ pub struct Predictor<'a> {
     pub user: &'a [UserKind],
     /// Whether fronts in the water make much of what the data show: a log of a pipe.
     pub fronts: bool,
+    /// Slopes about the machine as it is.
+    pub slopes: KnownSlopes<'a>,
+}
+
+/// Slopes that a screen made.
+#[derive(Debug, Clone, Copy)]
+pub struct KnownSlopes<'a> {
+    /// The causes.
+    pub catalogue: &'a [Hypothesis],
+    /// What each changes in every prediction, K per unit.
+    pub columns: &'a [Vec<f64>],
+}
+
+impl KnownSlopes<'_> {
+    /// Of a cause.
+    pub fn of(&self, h: &Hypothesis) -> Option<&[f64]> {
+        let place = self.catalogue.iter().position(|own| own.is_same(h))?;
+        self.columns.get(place).map(Vec::as_slice)
+    }
 }
 
 /// A machine with causes in force.
@@ -121,6 +140,12 @@ impl Predictor<'_> {
             (false, false) => STEP,
         };
         (share, both)
+    }
+
+    /// Whether causes are fitted from slopes that are known, without a run for each: in logs of machines of cells, where no front runs.
+    pub(super) fn has_slopes_of(&self, members: &[&Hypothesis]) -> bool {
+        let is_costly = self.data.is_transient() && self.study.model.mesh.cells > 0 && !self.fronts;
+        is_costly && members.iter().all(|h| !h.is_fixed() && (h.is_sensor() || self.slopes.of(h).is_some()))
     }
 
     /// What the sensors make of it.

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::effects::{Hypothesis, Law, LawForm, Scales, under_rarer_laws};
 use super::view::Comparison;
-use super::{Problem, history, signatures};
+use super::{Problem, history};
 use crate::error::Result;
 use crate::evidence::measurement::{Whitener, whiten};
 
@@ -43,7 +43,8 @@ pub fn add(problem: &Problem, base: &mut Comparison, catalogue: &mut Vec<Hypothe
         return Ok(());
     }
     let columns = if data.is_transient() {
-        signatures(study, data, problem.start, &[], &all, scales, &problem.user)?.columns
+        let logs = history::Logs { study, data, start: problem.start, scales, user: &problem.user };
+        logs.signatures(&[], &all, base.found.linear.as_ref())?.columns
     } else {
         steady(base, catalogue, &all, scales, problem)
     };

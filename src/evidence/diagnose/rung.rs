@@ -5,7 +5,7 @@ use super::finalists::{Finalists, Outcome};
 use super::gain::KeptOut;
 use super::joint::{Joint, joint};
 use super::numbers::{self, Settled};
-use super::predictor::Predictor;
+use super::predictor::{KnownSlopes, Predictor};
 use super::probability::Ground;
 use super::screen::Screened;
 use super::view::Comparison;
@@ -91,6 +91,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         scales: &scales,
         user: &problem.user,
         fronts: history::has_fronts(study, data)?,
+        slopes: KnownSlopes { catalogue: &catalogue, columns: &base.found.columns },
     };
     let (unexplained, usual) = if is_wrong { levels(&base) } else { (Level::NONE, Level::NONE) };
     let ground = Ground { usual: base.ground(&usual), any: base.ground(&unexplained), screen: base.ground(&base.level) };

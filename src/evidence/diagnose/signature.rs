@@ -3,14 +3,17 @@
 //! In steady state one adjoint field per reading gives every source, leak and link at once: the signature of a
 //! hypothesis is a scalar product. Logs are in [`super::history`].
 
+use std::sync::Arc;
+
 use rayon::prelude::*;
 
-use super::effects::{EffectDerivatives, Hypothesis, Scales, UserKind};
+use super::effects::{Change, Disturbances, EffectDerivatives, Hypothesis, Scales, Shares, UserKind};
+use super::follow::Linear;
 use crate::describe::machine::SensorResponse;
 use crate::error::Result;
 use crate::evidence::identify::{Prediction, conditions, own_key, states};
 use crate::evidence::measurement::{Data, whiten};
-use crate::solve::sensitivity::{Adjoint, Derivatives, Disturbance, Parameter, Study, Target};
+use crate::solve::sensitivity::{Adjoint, Derivatives, Parameter, Study, Target};
 
 /// Relative residual of adjoint fields: causes are compared, and what is named is fitted.
 const ADJOINT: f64 = 1e-9;
@@ -25,6 +28,8 @@ pub struct Signatures {
     pub fields: Vec<Vec<f64>>,
     /// One column per hypothesis, K per unit of its amplitude; zeros where it does nothing.
     pub columns: Vec<Vec<f64>>,
+    /// The machine linearised along the logs, where it was.
+    pub linear: Option<Arc<Linear>>,
 }
 
 pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
@@ -67,11 +72,20 @@ pub fn steady(
         let screen = at.screen();
         let network = &study.model.network;
         let inlet = |k: usize| network.sensors[data.sensors[k]].inlet;
-        let on_all = |effect: Option<Disturbance>| -> Vec<f64> {
-            let on = |(k, adjoint): (usize, &Adjoint)| effect.as_ref().map_or(0.0, |e| e.on(&adjoint.field, inlet(k)));
+        let Disturbances { effects, shared } = derivatives.disturbances(at, &screen);
+        let of_shared = |field: &Shares| -> Vec<f64> {
+            adjoints.iter().map(|adjoint| -field.iter().map(|(node, heat)| adjoint.field[*node as usize] * heat).sum::<f64>()).collect()
+        };
+        let shared: Vec<Vec<f64>> = shared.par_iter().map(of_shared).collect();
+        let on_all = |effect: Option<Change>| -> Vec<f64> {
+            let on = |(k, adjoint): (usize, &Adjoint)| match &effect {
+                Some(Change::Own(own)) => own.on(&adjoint.field, inlet(k)),
+                Some(Change::Shared(terms)) => terms.iter().map(|(field, coefficient)| coefficient * shared[*field][k]).sum(),
+                None => 0.0,
+            };
             adjoints.iter().enumerate().map(on).collect()
         };
-        let effects = derivatives.disturbances(at, &screen).into_par_iter().map(on_all).collect();
+        let effects = effects.into_par_iter().map(on_all).collect();
         let read = |s: &usize| network.sensors[*s].read(&at.state.solution.temperatures, &at.state.load);
         let temperatures: Vec<f64> = data.sensors.iter().map(read).collect();
         // What the sensors make of all that.
@@ -107,5 +121,5 @@ pub fn steady(
     };
     let columns = hypotheses.par_iter().map(column).collect();
     let fields = states.iter().map(|at| at.state.solution.temperatures.clone()).collect();
-    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, fields, columns })
+    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, fields, columns, linear: None })
 }

@@ -11,16 +11,9 @@ use super::signature::Signatures;
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
-use crate::evidence::identify::{self, Prediction};
+use crate::evidence::identify::{self, MeshShare, Prediction};
 use crate::evidence::measurement::{Data, Whitener, whiten};
 use crate::solve::sensitivity::{Parameter, Study};
-
-/// Cells of the finer mesh that predictions are corrected with, over those of the model.
-const FINER: f64 = 3.0;
-/// Meshes between that one and the model's, likewise: how far they lie from a line through these says how far its continuation may be off.
-const BETWEEN: [f64; 2] = [1.5, 2.0];
-/// A finest mesh whose cells' squared length is more than this share of the model's is none.
-const LEAST_FINER: f64 = 0.9;
 
 /// Signatures that are whitened as one matrix.
 const TOGETHER: usize = 128;
@@ -54,7 +47,9 @@ impl Comparison {
     pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
         let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<Parameter>>>()?;
         let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
-        let (mesh, scatter) = mesh_correction(problem, study, &found.prediction.values)?;
+        let MeshShare { correction: mesh, scatter } = MeshShare::of(study, &problem.data, &found.prediction.values, |finer| {
+            identify::values_within(finer, &problem.data, problem.start, TIME_TOLERANCE)
+        })?;
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
         let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);
@@ -169,49 +164,6 @@ fn scaled(columns: &[Vec<f64>], whitener: &Whitener, catalogue: &[Hypothesis]) -
         whitened.column_iter().map(|column| column.iter().copied().collect()).collect()
     };
     columns.par_chunks(TOGETHER).zip(catalogue.par_chunks(TOGETHER)).flat_map(together).collect()
-}
-
-/// What an endlessly fine mesh changes in every prediction, K, and how far that may be off; nothing where there are no cells, but lumped
-/// nodes alone.
-///
-/// Finite volumes are of second order: errors fall as the square of the cells' length, by which the model's own mesh and the finest one are
-/// continued to their limit (Richardson). Cells end at the faces of parts, so that a sensor's temperature scatters about that line from mesh
-/// to mesh, by its own few parts in a hundred of its rise, at every condition alike. What the continuation adds to the finest mesh, and how
-/// far the meshes between lie from the line, is what may be off, sensor by sensor: the sum of their squares, not the mean, as a scale known
-/// from so few samples asks for.
-fn mesh_correction(problem: &Problem, study: &Study, own: &[f64]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-    let cells = study.model.mesh.cells as f64;
-    if cells == 0.0 {
-        return Ok((vec![0.0; own.len()], Vec::new()));
-    }
-    let of = |factor: f64| -> Result<Meshed> {
-        let meshed = Study::new(study.document().clone(), Some((factor * cells) as usize))?;
-        let values = identify::values_within(&meshed, &problem.data, problem.start, TIME_TOLERANCE)?;
-        Ok(Meshed { values, square: (meshed.model.mesh.cells as f64 / cells).powf(-2.0 / 3.0) })
-    };
-    let mut meshes: Vec<Meshed> = [FINER].par_iter().chain(&BETWEEN).map(|factor| of(*factor)).collect::<Result<_>>()?;
-    let finest = meshes.remove(0);
-    // What an imported mesh, which stays as it is, says of its limit is nothing.
-    let slope = |i: usize| if finest.square < LEAST_FINER { (own[i] - finest.values[i]) / (1.0 - finest.square) } else { 0.0 };
-    let beyond: Vec<f64> = (0..own.len()).map(|i| -slope(i) * finest.square).collect();
-    let places = whiten::places(&problem.data);
-    let of_sensor = |apart: &[f64], sensor: usize| -> Vec<f64> {
-        places.iter().zip(apart).map(|((_, k), a)| if *k == sensor { *a } else { 0.0 }).collect()
-    };
-    let from_line = |mesh: &Meshed| -> Vec<f64> {
-        (0..own.len()).map(|i| mesh.values[i] - finest.values[i] - slope(i) * (mesh.square - finest.square)).collect()
-    };
-    let open: Vec<Vec<f64>> = std::iter::once(beyond.clone()).chain(meshes.iter().map(from_line)).collect();
-    let scatter = open.iter().flat_map(|apart| (0..problem.data.names.len()).map(|k| of_sensor(apart, k))).collect();
-    Ok((finest.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect(), scatter))
-}
-
-/// Predictions on a mesh.
-struct Meshed {
-    /// K
-    values: Vec<f64>,
-    /// Square of its cells' length over that of the model's.
-    square: f64,
 }
 
 /// What the common factors of films, heats and emissivities change beside their slopes: far from the water a bearing that only radiates

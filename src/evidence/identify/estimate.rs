@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::learnt::{ALLOWED, Learnt, SensorError, learnt, sensor_errors};
 use super::search::{Point, Search, pseudo_inverse, square};
-use super::{Free, Problem, TIME_TOLERANCE};
+use super::{Free, MeshShare, Problem, TIME_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::{Whitener, whiten};
@@ -88,8 +88,10 @@ pub struct Estimate {
     pub rises: Vec<f64>,
     /// Directions the data leave open.
     pub undetermined: Vec<Undetermined>,
-    /// Predictions of the data at the machine file's values and at those found, K.
+    /// Predictions of the data at the machine file's values and at those found, K, with the mesh's share.
     pub predictions: (Vec<f64>, Vec<f64>),
+    /// What an endlessly fine mesh changes in predictions at the values found; nothing where it was not asked for.
+    pub mesh: MeshShare,
     /// Misfit (priors included) each start ended with, under the covariance at the machine file's values.
     pub ends: Vec<f64>,
     /// The whitening that the search used: by the stated errors, or where a model error was learnt by the standard deviation of
@@ -123,7 +125,7 @@ pub fn identify(problem: &Problem, options: &IdentifyOptions, progress: &dyn Pro
     found(problem, options, false, progress)
 }
 
-/// The same beside a model error that is learnt where the stated errors do not explain what is left; parameters that the data do
+/// The same beside what the mesh makes of predictions, and beside a model error that is learnt where the stated errors do not explain what is left; parameters that the data do
 /// not determine keep the file's values.
 ///
 /// # Errors
@@ -136,7 +138,14 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     check(problem)?;
     let mut search = Search::new(problem, progress);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
-    let (nominal, mut whitener) = search.whole(start.clone())?;
+    let (mut nominal, mut whitener) = search.whole(start.clone())?;
+    if learns {
+        progress.say("the mesh's share");
+        let nominal_values = search.values(&start);
+        search.correct(problem.mesh_share(&nominal_values, &nominal.prediction.values)?);
+        whitener = search.stated(&nominal.prediction);
+        nominal = search.under(nominal, &whitener);
+    }
     let mut noise = Random::new(options.seed);
     let mut ends: Vec<Point> = Vec::new();
     for s in 0..options.starts.max(1) {
@@ -159,6 +168,10 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     let Some(mut best) = ends.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
         return Err(Error::numerics("no start led anywhere"));
     };
+    if learns {
+        let found = search.values(&best.coordinates);
+        search.correct(problem.mesh_share(&found, &best.prediction.values)?);
+    }
     for _ in 0..MOST_RENEWALS {
         (best, whitener) = search.whole(best.coordinates)?;
         if search.rests(&best, &whitener, RENEWED) {
@@ -368,7 +381,7 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
     let mut values = search.values(&best.coordinates);
     kept.iter().for_each(|k| values[*k] = problem.free[*k].parameter.value);
     let stated = match learnt {
-        Some(_) => Whitener::of(&problem.data, &problem.uncertainty, &best.prediction.conditions),
+        Some(_) => search.stated(&best.prediction),
         None => whitener.clone(),
     };
     let beside = fit_of(search, &best, &stated);
@@ -388,6 +401,7 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
         (at(best.coordinates[k] - reach), at(best.coordinates[k] + reach))
     };
     let at_bound = problem.free.iter().zip(&best.coordinates).map(|(f, c)| is_at_bound(f, *c));
+    let corrected = |values: &[f64]| values.iter().zip(&search.mesh.correction).map(|(v, m)| v + m).collect();
     Estimate {
         values,
         intervals: problem.free.iter().enumerate().map(interval).collect(),
@@ -404,7 +418,8 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
         least: best.cost,
         rises: (0..n).map(|k| if curved[(k, k)] > 0.0 { covariance[(k, k)] / curved[(k, k)] } else { 1.0 }).collect(),
         undetermined,
-        predictions: (nominal.prediction.values.clone(), best.prediction.values),
+        predictions: (corrected(&nominal.prediction.values), corrected(&best.prediction.values)),
+        mesh: search.mesh.clone(),
         ends,
         whitener: weights,
         covariance,

@@ -59,7 +59,7 @@ pub(super) fn learnt(search: &mut Search<'_>, nominal: &Point, stated: &Point, e
     let uncertainty = scattered(search, stated);
     let mut rounds = 0..MOST_ROUNDS;
     loop {
-        let parts = parts(search.problem, &uncertainty, &point);
+        let parts = parts(search, &uncertainty, &point);
         let next = parts.learn(&search.left(&point), &search.broad_columns(&point), level, None);
         if next == Level::NONE && level == Level::NONE && !is_timing {
             return Ok(None);
@@ -86,14 +86,17 @@ impl Learnt {
     /// The same at another point.
     pub fn at(&self, search: &Search<'_>, point: Point) -> Self {
         let uncertainty = Uncertainty { noise: self.noise.clone(), ..search.problem.uncertainty.clone() };
-        let parts = parts(search.problem, &uncertainty, &point);
+        let parts = parts(search, &uncertainty, &point);
         Sandwich::of(search, &point, &parts, &self.level).filled(search, point, &parts, self.level, uncertainty.noise)
     }
 }
 
-fn parts(problem: &Problem, uncertainty: &Uncertainty, point: &Point) -> ErrorParts {
-    let (machine, prediction) = (&problem.study.model.machine, &point.prediction);
-    ErrorParts::new(machine, &problem.data, uncertainty, 0.0, &prediction.values, &prediction.conditions)
+fn parts(search: &Search<'_>, uncertainty: &Uncertainty, point: &Point) -> ErrorParts {
+    let (problem, prediction) = (search.problem, &point.prediction);
+    let machine = &problem.study.model.machine;
+    let mut parts = ErrorParts::new(machine, &problem.data, uncertainty, 0.0, &prediction.values, &prediction.conditions);
+    parts.extend(search.mesh.scatter.iter().cloned());
+    parts
 }
 
 /// The stated uncertainty, with each sensor's noise no smaller than its readings scatter in a log: by second differences of what a

@@ -12,6 +12,7 @@ mod advice;
 mod estimate;
 mod interval;
 mod learnt;
+mod mesh;
 mod predict;
 mod profile;
 pub mod record;
@@ -32,6 +33,7 @@ pub use advice::{Advice, next_tests};
 pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, chi_square_tail, identify, identify_and_learn};
 pub use interval::{Interval, axis};
 pub use learnt::SensorError;
+pub use mesh::{MeshShare, continued};
 pub use predict::{
     Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, values, values_within,
 };
@@ -306,6 +308,17 @@ impl Problem {
     /// step, K.
     fn predict_free(&self, values: &[f64], slopes: bool, tolerance: f64) -> Result<Prediction> {
         self.predict_some(values, slopes, false, tolerance)
+    }
+
+    /// What an endlessly fine mesh changes in the predictions `own` (K) at values of the free parameters.
+    ///
+    /// # Errors
+    /// As [`MeshShare::of`].
+    fn mesh_share(&self, values: &[f64], own: &[f64]) -> Result<MeshShare> {
+        MeshShare::of(&self.study, &self.data, own, |finer| {
+            let finer = Self { study: finer.clone(), ..self.clone() };
+            Ok(finer.predict_free(values, false, TIME_TOLERANCE)?.values)
+        })
     }
 
     fn predict_some(&self, values: &[f64], slopes: bool, conditions: bool, tolerance: f64) -> Result<Prediction> {

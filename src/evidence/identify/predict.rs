@@ -31,6 +31,12 @@ const LONG: usize = 2000;
 /// Rows of a test of a lumped machine that are so many after thinning only where its conditions never rest: effects turn in every one.
 const MANY_TURNS: usize = 1000;
 
+/// Instants of a test that effects are followed through: of a machine of cells, of lumped nodes, which cost little, and of these where
+/// conditions never rest.
+const MOMENTS_OF_CELLS: usize = 32;
+const MOMENTS_OF_NODES: usize = 64;
+const MOMENTS_OF_MANY_TURNS: usize = 8192;
+
 /// Predictions of all readings of a data set (rows, then sensors, missing ones left out).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prediction {
@@ -263,7 +269,11 @@ pub(super) fn joined(data: &Data, tests: &[String], found: &[Prediction]) -> Pre
 pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<(Vec<f64>, Vec<Vec<Moment>>)> {
     let tests = data.tests();
     let run = |test: &String| -> Result<(Vec<Vec<f64>>, Vec<Moment>)> {
-        let mut moments = if is_longer(study, data, test, MANY_TURNS) { Moments::of_few() } else { Moments::default() };
+        let mut moments = Moments::new(match study.model.mesh.cells {
+            0 if is_longer(study, data, test, MANY_TURNS) => MOMENTS_OF_MANY_TURNS,
+            0 => MOMENTS_OF_NODES,
+            _ => MOMENTS_OF_CELLS,
+        });
         let mut look = |seen: &Seen<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
         let temperatures = run_log(study, data, test, start, None, tolerance, Some(&mut look))?;
         Ok((temperatures, moments.into_kept()))

@@ -41,7 +41,7 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
     let (low, high) = free.coordinate_bounds();
     let spread = estimate.deviations[parameter].min((high - low) / 4.0);
     let rise = RISE_95 * estimate.rises[parameter];
-    let mut search = Search::new(problem, progress);
+    let mut search = Search::new(problem, progress).corrected(estimate.mesh.clone());
     search.frozen = (0..problem.free.len()).filter(|k| *k == parameter || estimate.kept[*k]).collect();
     let mut points = vec![(best[parameter], 0.0)];
     for side in [-1.0, 1.0] {

@@ -13,7 +13,7 @@ use crate::units::celsius;
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
 #[non_exhaustive]
-#[allow(missing_docs)]
+#[allow(missing_docs, non_snake_case)]
 pub struct IdentifyRecord {
     pub parameters: BTreeMap<String, ParameterRecord>,
     pub correlation: CorrelationRecord,
@@ -23,6 +23,8 @@ pub struct IdentifyRecord {
     pub model_error: Option<ModelErrorRecord>,
     /// What the intervals were widened by where even so more is left than there should be; 1 otherwise.
     pub widened: f64,
+    /// What an endlessly fine mesh changes in predictions, at most.
+    pub mesh_K: f64,
     /// What the fit takes each sensor's own error to be.
     pub sensor_errors: BTreeMap<String, SensorErrorRecord>,
     /// Combinations that the readings do not determine.
@@ -210,6 +212,7 @@ impl Estimate {
                 p: m.probability,
             }),
             widened: self.widened,
+            mesh_K: self.mesh.largest(),
             sensor_errors: (self.sensor_errors.iter())
                 .map(|e| {
                     let record = SensorErrorRecord { value_K: e.value, stated_K: e.stated, noise_K: e.noise };

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::{Free, Prediction, Problem, TIME_TOLERANCE};
+use super::{Free, MeshShare, Prediction, Problem, TIME_TOLERANCE};
 use crate::error::Result;
 use crate::evidence::measurement::{Whitener, whiten};
 use crate::foundation::progress::Progress;
@@ -31,7 +31,9 @@ pub(super) struct Point {
 /// The search of one problem, with its cost so far.
 pub(super) struct Search<'a> {
     pub problem: &'a Problem,
+    /// Less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
+    pub mesh: MeshShare,
     pub evaluations: usize,
     /// Coordinates that stay where they are.
     pub frozen: Vec<usize>,
@@ -42,7 +44,29 @@ pub(super) struct Search<'a> {
 
 impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
-        Self { problem, readings: whiten::readings(&problem.data), evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, progress }
+        let readings = whiten::readings(&problem.data);
+        let mesh = MeshShare::none(readings.len());
+        Self { problem, readings, mesh, evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, progress }
+    }
+
+    /// The same beside what the mesh makes of predictions.
+    pub fn corrected(mut self, mesh: MeshShare) -> Self {
+        self.correct(mesh);
+        self
+    }
+
+    /// Takes the mesh's share to be this.
+    pub fn correct(&mut self, mesh: MeshShare) {
+        self.readings = whiten::readings(&self.problem.data).iter().zip(&mesh.correction).map(|(r, m)| r - m).collect();
+        self.mesh = mesh;
+    }
+
+    /// The covariance that is stated, with derivatives with respect to the conditions as at a point.
+    pub fn stated(&self, prediction: &Prediction) -> Whitener {
+        let Problem { data, uncertainty, .. } = self.problem;
+        let mut common = whiten::common_errors(data, uncertainty, &prediction.conditions);
+        common.extend(self.mesh.scatter.iter().cloned());
+        Whitener::new(&whiten::deviations(data, uncertainty), &common)
     }
 
     pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
@@ -53,7 +77,7 @@ impl<'a> Search<'a> {
     pub fn whole(&mut self, coordinates: Vec<f64>) -> Result<(Point, Whitener)> {
         let prediction = self.problem.predict(&self.values(&coordinates))?;
         self.evaluations += 1;
-        let whitener = Whitener::of(&self.problem.data, &self.problem.uncertainty, &prediction.conditions);
+        let whitener = self.stated(&prediction);
         let cost = self.cost(&coordinates, &prediction, &whitener);
         Ok((Point { coordinates, prediction, cost }, whitener))
     }

@@ -173,7 +173,7 @@ pub fn readable(name: &str) -> String {
 
 /// A unit as a reader sees it: `degC` becomes °C, `m3/s` becomes m³/s, `W/(m2 K)` becomes W/(m² K).
 pub fn unit_symbol(unit: &str) -> String {
-    let unit = unit.trim().replace("degC", "°C");
+    let unit = unit.trim().replace("degC", "°C").replace("um", "µm");
     let mut out = String::with_capacity(unit.len());
     let mut in_symbol = false;
     for c in unit.chars() {

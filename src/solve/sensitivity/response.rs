@@ -15,10 +15,6 @@ use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 
-/// Most instants of a history that are kept.
-const MOST_MOMENTS: usize = 64;
-/// Most of a log of a machine of few nodes, which cost little.
-const MOST_MOMENTS_OF_FEW: usize = 8192;
 /// Least change between two that are kept: in kelvin at any node.
 const LEAST_APART: f64 = 0.25;
 /// A change of a source or a flow by this share of all heat and of the largest flow counts as a kelvin does.
@@ -54,22 +50,21 @@ fn farthest(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()))
 }
 
-/// The instants of a history between which it runs about straight; whatever is seen, never more than 64 and the last ones, or 8192 of
-/// a machine of few nodes.
-#[derive(Debug, Clone, Default)]
+/// The instants of a history between which it runs about straight; whatever is seen, never many more than asked for.
+#[derive(Debug, Clone)]
 pub struct Moments {
+    limit: usize,
     kept: Vec<Moment>,
     last: Option<Moment>,
     apart: f64,
     /// Most heat of all sources, W, and largest flow, m³/s, so far.
     most: (f64, f64),
-    is_of_few: bool,
 }
 
 impl Moments {
-    /// Of a log of a machine of few nodes: up to 8192.
-    pub fn of_few() -> Self {
-        Self { is_of_few: true, ..Self::default() }
+    /// As many as `limit` and the last ones.
+    pub fn new(limit: usize) -> Self {
+        Self { limit, kept: Vec::new(), last: None, apart: 0.0, most: (0.0, 0.0) }
     }
 
     /// Looks at the next instant: its time (s), condition, what that comes to, and the temperature of every node, K.
@@ -77,9 +72,9 @@ impl Moments {
         let heat = load.powers.iter().map(|p| p.abs()).sum();
         self.most = (self.most.0.max(heat), load.flows.iter().fold(self.most.1, |m, f| m.max(f.abs())));
         self.add(Moment { time, condition: condition.clone(), load: load.clone(), temperatures: temperatures.to_vec() });
-        if self.kept.len() > if self.is_of_few { MOST_MOMENTS_OF_FEW } else { MOST_MOMENTS } {
+        if self.kept.len() > self.limit {
             let apart = 2.0 * self.apart.max(LEAST_APART);
-            let mut fewer = Self { kept: Vec::new(), last: None, apart, most: self.most, is_of_few: self.is_of_few };
+            let mut fewer = Self { apart, most: self.most, ..Self::new(self.limit) };
             std::mem::take(&mut self.kept).into_iter().for_each(|m| fewer.add(m));
             fewer.extend();
             *self = Self { last: self.last.take(), ..fewer };
@@ -185,6 +180,11 @@ impl Basis {
             }
         }
         Ok(basis)
+    }
+
+    /// Its directions.
+    pub fn size(&self) -> usize {
+        self.size
     }
 
     fn of_node(&self, node: usize) -> &[f64] {

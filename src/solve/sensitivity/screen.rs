@@ -78,8 +78,13 @@ impl<'a> Screen<'a> {
 
     /// Residual of some nodes, W per unit. Nodes that are held have no balance to disturb.
     pub fn disturbance(&self, rows: impl IntoIterator<Item = (u32, f64)>) -> Disturbance {
-        let rows = rows.into_iter().filter(|(node, r)| *r != 0.0 && !self.held.contains(node)).collect();
+        let rows = rows.into_iter().filter(|(node, r)| *r != 0.0 && self.is_free(*node)).collect();
         Disturbance { rows, inlets: Vec::new() }
+    }
+
+    /// Whether a node's temperature is not held.
+    pub fn is_free(&self, node: u32) -> bool {
+        !self.held.contains(&node)
     }
 
     /// Heat put into nodes with given shares; per W.

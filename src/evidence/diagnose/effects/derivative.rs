@@ -1,12 +1,29 @@
 //! Derivatives of effects: what each changes in the residual of the network, at a state of the machine.
 
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::ground::Ground;
+use super::ground::{Ground, Shares};
 use super::{Effect, Hypothesis, Linearised, Prepared, UserKind};
 use crate::solve::sensitivity::{Derivatives, Disturbance, Screen, Study};
+
+/// What effects do to the residual at a state, per unit of amplitude.
+pub struct Disturbances {
+    /// Of the distinct effects; `None` for what acts on sensors, or where the machine file has no words for it.
+    pub effects: Vec<Option<Change>>,
+    /// Fields that several effects share: nodes, and W per unit of a coefficient.
+    pub shared: Vec<Shares>,
+}
+
+/// What one effect does.
+pub enum Change {
+    /// Node by node.
+    Own(Disturbance),
+    /// Shared fields by number, each with its coefficient.
+    Shared(Vec<(usize, f64)>),
+}
 
 /// The effects of some hypotheses, with what does not depend on the state made ready once.
 pub struct EffectDerivatives<'a> {
@@ -38,13 +55,19 @@ impl<'a> EffectDerivatives<'a> {
         self.distinct.binary_search(&(h.effect, h.is_drift())).ok()
     }
 
-    /// What the distinct effects do to the residual at a state, per unit of amplitude; a drift per 10 K away from 20 degC.
-    /// `None` for what acts on sensors, or where the machine file has no words for it.
-    pub fn disturbances(&self, at: &Derivatives<'_>, screen: &Screen<'_>) -> Vec<Option<Disturbance>> {
+    /// What the distinct effects do to the residual at a state; a drift per 10 K away from 20 degC.
+    pub fn disturbances(&self, at: &Derivatives<'_>, screen: &Screen<'_>) -> Disturbances {
+        let paths = self.ground.path_fields(&at.state.solution.temperatures, |node| screen.is_free(node));
+        let residual = OnceLock::new();
         let one = |(effect, is_drift): &(Effect, bool)| {
+            let family = effect.family();
+            if let Some((ends, law)) = family.path() {
+                return Some(Change::Shared(paths.path(ends, law)));
+            }
             let prepared = self.prepared.get(effect);
-            effect.family().disturbance(&Linearised { at, screen, ground: &self.ground, prepared, is_drift: *is_drift })
+            let (ground, is_drift, residual) = (&self.ground, *is_drift, &residual);
+            family.disturbance(&Linearised { at, screen, ground, prepared, is_drift, residual }).map(Change::Own)
         };
-        self.distinct.par_iter().map(one).collect()
+        Disturbances { effects: self.distinct.par_iter().map(one).collect(), shared: paths.fields().to_vec() }
     }
 }

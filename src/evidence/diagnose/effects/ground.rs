@@ -7,6 +7,7 @@ use std::sync::OnceLock;
 use super::file::{conductor, text};
 use crate::discretise::network::{FaceNode, Joint};
 use crate::foundation::document::quoted;
+use crate::physics::radiation::SIGMA;
 use crate::solve::sensitivity::Study;
 
 /// Nodes with their shares, which sum to one.
@@ -50,34 +51,100 @@ impl<'a> Ground<'a> {
         &self.found.get_or_init(|| entries(self.study))[group as usize]
     }
 
-    /// Heat (W) that a conductance between two groups takes from each node, per W/K; at a mean temperature the conductance is
-    /// `law` times as large. Between two parts it goes through one node that stores nothing, as in the network of such a contact.
-    pub fn conductor(&self, [a, b]: [u32; 2], temperatures: &[f64], law: impl Fn(f64) -> f64) -> Shares {
-        let t = |node: u32| temperatures[node as usize];
-        let heat = |from: f64, to: f64| law(0.5 * (from + to)) * (from - to);
-        let (first, second) = (self.joined(a), self.joined(b));
-        if first.is_empty() || second.is_empty() {
-            return Vec::new();
-        }
-        let lumped = [(a, first, second), (b, second, first)].into_iter().find(|(g, ..)| self.is_lumped(*g));
-        if let Some((_, node, others)) = lumped {
-            let node = node[0].0;
-            let each: Shares = others.iter().map(|(n, w)| (*n, w * heat(t(*n), t(node)))).collect();
-            let whole: f64 = each.iter().map(|(_, heat)| heat).sum();
-            return each.into_iter().chain([(node, -whole)]).collect();
-        }
-        let all = || first.iter().chain(second);
-        let mut middle = 0.5 * all().map(|(n, w)| w * t(*n)).sum::<f64>();
-        // The law hardly changes over the parts' own differences: each turn gains several digits.
-        for _ in 0..4 {
-            let weight = |(n, w): &(u32, f64)| w * law(0.5 * (t(*n) + middle));
-            middle = all().map(|s| weight(s) * t(s.0)).sum::<f64>() / all().map(weight).sum::<f64>();
-        }
-        all().map(|(n, w)| (*n, 2.0 * w * heat(t(*n), middle))).collect()
+    /// The fields that paths between groups are made of at given temperatures: see [`PathFields`].
+    pub fn path_fields(&self, temperatures: &[f64], free: impl Fn(u32) -> bool) -> PathFields {
+        let groups = self.study.model.network.groups.len() as u32;
+        let of = |g: u32| -> [Shares; POWERS] {
+            let shares = self.joined(g);
+            std::array::from_fn(|k| shares.iter().map(|(n, w)| (*n, w * temperatures[*n as usize].powi(k as i32))).collect())
+        };
+        let all: Vec<[Shares; POWERS]> = (0..groups).map(of).collect();
+        let sums = all.iter().map(|powers| powers.each_ref().map(|field| field.iter().map(|(_, v)| v).sum())).collect();
+        let fields = all.into_iter().flatten().map(|field| field.into_iter().filter(|(n, _)| free(*n)).collect()).collect();
+        PathFields { lumped: (0..groups).map(|g| self.is_lumped(g)).collect(), sums, fields }
     }
 
     fn is_lumped(&self, group: u32) -> bool {
         group as usize >= self.study.model.machine.parts.len()
+    }
+}
+
+/// Powers of the temperature that the heat of a path is made of, from none to the fourth.
+const POWERS: usize = 5;
+
+/// How a path between two groups conducts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PathLaw {
+    /// A conductance: per W/K.
+    Conductance,
+    /// Black surfaces that see each other: per m² of exchange area.
+    Radiation,
+}
+
+impl PathLaw {
+    /// Coefficients of the powers of a node's temperature T in the heat that goes from it to a temperature t (K), W per unit of the
+    /// path: T - t, or half of sigma (T + t)³ (T - t), as a conductance 4 sigma ((T + t)/2)³ makes it.
+    fn heat(self, t: f64) -> [f64; POWERS] {
+        match self {
+            Self::Conductance => [-t, 1.0, 0.0, 0.0, 0.0],
+            Self::Radiation => [-t.powi(4), -2.0 * t.powi(3), 0.0, 2.0 * t, 1.0].map(|c| 0.5 * SIGMA * c),
+        }
+    }
+
+    /// The same of what it conducts between T and t, W/K per unit, but for a factor.
+    fn conductance(self, t: f64) -> [f64; POWERS] {
+        match self {
+            Self::Conductance => [1.0, 0.0, 0.0, 0.0, 0.0],
+            Self::Radiation => [t.powi(3), 3.0 * t * t, 3.0 * t, 1.0, 0.0],
+        }
+    }
+}
+
+/// What all paths between groups that do not touch are made of: of each group, and of each power of the temperature, the share of every
+/// node of its open faces times that power. A path takes from each node heat that is a polynomial of the node's temperature, so that it is
+/// a few of these fields, each with a coefficient, however many nodes it goes to.
+#[derive(Debug, Clone)]
+pub struct PathFields {
+    lumped: Vec<bool>,
+    /// Sums over the nodes of each group, K to the power.
+    sums: Vec<[f64; POWERS]>,
+    /// Nodes that are free to change, with their entries, group after group.
+    fields: Vec<Shares>,
+}
+
+impl PathFields {
+    /// All of them.
+    pub fn fields(&self) -> &[Shares] {
+        &self.fields
+    }
+
+    /// Heat (W) that a path between two groups takes from the nodes, per unit: fields by number, with their coefficients. Between two parts
+    /// it goes through one node that stores nothing, as in the network of such a contact.
+    pub fn path(&self, [a, b]: [u32; 2], law: PathLaw) -> Vec<(usize, f64)> {
+        let sums = |g: u32| &self.sums[g as usize];
+        if sums(a)[0] == 0.0 || sums(b)[0] == 0.0 {
+            return Vec::new();
+        }
+        let of = |g: u32, heat: [f64; POWERS]| heat.into_iter().enumerate().map(move |(k, c)| (g as usize * POWERS + k, c));
+        let sum = |g: u32, polynomial: &[f64; POWERS]| -> f64 { polynomial.iter().zip(sums(g)).map(|(c, s)| c * s).sum() };
+        let is_lumped = |g: u32| self.lumped[g as usize];
+        let lumped = [(a, b), (b, a)].into_iter().find(|(g, _)| is_lumped(*g));
+        let terms: Vec<(usize, f64)> = if let Some((node, others)) = lumped {
+            let heat = law.heat(sums(node)[1]);
+            of(others, heat).chain([(node as usize * POWERS, -sum(others, &heat))]).collect()
+        } else {
+            let mut middle = 0.5 * (sums(a)[1] + sums(b)[1]);
+            // The law hardly changes over the parts' own differences: each turn gains several digits.
+            for _ in 0..4 {
+                let weights = law.conductance(middle);
+                let mut times_temperature = [0.0; POWERS];
+                times_temperature[1..].copy_from_slice(&weights[..POWERS - 1]);
+                middle = (sum(a, &times_temperature) + sum(b, &times_temperature)) / (sum(a, &weights) + sum(b, &weights));
+            }
+            let heat = law.heat(middle).map(|c| 2.0 * c);
+            of(a, heat).chain(of(b, heat)).collect()
+        };
+        terms.into_iter().filter(|(_, c)| *c != 0.0).collect()
     }
 }
 

@@ -3,6 +3,7 @@
 //! The surroundings are at the temperature of the chamber, in vacuum as in air: the model knows no other.
 
 use super::file::{conductor, text};
+use super::ground::PathLaw;
 use super::words::Quantity;
 use super::{Family, Group, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind};
 use crate::describe::machine::{Block, Machine, Shape};
@@ -124,7 +125,7 @@ impl Family for Leak {
                 let Some(Prepared::Surfaces(surfaces)) = at.prepared else { return None };
                 at.screen.opened(surfaces, |s, t| s.area * (t - surroundings))
             }
-            Self::Link(a, b) => at.screen.disturbance(at.ground.conductor([a, b], at.temperatures(), |_| 1.0)),
+            Self::Link(..) => return None,
             Self::Convection(n) | Self::Radiation(n) => {
                 let group = (at.machine().parts.len() + n) as u32;
                 let node = at.ground.heated(group).first()?.0;
@@ -136,6 +137,10 @@ impl Family for Leak {
                 at.screen.disturbance([(node, flux)])
             }
         })
+    }
+
+    fn path(&self) -> Option<([u32; 2], PathLaw)> {
+        if let Self::Link(a, b) = *self { Some(([a, b], PathLaw::Conductance)) } else { None }
     }
 
     fn follows_time(&self) -> bool {

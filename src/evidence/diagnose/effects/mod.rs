@@ -13,6 +13,8 @@ mod law;
 mod site;
 mod words;
 
+use std::sync::OnceLock;
+
 use crate::describe::machine::Machine;
 use crate::discretise::network::{Load, Network, Surface};
 use crate::error::Result;
@@ -20,9 +22,10 @@ use crate::evidence::measurement::Data;
 use crate::solve::sensitivity::{Derivatives, Disturbance, Screen, Study, Variation};
 
 use super::Discrepancy;
-pub use derivative::EffectDerivatives;
+pub use derivative::{Change, Disturbances, EffectDerivatives};
 use file::{Lines, MachineEdit};
-use ground::Ground;
+pub use ground::Shares;
+use ground::{Ground, PathLaw};
 pub use law::{Form as LawForm, Law, LawNumber, Scales};
 use site::{Group, Site};
 use words::{Quantity, Told};
@@ -110,6 +113,12 @@ trait Family {
     /// What it does to the residual of the network at a state, per unit of its amplitude; `None` for what acts on readings, or
     /// where the machine file has no words for it.
     fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance>;
+
+    /// The groups between which it is a path for heat, and its law, where it is one: in place of its disturbance, which takes heat from many
+    /// nodes.
+    fn path(&self) -> Option<([u32; 2], PathLaw)> {
+        None
+    }
 
     /// What its amplitude is to a reader.
     fn quantity(&self, law: Law) -> Quantity;
@@ -418,6 +427,7 @@ struct Linearised<'a, 'd> {
     prepared: Option<&'a Prepared>,
     /// Whether the effect drifts with the temperature of its place.
     is_drift: bool,
+    residual: &'a OnceLock<Option<Vec<f64>>>,
 }
 
 impl<'a> Linearised<'a, '_> {
@@ -435,6 +445,12 @@ impl<'a> Linearised<'a, '_> {
 
     fn load(&self) -> &Load {
         &self.at.state.load
+    }
+
+    /// Residual of every node, W, which is what each stores; computed once for all effects. `None` where it cannot be.
+    fn residual(&self) -> Option<&'a [f64]> {
+        let of = || self.at.tangent.residual(self.network(), self.load(), self.temperatures()).ok();
+        self.residual.get_or_init(of).as_deref()
     }
 
     /// Along the number of the machine file that was prepared.

@@ -1,6 +1,7 @@
 //! Radiation: the chamber's temperature, emissivities, surfaces that see each other; and the residual gas around them.
 
 use super::file::{LEAST, temperature_table, text};
+use super::ground::PathLaw;
 use super::words::Quantity;
 use super::{CommonFactor, Family, Group, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind, along};
 use crate::describe::machine::Chamber;
@@ -139,7 +140,7 @@ impl Family for Radiation {
                 })?;
                 Some(at.screen.emissivity(surfaces).times(effective / stated))
             }
-            Self::Exchange(a, b) => Some(at.screen.disturbance(at.ground.conductor([a, b], at.temperatures(), conductance))),
+            Self::Exchange(..) => None,
         }
     }
 
@@ -162,6 +163,10 @@ impl Family for Radiation {
                 format!("{places} see each other, which the model lacks: {area}")
             }
         }
+    }
+
+    fn path(&self) -> Option<([u32; 2], PathLaw)> {
+        if let Self::Exchange(a, b) = *self { Some(([a, b], PathLaw::Radiation)) } else { None }
     }
 
     fn common_factor(&self) -> Option<CommonFactor> {

@@ -97,7 +97,7 @@ impl Family for Storage {
     /// A part that stores more takes heat up as it warms; what stores nothing has no rate of its own.
     fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
         let (network, temperatures) = (at.network(), at.temperatures());
-        let residual = at.at.tangent.residual(network, at.load(), temperatures).ok()?;
+        let residual = at.residual()?;
         let whole = self.own(network);
         let row = |n: usize| -> Option<(u32, f64)> {
             let own = network.capacity_at(n, temperatures[n]);

@@ -1,5 +1,10 @@
 //! Finalists, fitted through the full solver.
 
+mod begun;
+mod secant;
+
+pub use begun::Begun;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -34,6 +39,8 @@ pub struct Fitted {
     pub misfit: f64,
     /// Predictions, K.
     pub values: Vec<f64>,
+    /// The same before the sensors' own errors.
+    machine: Vec<f64>,
     /// What is left of the readings that were used, K, at the places they belong to.
     pub left: Vec<f64>,
     /// Change of the predictions of these with each amplitude, K per unit.
@@ -106,66 +113,6 @@ struct Slope {
     fields: Vec<Vec<f64>>,
 }
 
-/// Where several fits of the same causes begin: solved once for all of them.
-#[derive(Debug, Clone)]
-pub struct Begun<'a> {
-    members: Vec<&'a Hypothesis>,
-    amplitudes: Vec<f64>,
-    solved: Solved,
-    /// The same a step of each amplitude up and down, as far as they are known.
-    up: Vec<Option<Solved>>,
-    down: Vec<Option<Solved>>,
-}
-
-impl<'a> Begun<'a> {
-    /// The beginning alone; `None` where the machine cannot be solved so, or fits begin elsewhere too.
-    pub fn at(predictor: &Predictor<'_>, members: &[&'a Hypothesis], guess: &[f64]) -> Option<Self> {
-        let amplitudes: Vec<f64> = members.iter().zip(guess).map(|(h, a)| bounded(h, *a)).collect();
-        let with: Vec<(&Hypothesis, f64)> = members.iter().copied().zip(amplitudes.iter().copied()).collect();
-        let solved = if predictor.fronts { None } else { predictor.solve_near(&with, predictor.fields).ok() }?;
-        let unknown = vec![None; members.len()];
-        Some(Self { members: members.to_vec(), amplitudes, solved, up: unknown.clone(), down: unknown })
-    }
-
-    /// With the steps that slopes are made of.
-    pub fn with_steps(mut self, predictor: &Predictor<'_>) -> Self {
-        let (share, both) = predictor.steps();
-        let one = |j: usize, sign: f64| {
-            let h = self.members[j];
-            let mut with: Vec<(&Hypothesis, f64)> = self.members.iter().copied().zip(self.amplitudes.iter().copied()).collect();
-            with[j].1 = bounded(h, with[j].1 + sign * share * h.scale);
-            let is_known = h.is_sensor() || with[j].1 == self.amplitudes[j];
-            if is_known { None } else { predictor.solve_near(&with, &self.solved.fields).ok() }
-        };
-        let count = self.members.len();
-        let (up, down) = rayon::join(
-            || (0..count).into_par_iter().map(|j| one(j, 1.0)).collect(),
-            || (0..count).into_par_iter().map(|j| if both { one(j, -1.0) } else { None }).collect(),
-        );
-        (self.up, self.down) = (up, down);
-        self
-    }
-
-    fn has_steps(&self) -> bool {
-        self.up.iter().chain(&self.down).any(Option::is_some)
-    }
-
-    /// Whether it is the beginning of these causes, in this order.
-    pub fn is_about(&self, members: &[&Hypothesis]) -> bool {
-        let is_same = |(a, b): (&&Hypothesis, &&Hypothesis)| a.is_same(b) && a.scale == b.scale;
-        self.members.len() == members.len() && self.members.iter().zip(members).all(is_same)
-    }
-
-    /// Where it begins.
-    pub fn amplitudes(&self) -> &[f64] {
-        &self.amplitudes
-    }
-
-    fn is_of(&self, members: &[&Hypothesis], amplitudes: &[f64]) -> bool {
-        self.is_about(members) && self.amplitudes == amplitudes
-    }
-}
-
 /// An amplitude that is fitted: within what it can be.
 fn bounded(h: &Hypothesis, amplitude: f64) -> f64 {
     if h.is_fixed() {
@@ -222,6 +169,7 @@ impl<'a> Fit<'a> {
             amplitudes: here.amplitudes,
             misfit,
             values: here.values,
+            machine: here.solved.values,
             left: here.left,
             slopes,
             evidence,
@@ -414,6 +362,9 @@ pub fn fit_begun(
 ) -> Result<Fitted> {
     let fit = Fit::new(predictor, members, guess, used, begun);
     let mut here = fit.begin(guess)?;
+    if predictor.has_slopes_of(members) {
+        return Ok(fit.by_secants(here));
+    }
     let (renewals, steps) = if predictor.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
     let mut covariance = DMatrix::identity(members.len(), members.len());
     let mut kelvin = Vec::new();
@@ -435,6 +386,18 @@ pub fn fit_begun(
     Ok(fit.fitted(here, &covariance, kelvin))
 }
 
+/// The same from where another fit ended: under another covariance, or to bring it to rest.
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_again(predictor: &Predictor<'_>, members: &[&Hypothesis], before: &Fitted, used: FitData<'_>) -> Result<Fitted> {
+    if !predictor.has_slopes_of(members) {
+        return fit(predictor, members, &before.amplitudes, used);
+    }
+    let begun = Begun::ended(members, before);
+    fit_begun(predictor, members, &before.amplitudes, used, Some(&begun))
+}
+
 /// The evidence that a fit of some readings can come to, as the slopes of its beginning promise it.
 ///
 /// # Errors
@@ -442,7 +405,7 @@ pub fn fit_begun(
 pub fn promised(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>) -> Result<f64> {
     let fit = Fit::new(predictor, &begun.members, &begun.amplitudes, used, Some(begun));
     let here = fit.begin(&begun.amplitudes)?;
-    let slopes = fit.slopes(&here)?;
+    let slopes = if predictor.has_slopes_of(&begun.members) { fit.known_slopes(&here) } else { fit.slopes(&here)? };
     let covariance = fit.covariance(&slopes.whitened);
     let right = fit.downhill(&here, &slopes);
     let gained = 0.5 * right.dot(&(&covariance * &right));
