@@ -2,6 +2,7 @@
 
 mod browser;
 mod c99;
+mod ecos;
 mod examples;
 mod fmu;
 mod html;
