@@ -9,7 +9,7 @@ from ecospy import EcosSimulation, EcosSimulationStructure
 STEP = 60.0
 
 
-def course(unit, names, inputs, start, rows):
+def course(unit, names, inputs, start, rows, also=()):
     """What `names` are after a step of each row; where there is a start, the unit begins with it."""
     with EcosSimulationStructure() as structure:
         structure.add_model("unit", unit)
@@ -22,7 +22,8 @@ def course(unit, names, inputs, start, rows):
                     simulation.set_real(f"unit::{name}", float(value))
                 simulation.step()
                 found.append([simulation.get_real(f"unit::{name}") for name in names])
-                found[-1] += [float(simulation.get_bool("unit::inside"))]
+                if "inside" in also:
+                    found[-1] += [float(simulation.get_bool("unit::inside"))]
             assert simulation.get_time() == len(rows) * STEP
             simulation.terminate()
             return np.array(found)
@@ -37,7 +38,7 @@ for name in open("names").read().split():
     now = [own for own in answers if own.startswith("now.")]
     steady = [own for own in answers if own not in now]
     x = np.fromfile(name + ".in").reshape(-1, len(inputs))
-    course(unit, steady, inputs, {}, x).tofile(name + ".out")
+    course(unit, steady, inputs, {}, x, ["inside"]).tofile(name + ".out")
     if now:
         rest = {own: float(value) for own, value in zip(inputs, x[0])}
         begins = [{**rest, "at_rest": True}, {**rest, "at_rest": False, "initial_temperature": 18.0}]

@@ -5,7 +5,7 @@ use std::process::Command;
 use coldplate_export::Target;
 use coldplate_runtime::{Band, Surrogate};
 
-use crate::{Terms, compare, fixtures, folder, is_there, lay_out, python_with, skipped, worst};
+use crate::{Terms, compare, compare_courses, folder, is_there, lay_out, python_with, skipped};
 
 const DRIVER: &str = include_str!("ecos.py");
 /// Length of a step, s.
@@ -28,23 +28,6 @@ fn answers(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
     all
 }
 
-/// What the points read after a step at each condition but the first, at which it begins: in the steady state, then at 18 degC.
-fn course(surrogate: &Surrogate<'_>, conditions: &[&[f64]]) -> Vec<f64> {
-    let mut all = Vec::new();
-    let begins = [surrogate.at_rest(conditions[0]), surrogate.at_temperature(18.0)];
-    for begin in begins {
-        let mut state = begin.expect("the file moves");
-        let mut values = vec![0.0; surrogate.point_count()];
-        for x in &conditions[1..] {
-            surrogate.step(&mut state, STEP, x).expect("the numbers are finite");
-            surrogate.read(&state, x, &mut values).expect("the shapes fit");
-            all.extend(&values);
-            all.push(f64::from(u8::from(surrogate.in_domain(x))));
-        }
-    }
-    all
-}
-
 fn units_answer_in_ecos(target: Target) {
     let Some(python) = python_with("ecospy") else { return };
     if !is_there("cc") {
@@ -56,20 +39,7 @@ fn units_answer_in_ecos(target: Target) {
     let output = Command::new(python).current_dir(&folder).args(["-c", DRIVER]).output().expect("python3 starts");
     assert!(output.status.success(), "{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     compare(&folder, &names, &Terms { answers, cancelling: 1e-12 });
-    let moving: Vec<_> = fixtures().into_iter().filter(|(name, _)| name.ends_with("moving")).collect();
-    assert!(!moving.is_empty());
-    for (name, bytes) in moving {
-        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
-        let numbers = |what: &str| -> Vec<f64> {
-            let written = std::fs::read(folder.join(format!("{}.{what}", name.replace('-', "_")))).expect("it was written");
-            written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
-        };
-        let conditions = numbers("in");
-        let conditions: Vec<&[f64]> = conditions.chunks_exact(surrogate.variable_count()).collect();
-        let (apart, place) = worst(&numbers("course"), &course(&surrogate, &conditions));
-        println!("{name} over time: {apart:.1e} at answer {place}");
-        assert!(apart < 1e-12, "{name}: {apart:e}");
-    }
+    compare_courses(&folder, |_| STEP, 1e-12);
     let _ = std::fs::remove_dir_all(&folder);
 }
 

@@ -1,0 +1,61 @@
+//! The machine over time beside the runtime, in the languages that step it: JavaScript, Octave, structured text.
+
+use std::path::Path;
+use std::process::Command;
+
+use coldplate_export::Target;
+
+use crate::{compare_courses, folder, is_there, lay_out, seconds, skipped};
+
+/// Most steps of a run.
+const STEPS: usize = 60;
+
+/// For every page that moves: takes its own data and arithmetic, and steps it.
+const PAGES: &str = r#"
+const fs = require("fs");
+for (const name of fs.readFileSync("names", "utf8").trim().split("\n").filter((name) => name.endsWith("moving"))) {
+    const page = fs.readFileSync(name + ".html", "utf8");
+    const [data, code] = [...page.matchAll(/<script[^>]*>([^]*?)<\/script>/g)].map((found) => found[1]);
+    const s = JSON.parse(data);
+    const core = code.slice(0, code.indexOf("\n(() => {"));
+    const { coldplate, coldplateInTime } = new Function(core + "; return { coldplate, coldplateInTime };")();
+    const motion = coldplateInTime(s, coldplate(s));
+    if (!motion.selfTest()) throw new Error(name + ": self-test");
+    const bytes = fs.readFileSync(name + ".in");
+    const numbers = [...new Float64Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length))];
+    const width = s.variables.length;
+    const x = Array.from({ length: numbers.length / width }, (_, row) => numbers.slice(row * width, (row + 1) * width));
+    const all = [];
+    for (const begin of [motion.atRest(x[0]), motion.atTemperature(18)]) {
+        let state = begin;
+        for (let k = 1; k < x.length; k += 1) {
+            const at = motion.here(x[k]);
+            state = motion.step(state, [0.5, 60, 900, 3600, 5][k % 5], at);
+            all.push(...motion.read(state, at));
+        }
+    }
+    fs.writeFileSync(name + ".course", Buffer.from(new Float64Array(all).buffer));
+}
+"#;
+
+/// Runs a program on the files of a target, and compares what it wrote.
+fn moves(target: Target, program: &str, driver: &str, arguments: &[&str], also: &[(&str, &str)]) {
+    if !is_there(program) {
+        skipped(&format!("{program} is not on this machine"));
+        return;
+    }
+    let folder = folder(&format!("in-time-{}", target.key()));
+    lay_out(&folder, target, |_| STEPS + 1);
+    let write = |name: &str, text: &str| std::fs::write(Path::new(&folder).join(name), text).expect("the folder can be written to");
+    write("driver", driver);
+    also.iter().for_each(|(name, text)| write(name, text));
+    let output = Command::new(program).current_dir(&folder).args(arguments).output().expect("the program starts");
+    assert!(output.status.success(), "{}{}", String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    compare_courses(&folder, seconds, 1e-9);
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+#[test]
+fn pages_move_as_the_runtime_does() {
+    moves(Target::Html, "node", PAGES, &["driver"], &[]);
+}
