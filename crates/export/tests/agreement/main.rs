@@ -11,6 +11,7 @@ mod json;
 mod modelica;
 mod octave;
 mod onnx;
+mod over_time;
 mod st;
 
 use std::io::Write;
