@@ -38,6 +38,40 @@ for (const name of fs.readFileSync("names", "utf8").trim().split("\n").filter((n
 }
 "#;
 
+/// The same in Octave.
+const FUNCTIONS: &str = r#"
+names = strsplit(strtrim(fileread("names")), "\n");
+for k = find(endsWith(names, "moving"))
+    answer = str2func([names{k} "_in_time"]);
+    shape = sscanf(fileread([names{k} ".shape"]), "%d");
+    f = fopen([names{k} ".in"]); x = fread(f, [shape, Inf], "double").'; fclose(f);
+    seconds = [0.5 60 900 3600 5];
+    f = fopen([names{k} ".course"], "w");
+    for begin = 1:2
+        if begin == 1
+            state = answer("rest", x(1, :));
+        else
+            state = answer("temperature", 18);
+        end
+        for row = 2:size(x, 1)
+            [state, values] = answer("step", state, seconds(mod(row - 1, 5) + 1), x(row, :));
+            assert(isequal(values, answer("read", state, x(row, :))));
+            fwrite(f, values, "double");
+        end
+    end
+    fclose(f);
+    for wrong = {{"rest", [1 2]}, {"rest", nan(1, shape)}, {"temperature", Inf}, {"step", state, -1, x(1, :)}, {"stop"}}
+        refused = false;
+        try
+            answer(wrong{1}{:});
+        catch
+            refused = true;
+        end
+        assert(refused);
+    end
+end
+"#;
+
 /// Runs a program on the files of a target, and compares what it wrote.
 fn moves(target: Target, program: &str, driver: &str, arguments: &[&str], also: &[(&str, &str)]) {
     if !is_there(program) {
@@ -58,4 +92,9 @@ fn moves(target: Target, program: &str, driver: &str, arguments: &[&str], also: 
 #[test]
 fn pages_move_as_the_runtime_does() {
     moves(Target::Html, "node", PAGES, &["driver"], &[]);
+}
+
+#[test]
+fn octave_moves_as_the_runtime_does() {
+    moves(Target::Octave, "octave-cli", FUNCTIONS, &["--norc", "driver"], &[]);
 }
