@@ -31,7 +31,7 @@ fn in_time(content: &Content, own: &InTime, name: &str) -> File {
 }
 
 fn help_line(name: &str, content: &Content) -> String {
-    format!("% {}_IN_TIME  {} points of a machine that moves between conditions of {}\n", name.to_uppercase(), content.points.len(), name)
+    format!("% {}_IN_TIME  {} points over time, between conditions of {name}\n", name.to_uppercase(), content.points.len())
 }
 
 fn errors(content: &Content, own: &InTime) -> String {

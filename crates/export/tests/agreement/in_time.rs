@@ -5,6 +5,7 @@ use std::process::Command;
 
 use coldplate_export::Target;
 
+use crate::st::INTERPRETER;
 use crate::{compare_courses, folder, is_there, lay_out, seconds, skipped};
 
 /// Most steps of a run.
@@ -72,6 +73,44 @@ for k = find(endsWith(names, "moving"))
 end
 "#;
 
+/// The same of structured text, by the interpreter.
+const BLOCKS: &str = r#"
+const fs = require("fs");
+const structuredText = require("./structured_text.js");
+for (const name of fs.readFileSync("names", "utf8").trim().split("\n").filter((name) => name.endsWith("moving"))) {
+    const blocks = structuredText(fs.readFileSync(name + ".st", "utf8"));
+    const test = blocks[name.toUpperCase() + "_IN_TIME_SELF_TEST"].make();
+    test.run();
+    if (test.PASSED !== true) throw new Error(name + ": self-test");
+    const bytes = fs.readFileSync(name + ".in");
+    const numbers = [...new Float64Array(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length))];
+    const all = [];
+    const block = blocks[name.toUpperCase() + "_IN_TIME"].make();
+    const width = block.X.length;
+    const call = (row, seconds, more) => {
+        Object.assign(block, { X: numbers.slice(row * width, (row + 1) * width), SECONDS: seconds, RESTART: false, ...more });
+        block.run();
+        if (!block.ACCEPTED) throw new Error(name + ": refused");
+    };
+    for (const begin of [{ AT_REST: true, RESTART: true }, { AT_REST: false, RESTART: true, INITIAL_TEMPERATURE: 18 }]) {
+        call(0, 0, begin);
+        for (let row = 1; row * width < numbers.length; row += 1) {
+            call(row, [0.5, 60, 900, 3600, 5][row % 5]);
+            all.push(...block.NOW);
+        }
+    }
+    const before = block.NOW.slice();
+    for (const wrong of [{ SECONDS: -1 }, { SECONDS: NaN }, { X: block.X.map(() => Infinity) }, { INITIAL_TEMPERATURE: NaN }]) {
+        const kept = { SECONDS: block.SECONDS, X: block.X, INITIAL_TEMPERATURE: block.INITIAL_TEMPERATURE };
+        Object.assign(block, wrong);
+        block.run();
+        if (block.ACCEPTED || block.NOW.some((value, p) => value !== before[p])) throw new Error(name + ": it moved");
+        Object.assign(block, kept);
+    }
+    fs.writeFileSync(name + ".course", Buffer.from(new Float64Array(all).buffer));
+}
+"#;
+
 /// Runs a program on the files of a target, and compares what it wrote.
 fn moves(target: Target, program: &str, driver: &str, arguments: &[&str], also: &[(&str, &str)]) {
     if !is_there(program) {
@@ -97,4 +136,9 @@ fn pages_move_as_the_runtime_does() {
 #[test]
 fn octave_moves_as_the_runtime_does() {
     moves(Target::Octave, "octave-cli", FUNCTIONS, &["--norc", "driver"], &[]);
+}
+
+#[test]
+fn structured_text_moves_as_the_runtime_does() {
+    moves(Target::St, "node", BLOCKS, &["driver"], &[("structured_text.js", INTERPRETER)]);
 }
