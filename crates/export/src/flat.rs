@@ -40,18 +40,10 @@ impl Tables {
 
 /// Those of the machine over time, in the order of the file: rates term by term and column by column, outputs point by point and
 /// term by term.
-pub(crate) fn time_tables(content: &Content, own: &InTime) -> Tables {
-    let mut tables = Tables::default();
-    for (name, count) in [
-        ("states_count", own.states),
-        ("steady_terms", own.steady.count),
-        ("moving_terms", own.moving.count),
-        ("variables", content.variables.len()),
-        ("points", content.points.len()),
-    ] {
+pub(crate) fn time_tables(own: &InTime, tables: &mut Tables) {
+    for (name, count) in [("states_count", own.states), ("steady_terms", own.steady.count), ("moving_terms", own.moving.count)] {
         tables.count(name, count);
     }
-    scalings(content, &mut tables);
     tables.places("steady_scalings", own.steady.scalings.iter().copied());
     tables.places("steady_exponents", own.steady.exponents.iter().map(|e| usize::from(*e)));
     tables.places("moving_scalings", own.moving.scalings.iter().copied());
@@ -61,10 +53,10 @@ pub(crate) fn time_tables(content: &Content, own: &InTime) -> Tables {
     tables.numbers("steady_coefficients", own.steady_coefficients.iter().copied());
     tables.numbers("rate_table", own.rates.iter().copied());
     tables.numbers("outputs", own.outputs.iter().copied());
-    tables
 }
 
-fn scalings(content: &Content, tables: &mut Tables) {
+/// u = (g - low) factor + offset, with g = x (0), 1/x (1) or ln x (2).
+pub(crate) fn scalings(content: &Content, tables: &mut Tables) {
     tables.count("scalings", content.scalings.len());
     tables.places("scaling_variable", content.scalings.iter().map(|s| s.variable));
     tables.places("scaling_transform", content.scalings.iter().map(|s| s.transform as usize));

@@ -147,7 +147,11 @@ fn vectors(content: &Content) -> String {
 
 /// The constants of what moves. Weights of one, two and three solves: those that match the exponential to third order.
 fn time_tables(content: &Content, own: &InTime) -> String {
-    let mut tables = flat::time_tables(content, own);
+    let mut tables = Tables::default();
+    tables.count("variables", content.variables.len());
+    tables.count("points", content.points.len());
+    flat::scalings(content, &mut tables);
+    flat::time_tables(own, &mut tables);
     tables.number("pole", POLE);
     tables.numbers("weights", WEIGHTS.into_iter());
     constants(&tables)
