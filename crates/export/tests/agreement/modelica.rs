@@ -77,7 +77,7 @@ import rumoca
 for name in [own for own in open("names").read().split() if own.endswith("moving")]:
     corners = np.fromfile(name + ".in").reshape(-1, int(open(name + ".shape").read()))
     low, high = corners[0], corners[2 ** corners.shape[1] - 1]
-    swings = [f"{float(0.5 * (a + b))!r} + {float(0.4 * (b - a))!r} * sin({0.002 + 0.001 * v} * time + {0.9 * v})" for v, (a, b) in enumerate(zip(low, high))]
+    swings = [f"{float(0.5 * (a + b))!r} + {float(0.4 * (b - a))!r} * sin({0.02 + 0.01 * v} * time + {0.9 * v})" for v, (a, b) in enumerate(zip(low, high))]
     rows = []
     for number, begin in enumerate(["at_rest = true", "at_rest = false, initial_temperature = 18.0"]):
         folder = f"{name}-{number}"
@@ -85,7 +85,7 @@ for name in [own for own in open("names").read().split() if own.endswith("moving
         text = open(name + ".mo").read()
         text += f"\nmodel Swing\n  {name}.InTime plate({begin});\nequation\n  plate.x = {{{', '.join(swings)}}};\nend Swing;\n"
         open(folder + "/swing.mo", "w").write(text)
-        result = rumoca.Session().load(folder + "/swing.mo", model="Swing").simulate(t=(0, 3600), dt=60.0).to_dict()
+        result = rumoca.Session().load(folder + "/swing.mo", model="Swing").simulate(t=(0, 300), dt=5.0).to_dict()
         data = result["data"]
         columns = lambda what: [data[own] for own in result["names"] if own.startswith("plate." + what + "[")]
         rows.append(np.array([data["time"] if "time" in data else result["time"]] + columns("x") + columns("states") + columns("now") + columns("slopes")).T)
