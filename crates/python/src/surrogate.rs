@@ -7,9 +7,10 @@ use coldplate::surrogate::verdict::question::Question;
 use coldplate::surrogate::verdict::stated;
 use coldplate_export::{Target, export};
 use coldplate_runtime::format::MAX_STATES;
-use coldplate_runtime::{Acceptability, Band, State, StepError, Surrogate as Opened};
+use coldplate_runtime::{Acceptability, Band, Room, ShapeError, State, StepError, Surrogate as Opened};
 use numpy::ndarray::{Array2, Array3};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
+use pulp::{Arch, Simd, WithSimd};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
@@ -153,11 +154,8 @@ impl Surrogate {
         let mut values = Array2::zeros((n, points));
         if let Some(values) = values.as_slice_mut() {
             py.detach(|| {
-                let pieces = values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables));
-                pieces.try_for_each(|(values, x)| {
-                    let mut rows = values.chunks_exact_mut(points).zip(x.chunks_exact(variables));
-                    rows.try_for_each(|(values, x)| opened.evaluate(x, values))
-                })
+                let (pieces, arch) = (values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables)), Arch::new());
+                pieces.try_for_each_init(Box::<Room>::default, |room, (values, x)| arch.dispatch(Batch { opened, x, values, room }))
             })
             .map_err(|e| wrong(py, e.to_string()))?;
         }
@@ -193,7 +191,7 @@ impl Surrogate {
         let (points, limits) = (opened.point_count(), opened.limit_count());
         let found: Vec<Found> = py
             .detach(|| x.par_chunks(PIECE * variables).map(|x| Found::at(opened, x, confidence)).collect::<Result<_, _>>())
-            .map_err(|e: coldplate_runtime::ShapeError| wrong(py, e.to_string()))?;
+            .map_err(|e: ShapeError| wrong(py, e.to_string()))?;
         let table = |columns: usize, of: fn(&Found) -> &[f64]| {
             let all: Vec<f64> = found.iter().flat_map(of).copied().collect();
             Array2::from_shape_vec((n, columns), all).map_err(|e| wrong(py, e.to_string()))
@@ -206,6 +204,23 @@ impl Surrogate {
             table(limits, |own| &own.margins)?.into_pyarray(py),
             found.iter().flat_map(|own| &own.inside).copied().collect::<Vec<_>>().into_pyarray(py),
         ))
+    }
+}
+
+/// Values of a piece, in the widest registers that this machine has.
+struct Batch<'b, 'f> {
+    opened: &'b Opened<'f>,
+    x: &'b [f64],
+    values: &'b mut [f64],
+    room: &'b mut Room,
+}
+
+impl WithSimd for Batch<'_, '_> {
+    type Output = Result<(), ShapeError>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.opened.evaluate_batch(self.x, self.values, self.room)
     }
 }
 
@@ -226,7 +241,7 @@ struct Found {
 }
 
 impl Found {
-    fn at(opened: &Opened<'_>, x: &[f64], confidence: f64) -> Result<Self, coldplate_runtime::ShapeError> {
+    fn at(opened: &Opened<'_>, x: &[f64], confidence: f64) -> Result<Self, ShapeError> {
         let mut found = Self::default();
         let (mut values, mut bands) = (vec![0.0; opened.point_count()], vec![Band::default(); opened.point_count()]);
         let own: Vec<f64> = opened.points().map(|point| point.half_width).collect();
