@@ -1,10 +1,15 @@
 //! A surrogate and its answers to batches.
 
+use std::path::PathBuf;
+
+use coldplate::foundation::table::Table;
 use coldplate::pipeline::info::Info;
 use coldplate::pipeline::service;
 use coldplate::surrogate::fit::file;
+use coldplate::surrogate::verdict::instruments::Instruments;
 use coldplate::surrogate::verdict::question::Question;
-use coldplate::surrogate::verdict::stated;
+use coldplate::surrogate::verdict::{stated, update};
+use coldplate::units::{Dimension, parse};
 use coldplate_export::{Target, export};
 use coldplate_runtime::format::MAX_STATES;
 use coldplate_runtime::{Acceptability, Band, Room, ShapeError, State, StepError, Surrogate as Opened};
@@ -95,6 +100,23 @@ impl Surrogate {
             Ok(Question { condition, ..question }.ask(&known)?.record(&known))
         });
         json(py, &told(py, record)?)
+    }
+
+    /// With readings learnt from a table: the bytes of the file that knows them, and the record as JSON. `noise` is the standard
+    /// deviation of a reading; otherwise what the file beside the data says of instruments, else 0.1 K.
+    #[pyo3(signature = (data, noise))]
+    fn update(&self, py: Python<'_>, data: PathBuf, noise: Option<&str>) -> PyResult<(Vec<u8>, String)> {
+        let found = py.detach(|| {
+            let (opened, beside) = (self.opened(), data.with_extension("toml"));
+            let instruments = match noise {
+                None if beside.exists() => Instruments::read(&beside, opened)?,
+                _ => Instruments::with_noise(opened, deviation(noise.unwrap_or("0.1 K"))?),
+            };
+            let (table, lines) = Table::read_with_lines(&data)?;
+            update::update(self.file.borrow_owner(), &table, &lines, &instruments).map_err(|e| e.in_file(&data))
+        });
+        let found = told(py, found)?;
+        Ok((found.bytes, json(py, &found.record)?))
     }
 
     /// By how much each point may be off over time; empty where the file knows steady states only.
@@ -205,6 +227,16 @@ impl Surrogate {
             found.iter().flat_map(|own| &own.inside).copied().collect::<Vec<_>>().into_pyarray(py),
         ))
     }
+}
+
+/// A standard deviation of readings, K.
+fn deviation(text: &str) -> coldplate::Result<f64> {
+    let kelvin = parse(text, Dimension::DIFFERENCE).map_err(|e| e.at_key("noise"))?;
+    if kelvin > 0.0 {
+        return Ok(kelvin);
+    }
+    let error = coldplate::Error::input("a standard deviation is above zero").at_key("noise").read(text);
+    Err(error.help("write for example noise=\"0.1 K\""))
 }
 
 /// Values of a piece, in the widest registers that this machine has.
