@@ -70,7 +70,7 @@ function course(s, answers, motion, page) {
   function ticks(low, high) {
     const raw = (high - low) / 6;
     const power = 10 ** Math.floor(Math.log10(raw));
-    const step = power * [1, 2, 5, 10].find((own_) => own_ * power >= raw * 0.999);
+    const step = power * [1, 2, 5, 10].find((round) => round * power >= raw * 0.999);
     const list = [];
     for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) list.push(k * step);
     return { list, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
