@@ -118,10 +118,12 @@ function course(s, answers, motion, page) {
     svg.append(shape("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 8, "text-anchor": "middle" }, `time [${timeUnit}]`));
     const middle = (TOP + HEIGHT - BOTTOM) / 2;
     svg.append(shape("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})` }, unit.replace("degC", "°C")));
-    for (const line of shown) {
+    /* Names of neighbouring limits stand beside each other. */
+    shown.sort((one, other) => other.level - one.level);
+    shown.forEach((line, k) => {
       svg.append(shape("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: up(line.level), y2: up(line.level), class: "limit" }));
-      svg.append(shape("text", { x: LEFT + 6, y: up(line.level) - 5, class: "limit" }, line.name));
-    }
+      svg.append(shape("text", { x: LEFT + 6 + 180 * (k % 4), y: up(line.level) - 5, class: "limit" }, line.name));
+    });
     /* Those that move most have a colour; names stand at the ends of their curves, apart from each other. */
     const reach = (p) => Math.abs(found.samples[0].values[p] - last.values[p]);
     const coloured = points.slice().sort((a, b) => reach(b) - reach(a)).slice(0, MOST);
