@@ -107,6 +107,15 @@ pub(crate) struct InTime {
     pub(crate) steady_coefficients: Vec<f64>,
     pub(crate) rates: Vec<f64>,
     pub(crate) outputs: Vec<f64>,
+    pub(crate) tests: Vec<TimeTest>,
+}
+
+/// A duration at one condition that begins in the steady state of another, and the values at its end.
+pub(crate) struct TimeTest {
+    pub(crate) start: Vec<f64>,
+    pub(crate) condition: Vec<f64>,
+    pub(crate) duration: f64,
+    pub(crate) values: Vec<f64>,
 }
 
 /// Terms that several polynomials share.
@@ -208,6 +217,14 @@ impl Content {
                 steady_coefficients: take(steady.count * states),
                 rates: take(moving.count * states * states),
                 outputs: take(points * moving.count * states),
+                tests: (0..own.test_count())
+                    .map(|_| TimeTest {
+                        start: take(count),
+                        condition: take(count),
+                        duration: take(1).first().copied().unwrap_or_default(),
+                        values: take(points),
+                    })
+                    .collect(),
                 steady,
                 moving,
             }

@@ -1,6 +1,6 @@
 //! The numbers of all models as flat tables, for languages without records or pointers. All places count from 0.
 
-use crate::content::Content;
+use crate::content::{Content, InTime};
 
 /// A named constant.
 pub(crate) struct Table {
@@ -38,13 +38,39 @@ impl Tables {
     }
 }
 
+/// Those of the machine over time, in the order of the file: rates term by term and column by column, outputs point by point and
+/// term by term.
+pub(crate) fn time_tables(own: &InTime, tables: &mut Tables) {
+    for (name, count) in [("states_count", own.states), ("steady_terms", own.steady.count), ("moving_terms", own.moving.count)] {
+        tables.count(name, count);
+    }
+    tables.places("steady_scalings", own.steady.scalings.iter().copied());
+    tables.places("steady_exponents", own.steady.exponents.iter().map(|e| usize::from(*e)));
+    tables.places("moving_scalings", own.moving.scalings.iter().copied());
+    tables.places("moving_exponents", own.moving.exponents.iter().map(|e| usize::from(*e)));
+    tables.numbers("reach", own.reach.iter().copied());
+    tables.numbers("uniform", own.uniform.iter().copied());
+    tables.numbers("steady_coefficients", own.steady_coefficients.iter().copied());
+    tables.numbers("rate_table", own.rates.iter().copied());
+    tables.numbers("outputs", own.outputs.iter().copied());
+}
+
+/// u = (g - low) factor + offset, with g = x (0), 1/x (1) or ln x (2).
+pub(crate) fn scalings(content: &Content, tables: &mut Tables) {
+    tables.count("scalings", content.scalings.len());
+    tables.places("scaling_variable", content.scalings.iter().map(|s| s.variable));
+    tables.places("scaling_transform", content.scalings.iter().map(|s| s.transform as usize));
+    tables.numbers("scaling_low", content.scalings.iter().map(|s| s.low));
+    tables.numbers("scaling_factor", content.scalings.iter().map(|s| s.factor));
+    tables.numbers("scaling_offset", content.scalings.iter().map(|s| s.offset));
+}
+
 /// The constants, as arrays for all models together and where each begins in them.
 pub(crate) fn tables(content: &Content) -> Tables {
     let mut tables = Tables::default();
     for (name, count) in [
         ("variables", content.variables.len()),
         ("points", content.points.len()),
-        ("scalings", content.scalings.len()),
         ("polynomials", content.polynomials.len()),
         ("quantities", content.points.len() + content.limits.len()),
     ] {
@@ -53,11 +79,7 @@ pub(crate) fn tables(content: &Content) -> Tables {
     tables.numbers("low", content.variables.iter().map(|v| v.low));
     tables.numbers("high", content.variables.iter().map(|v| v.high));
     tables.numbers("half_widths", content.points.iter().map(|p| p.half_width));
-    tables.places("scaling_variable", content.scalings.iter().map(|s| s.variable));
-    tables.places("scaling_transform", content.scalings.iter().map(|s| s.transform as usize));
-    tables.numbers("scaling_low", content.scalings.iter().map(|s| s.low));
-    tables.numbers("scaling_factor", content.scalings.iter().map(|s| s.factor));
-    tables.numbers("scaling_offset", content.scalings.iter().map(|s| s.offset));
+    scalings(content, &mut tables);
     let models = &content.polynomials;
     tables.places("polynomial_terms", models.iter().map(|own| own.terms));
     tables.places("polynomial_columns", models.iter().map(|own| own.points.len()));

@@ -2,7 +2,7 @@
 
 use coldplate_runtime::{Kernel, LimitKind, Origin, Scale, Surrogate, Transform};
 
-use crate::content::Content;
+use crate::content::{Content, InTime, Terms};
 
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
     let mut members = vec![member("format", text("coldplate surrogate"))];
@@ -46,6 +46,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
         ),
     ]);
     members.extend(uncertainty(surrogate, content).map(|own| member("uncertainty", own)));
+    members.extend(content.in_time.as_ref().map(|own| member("in_time", in_time(own, content.variables.len()))));
     members.push(member(
         "self_tests",
         list(content.self_tests.iter().map(|test| {
@@ -169,6 +170,44 @@ fn uncertainty(surrogate: &Surrogate<'_>, content: &Content) -> Option<String> {
         members.push(member("covariance", numbers(&known.covariance)));
     }
     Some(object(members))
+}
+
+/// What the machine does over time, by the keys that `docs/embed.md` lists.
+fn in_time(own: &InTime, variables: usize) -> String {
+    let states = own.states;
+    let square = |part: &[f64]| rows(part, states, |entry| number(*entry));
+    let per_term = |numbers: &[f64], terms: usize| list(numbers.chunks((numbers.len() / terms.max(1)).max(1)).map(square));
+    let halves: Vec<&[f64]> = own.uniform.chunks(states.max(1)).collect();
+    let uniform = |half: usize| numbers(halves.get(half).copied().unwrap_or_default());
+    let points = own.errors.len();
+    let terms = |terms: &Terms| {
+        vec![member("scalings", indices(&terms.scalings)), member("exponents", rows(&terms.exponents, variables, u8::to_string))]
+    };
+    let mut steady = terms(&own.steady);
+    steady.push(member("coefficients", square(&own.steady_coefficients)));
+    let mut moving = terms(&own.moving);
+    moving.push(member("rates", per_term(&own.rates, own.moving.count)));
+    moving.push(member("outputs", per_term(&own.outputs, points)));
+    object([
+        member("states", states.to_string()),
+        member("errors", numbers(&own.errors)),
+        member("reach", numbers(&own.reach)),
+        member("uniform", object([member("at_zero", uniform(0)), member("per_unit", uniform(1))])),
+        member("covariance", numbers(&own.spread)),
+        member("steady", object(steady)),
+        member("moving", object(moving)),
+        member(
+            "self_tests",
+            list(own.tests.iter().map(|test| {
+                object([
+                    member("start", numbers(&test.start)),
+                    member("condition", numbers(&test.condition)),
+                    member("duration", number(test.duration)),
+                    member("values", numbers(&test.values)),
+                ])
+            })),
+        ),
+    ])
 }
 
 fn transform(transform: Transform) -> &'static str {

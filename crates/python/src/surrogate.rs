@@ -1,15 +1,21 @@
 //! A surrogate and its answers to batches.
 
+use std::path::PathBuf;
+
+use coldplate::foundation::table::Table;
 use coldplate::pipeline::info::Info;
 use coldplate::pipeline::service;
 use coldplate::surrogate::fit::file;
+use coldplate::surrogate::verdict::instruments::Instruments;
 use coldplate::surrogate::verdict::question::Question;
-use coldplate::surrogate::verdict::stated;
+use coldplate::surrogate::verdict::{stated, update};
+use coldplate::units::{Dimension, parse};
 use coldplate_export::{Target, export};
 use coldplate_runtime::format::MAX_STATES;
-use coldplate_runtime::{Acceptability, Band, State, StepError, Surrogate as Opened};
+use coldplate_runtime::{Acceptability, Band, Room, ShapeError, State, StepError, Surrogate as Opened};
 use numpy::ndarray::{Array2, Array3};
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
+use pulp::{Arch, Simd, WithSimd};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 
@@ -96,6 +102,23 @@ impl Surrogate {
         json(py, &told(py, record)?)
     }
 
+    /// With readings learnt from a table: the bytes of the file that knows them, and the record as JSON. `noise` is the standard
+    /// deviation of a reading; otherwise what the file beside the data says of instruments, else 0.1 K.
+    #[pyo3(signature = (data, noise))]
+    fn update(&self, py: Python<'_>, data: PathBuf, noise: Option<&str>) -> PyResult<(Vec<u8>, String)> {
+        let found = py.detach(|| {
+            let (opened, beside) = (self.opened(), data.with_extension("toml"));
+            let instruments = match noise {
+                None if beside.exists() => Instruments::read(&beside, opened)?,
+                _ => Instruments::with_noise(opened, deviation(noise.unwrap_or("0.1 K"))?),
+            };
+            let (table, lines) = Table::read_with_lines(&data)?;
+            update::update(self.file.borrow_owner(), &table, &lines, &instruments).map_err(|e| e.in_file(&data))
+        });
+        let found = told(py, found)?;
+        Ok((found.bytes, json(py, &found.record)?))
+    }
+
     /// By how much each point may be off over time; empty where the file knows steady states only.
     fn errors_in_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let points = self.opened().point_count();
@@ -153,11 +176,8 @@ impl Surrogate {
         let mut values = Array2::zeros((n, points));
         if let Some(values) = values.as_slice_mut() {
             py.detach(|| {
-                let pieces = values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables));
-                pieces.try_for_each(|(values, x)| {
-                    let mut rows = values.chunks_exact_mut(points).zip(x.chunks_exact(variables));
-                    rows.try_for_each(|(values, x)| opened.evaluate(x, values))
-                })
+                let (pieces, arch) = (values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables)), Arch::new());
+                pieces.try_for_each_init(Box::<Room>::default, |room, (values, x)| arch.dispatch(Batch { opened, x, values, room }))
             })
             .map_err(|e| wrong(py, e.to_string()))?;
         }
@@ -193,7 +213,7 @@ impl Surrogate {
         let (points, limits) = (opened.point_count(), opened.limit_count());
         let found: Vec<Found> = py
             .detach(|| x.par_chunks(PIECE * variables).map(|x| Found::at(opened, x, confidence)).collect::<Result<_, _>>())
-            .map_err(|e: coldplate_runtime::ShapeError| wrong(py, e.to_string()))?;
+            .map_err(|e: ShapeError| wrong(py, e.to_string()))?;
         let table = |columns: usize, of: fn(&Found) -> &[f64]| {
             let all: Vec<f64> = found.iter().flat_map(of).copied().collect();
             Array2::from_shape_vec((n, columns), all).map_err(|e| wrong(py, e.to_string()))
@@ -206,6 +226,33 @@ impl Surrogate {
             table(limits, |own| &own.margins)?.into_pyarray(py),
             found.iter().flat_map(|own| &own.inside).copied().collect::<Vec<_>>().into_pyarray(py),
         ))
+    }
+}
+
+/// A standard deviation of readings, K.
+fn deviation(text: &str) -> coldplate::Result<f64> {
+    let kelvin = parse(text, Dimension::DIFFERENCE).map_err(|e| e.at_key("noise"))?;
+    if kelvin > 0.0 {
+        return Ok(kelvin);
+    }
+    let error = coldplate::Error::input("a standard deviation is above zero").at_key("noise").read(text);
+    Err(error.help("write for example noise=\"0.1 K\""))
+}
+
+/// Values of a piece, in the widest registers that this machine has.
+struct Batch<'b, 'f> {
+    opened: &'b Opened<'f>,
+    x: &'b [f64],
+    values: &'b mut [f64],
+    room: &'b mut Room,
+}
+
+impl WithSimd for Batch<'_, '_> {
+    type Output = Result<(), ShapeError>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Self::Output {
+        self.opened.evaluate_batch(self.x, self.values, self.room)
     }
 }
 
@@ -226,7 +273,7 @@ struct Found {
 }
 
 impl Found {
-    fn at(opened: &Opened<'_>, x: &[f64], confidence: f64) -> Result<Self, coldplate_runtime::ShapeError> {
+    fn at(opened: &Opened<'_>, x: &[f64], confidence: f64) -> Result<Self, ShapeError> {
         let mut found = Self::default();
         let (mut values, mut bands) = (vec![0.0; opened.point_count()], vec![Band::default(); opened.point_count()]);
         let own: Vec<f64> = opened.points().map(|point| point.half_width).collect();

@@ -155,3 +155,20 @@ def test_a_course_that_cannot_be_followed_is_refused():
             surrogate.follow(seconds, x, start=start)
     with pytest.raises(InputError, match="steady states only"):
         Surrogate.read(UNCERTAIN).follow(1.0, [[8.0, 20.0, 21.0]])
+
+
+def test_an_update_is_that_of_the_command_line(tmp_path):
+    program = os.environ.get("COLDPLATE")
+    if not program:
+        pytest.skip("COLDPLATE does not name the program")
+    readings, out = "crates/python/tests/readings.csv", tmp_path / "learnt.cps"
+    terminal = subprocess.run([program, "update", UNCERTAIN, readings, "--noise", "0.2 K", "--out", out, "--json"], capture_output=True, text=True)
+    before = Surrogate.read(UNCERTAIN)
+    learnt, record = before.update(readings, noise="0.2 K")
+    assert record == json.loads(terminal.stdout)
+    assert learnt.content == out.read_bytes() and learnt.content != before.content
+    for noise, expected in [("0 K", "a standard deviation is above zero"), ("0.1", "a bare number")]:
+        with pytest.raises(InputError, match=expected):
+            before.update(readings, noise=noise)
+    with pytest.raises(InputError, match="none.csv"):
+        before.update("none.csv")

@@ -13,9 +13,9 @@ use crate::math::{exp_minus, ln, ln_normal, sqrt};
 use crate::surrogate::{Basis, Indices, Kernel, Polynomial, Scaling, Surrogate, Transform};
 
 /// Terms or centres worked on at a time.
-const BLOCK: usize = 128;
+pub(crate) const BLOCK: usize = 128;
 /// Places for the powers 0 to 12 of a scaled variable: as many as four bits can name.
-const POWERS: usize = 16;
+pub(crate) const POWERS: usize = 16;
 const _: () = assert!(MAX_DEGREE < POWERS);
 
 pub(crate) type Scaled = [f64; MAX_VARIABLES];
@@ -39,7 +39,7 @@ impl fmt::Display for ShapeError {
 
 impl core::error::Error for ShapeError {}
 
-fn check(argument: &'static str, expected: usize, found: usize) -> Result<(), ShapeError> {
+pub(crate) fn check(argument: &'static str, expected: usize, found: usize) -> Result<(), ShapeError> {
     if expected == found { Ok(()) } else { Err(ShapeError { argument, expected, found }) }
 }
 
@@ -344,8 +344,9 @@ fn squared_distances(basis: &Basis<'_>, u: &[f64], start: usize, out: &mut [f64]
     }
 }
 
-/// Squared distances become kernel values.
-fn kernel_values(kernel: Kernel, block: &mut [f64]) {
+/// Squared distances become kernel values. The kernel is looked at once, so that the loops vectorise.
+#[inline(always)]
+pub(crate) fn kernel_values(kernel: Kernel, block: &mut [f64]) {
     match kernel {
         Kernel::ThinPlate => block.iter_mut().for_each(|s| *s = 0.5 * *s * ln_normal(normal(*s))),
         Kernel::Cubic => block.iter_mut().for_each(|s| *s *= sqrt(*s)),

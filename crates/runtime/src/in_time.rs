@@ -97,6 +97,12 @@ impl<'a> InTime<'a> {
         self.states
     }
 
+    /// How many self-tests close [`InTime::numbers`]: two conditions, a duration and the values at its end, each.
+    #[must_use]
+    pub fn test_count(&self) -> usize {
+        self.test_count
+    }
+
     /// By how much a point may be off over time beyond its band in the steady state, in its unit; zero where there is no such point.
     #[must_use]
     pub fn error(&self, point: usize) -> f64 {

@@ -30,6 +30,7 @@
 #![warn(missing_docs)]
 
 mod assess;
+mod batch;
 mod belief;
 mod bound;
 mod bytes;
@@ -48,6 +49,7 @@ mod uncertain;
 mod verdict;
 
 pub use assess::{Chance, LimitChance};
+pub use batch::Room;
 pub use belief::{Belief, LearnError, Reading, Surprise};
 pub use bytes::Numbers;
 pub use direction::Band;

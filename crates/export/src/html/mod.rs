@@ -9,6 +9,10 @@ use crate::{File, json};
 const PAGE: &str = include_str!("page.html");
 /// The arithmetic, which tests run by itself.
 const CORE: &str = include_str!("surrogate.js");
+/// The machine over time, likewise.
+const IN_TIME: &str = include_str!("in_time.js");
+/// How readings follow the time, as a picture.
+const COURSE: &str = include_str!("course.js");
 /// Measured tables beside it.
 const READINGS: &str = include_str!("readings.js");
 
@@ -16,6 +20,9 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) ->
     let mut filling = Filling::default();
     filling.block("surrogate", without_tags(&json::write(surrogate, content)));
     filling.block("core", CORE.to_owned());
+    filling.flag("moving", content.in_time.is_some());
+    filling.block("in_time", IN_TIME.to_owned());
+    filling.block("course", COURSE.to_owned());
     filling.block("readings", READINGS.to_owned());
     vec![File::new(format!("{name}.html"), filling.fill(PAGE, name).into_bytes())]
 }

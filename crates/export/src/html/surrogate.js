@@ -76,6 +76,16 @@ function coldplate(s) {
     return { rows, growth: own.growth * own.growth * square };
   }
 
+  /* Adds what readings have taught. */
+  function learnt(all, rows) {
+    if (known) all.forEach((_, p) => { all[p] += rows[p].reduce((sum, weight, i) => sum + weight * own.mean[i], 0); });
+    return all;
+  }
+  const evaluate = (x) => learnt(values(x), known ? directions(x).rows : null);
+  const terms = (x, of) => monomials(scaled(x, of.scalings), of.exponents);
+  /* What a limit looks at, from the values of all points. */
+  const limitedValue = (limit, x, all) => limited(limit, x, all).value;
+
   function shared(a, b, from, to) {
     let sum = 0;
     if (!known) {
@@ -291,7 +301,7 @@ function coldplate(s) {
   function assess(x, confidence) {
     const all = values(x);
     const { rows, growth } = directions(x);
-    if (known) all.forEach((_, p) => { all[p] += rows[p].reduce((sum, weight, i) => sum + weight * own.mean[i], 0); });
+    learnt(all, rows);
     const bands = all.map((_, p) => band(rows && rows[p], fit[p], growth));
     const inside = s.variables.every((v, i) => v.low <= x[i] && x[i] <= v.high);
     const answer = { values: all, bands, limits: [], inside, state: "uncertain", probability: NaN, binding: -1 };
@@ -351,5 +361,5 @@ function coldplate(s) {
     });
   }
 
-  return { assess, selfTest };
+  return { assess, evaluate, terms, limitedValue, selfTest };
 }

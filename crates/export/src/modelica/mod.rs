@@ -23,6 +23,7 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     filling
         .block("block", format!("{}    output Boolean inside \"Whether every variable lies in its fitted range\";\n", interface(content)));
     filling.block("equations", equations(content));
+    filling.block("outputs", outputs(content));
     filling.block("tail", format!("end {name};\n"));
     vec![File::new(format!("{name}.mo"), filling.fill(SOURCE, name).into_bytes())]
 }
@@ -151,6 +152,15 @@ fn equations(content: &Content) -> String {
     format!("    ({outputs}) = evaluate(x);\n    inside = {};\n", inside.join("\n      and "))
 }
 
+/// The outputs of `evaluate` where its values alone are wanted.
+fn outputs(content: &Content) -> String {
+    let list = if content.limits.is_empty() { "values, bands" } else { "values, bands, margins" };
+    let margins = if content.limits.is_empty() { "" } else { "    Real margins[limits];\n" };
+    format!(
+        "    Real bands[points];\n{margins}  initial equation\n    states = if at_rest then at_rest_in(x) else at_temperature(initial_temperature);\n  equation\n    ({list}) = evaluate(x);\n"
+    )
+}
+
 fn constants(content: &Content) -> String {
     let mut tables = flat::tables(content);
     if let Some(own) = &content.uncertainty {
@@ -162,6 +172,9 @@ fn constants(content: &Content) -> String {
             tables.numbers("parameter_mean", known.mean.iter().copied().take(own.parameters));
             tables.numbers("missed_mean", own.missed_means(known).into_iter());
         }
+    }
+    if let Some(own) = &content.in_time {
+        flat::time_tables(own, &mut tables);
     }
     let mut text = lists(content);
     write_tables(&tables, &mut text);

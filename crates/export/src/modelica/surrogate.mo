@@ -108,4 +108,111 @@ within ;
   equation
 //! equations
   end Surrogate;
+//? moving
+
+  function at_rest_in "The states of the steady state"
+    input Real x[variables] "A value per variable, in its unit";
+    output Real steady[states_count];
+  protected
+    Real scaled[scalings];
+    Real powers[scalings * 13];
+    Real product;
+  algorithm
+//! scalings
+    for i in 1:scalings loop
+      powers[(i - 1) * 13 + 1] := 1.0;
+      for k in 1:12 loop
+        powers[(i - 1) * 13 + k + 1] := powers[(i - 1) * 13 + k] * scaled[i];
+      end for;
+    end for;
+    for k in 1:states_count loop
+      steady[k] := 0.0;
+    end for;
+    for i in 1:steady_terms loop
+      product := 1.0;
+      for v in 1:variables loop
+        product := product * powers[steady_scalings[v] * 13 + steady_exponents[(i - 1) * variables + v] + 1];
+      end for;
+      for k in 1:states_count loop
+        steady[k] := steady[k] + product * steady_coefficients[(i - 1) * states_count + k];
+      end for;
+    end for;
+  end at_rest_in;
+
+  function at_temperature "The states in which everything has one temperature"
+    input Real temperature "In the unit of the points";
+    output Real uniform_states[states_count];
+  algorithm
+    for k in 1:states_count loop
+      uniform_states[k] := uniform[k] + uniform[states_count + k] * temperature;
+    end for;
+  end at_temperature;
+
+  function motion "How the states move, and what they add to the values of the points"
+    input Real x[variables] "A value per variable, in its unit";
+    input Real states[states_count];
+    output Real slopes[states_count] "In a second";
+    output Real added[points];
+  protected
+    Real scaled[scalings];
+    Real powers[scalings * 13];
+    Real steady[states_count];
+    Real product;
+  algorithm
+//! scalings
+    for i in 1:scalings loop
+      powers[(i - 1) * 13 + 1] := 1.0;
+      for k in 1:12 loop
+        powers[(i - 1) * 13 + k + 1] := powers[(i - 1) * 13 + k] * scaled[i];
+      end for;
+    end for;
+    for k in 1:states_count loop
+      steady[k] := 0.0;
+    end for;
+    for i in 1:steady_terms loop
+      product := 1.0;
+      for v in 1:variables loop
+        product := product * powers[steady_scalings[v] * 13 + steady_exponents[(i - 1) * variables + v] + 1];
+      end for;
+      for k in 1:states_count loop
+        steady[k] := steady[k] + product * steady_coefficients[(i - 1) * states_count + k];
+      end for;
+    end for;
+    for k in 1:states_count loop
+      slopes[k] := 0.0;
+    end for;
+    for i in 1:points loop
+      added[i] := 0.0;
+    end for;
+    for i in 1:moving_terms loop
+      product := 1.0;
+      for v in 1:variables loop
+        product := product * powers[moving_scalings[v] * 13 + moving_exponents[(i - 1) * variables + v] + 1];
+      end for;
+      for k in 1:states_count loop
+        for j in 1:states_count loop
+          slopes[j] := slopes[j] - product * rate_table[((i - 1) * states_count + k - 1) * states_count + j] * (states[k] - steady[k]);
+        end for;
+        for j in 1:points loop
+          added[j] := added[j] + product * outputs[((j - 1) * moving_terms + i - 1) * states_count + k] * (states[k] - steady[k]);
+        end for;
+      end for;
+    end for;
+  end motion;
+
+  block InTime "The surrogate over time: what the points read while x goes on"
+    parameter Boolean at_rest = true "Whether it begins in the steady state of x";
+    parameter Real initial_temperature = 20.0 "What everything has at the beginning otherwise, in the unit of the points";
+    input Real x[variables] "A value per variable, in its unit";
+    output Real now[points] "What the points read, in their units";
+    Real states[states_count];
+    Real slopes[states_count];
+    Real added[points];
+    Real values[points] "In the steady state";
+//! outputs
+    (slopes, added) = motion(x, states);
+    der(states) = slopes;
+    now = values + added;
+  end InTime;
+//? end
 //! tail

@@ -1,19 +1,80 @@
-//! One function file for Octave and MATLAB.
+//! A function file for Octave and MATLAB, and a second one for what moves.
 
 use std::fmt::Write as _;
 
 use crate::File;
-use crate::content::Content;
+use crate::content::{Content, InTime};
 use crate::template::Filling;
 
 const SOURCE: &str = include_str!("surrogate.m");
+const IN_TIME: &str = include_str!("in_time.m");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     let mut filling = Filling::of(content);
     filling.block("signature", format!("function [values, bands, limits, verdict] = {name}(x, confidence)\n"));
     filling.block("help", help(content, name));
-    filling.block("numbers", numbers(content).lines().map(|line| format!("        {line}\n")).collect());
-    vec![File::new(format!("{name}.m"), filling.fill(SOURCE, name).into_bytes())]
+    filling.block("numbers", indented(&numbers(content)));
+    let mut files = vec![File::new(format!("{name}.m"), filling.fill(SOURCE, name).into_bytes())];
+    files.extend(content.in_time.as_ref().map(|own| in_time(content, own, name)));
+    files
+}
+
+/// A second function, since a file has one that is seen from outside.
+fn in_time(content: &Content, own: &InTime, name: &str) -> File {
+    let mut filling = Filling::of(content);
+    filling.block("signature", format!("function [first, values] = {name}_in_time(what, varargin)\n"));
+    filling.block("help", help_line(name, content));
+    filling.block("errors", errors(content, own));
+    filling.block("evaluate", format!("    values = {name}(x);\n"));
+    filling.block("numbers", indented(&time_numbers(content, own)));
+    File::new(format!("{name}_in_time.m"), filling.fill(IN_TIME, name).into_bytes())
+}
+
+fn help_line(name: &str, content: &Content) -> String {
+    format!("% {}_IN_TIME  {} points over time, between conditions of {name}\n", name.to_uppercase(), content.points.len())
+}
+
+fn errors(content: &Content, own: &InTime) -> String {
+    let mut text = String::from("%\n% Beyond the bands of the steady state, over time:\n");
+    for (point, error) in content.points.iter().zip(&own.errors) {
+        let _ = writeln!(text, "%   {}: {error:.2} {}", point.name, point.unit);
+    }
+    text
+}
+
+fn time_numbers(content: &Content, own: &InTime) -> String {
+    let (count, states) = (content.variables.len(), own.states);
+    let mut text = String::from("s = struct();\n");
+    let mut set = |what: &str, value: String| {
+        let _ = writeln!(text, "s.{what} = {value};");
+    };
+    set("variables", count.to_string());
+    set("scalings", scalings(content));
+    for (what, terms) in [("steady", &own.steady), ("moving", &own.moving)] {
+        set(&format!("{what}_scalings"), places(&terms.scalings));
+        set(&format!("{what}_exponents"), matrix(terms.exponents.iter().map(|e| f64::from(*e)), count));
+    }
+    set("reach", matrix(own.reach.iter().copied(), 1));
+    set("at_zero", matrix(own.uniform.iter().copied().take(states), 1));
+    set("per_unit", matrix(own.uniform.iter().copied().skip(states), 1));
+    set("steady_coefficients", matrix(own.steady_coefficients.iter().copied(), states));
+    // A row per term, the rates column by column in it.
+    set("rates", matrix(own.rates.iter().copied(), states * states));
+    let per_point = own.moving.count * states;
+    for point in 0..content.points.len() {
+        let table = own.outputs.iter().skip(point * per_point).take(per_point).copied();
+        set(&format!("outputs{{{}}}", point + 1), matrix(table, states));
+    }
+    text
+}
+
+fn indented(text: &str) -> String {
+    text.lines().map(|line| format!("        {line}\n")).collect()
+}
+
+/// Low end, factor, offset, and the transform: 0 x, 1 1/x, 2 ln x.
+fn scalings(content: &Content) -> String {
+    matrix(content.scalings.iter().flat_map(|s| [s.low, s.factor, s.offset, f64::from(s.transform as u8)]), 4)
 }
 
 fn help(content: &Content, name: &str) -> String {
@@ -47,8 +108,7 @@ fn numbers(content: &Content) -> String {
     set("low", matrix(content.variables.iter().map(|v| v.low), count));
     set("high", matrix(content.variables.iter().map(|v| v.high), count));
     set("half_widths", matrix(content.points.iter().map(|p| p.half_width), 1));
-    // Low end, factor, offset, and the transform: 0 x, 1 1/x, 2 ln x.
-    set("scalings", matrix(content.scalings.iter().flat_map(|s| [s.low, s.factor, s.offset, f64::from(s.transform as u8)]), 4));
+    set("scalings", scalings(content));
     for (index, own) in content.polynomials.iter().enumerate() {
         let at = format!("polynomials{{{}}}", index + 1);
         set(&format!("{at}.scalings"), places(&own.scalings));

@@ -3,12 +3,22 @@
 use std::fmt::Write as _;
 
 use crate::File;
-use crate::content::Content;
+use crate::content::{Content, InTime};
 use crate::flat::{self, Entries, Table, Tables};
 use crate::name::comment;
 use crate::template::{Filling, wrapped};
 
 const SOURCE: &str = include_str!("surrogate.st");
+const IN_TIME: &str = include_str!("in_time.st");
+
+/// Pole of the steps, and the weights of one, two and three solves.
+const POLE: f64 = 0.435_866_521_508_459;
+const WEIGHTS: [f64; 3] = {
+    let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
+    let third = second - first - (first - 1.0);
+    let two = first - 1.0 - 2.0 * third;
+    [1.0 - two - third, two, third]
+};
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     let mut filling = Filling::of(content);
@@ -18,9 +28,18 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     filling.block("scratch", scratch(content));
     filling.block("condition", array("x", content.variables.len()));
     filling.block("tests", vectors(content));
+    let mut text = filling.fill(SOURCE, name);
+    if let Some(own) = &content.in_time {
+        filling.block("now", array("now", content.points.len()));
+        filling.block("time_tables", time_tables(content, own));
+        filling.block("states", array("states", own.states));
+        filling.block("time_scratch", time_scratch(content, own));
+        filling.block("time_tests", time_vectors(content, own));
+        text += &filling.fill(IN_TIME, name);
+    }
     // The block itself has the name alone.
-    let text = filling.fill(SOURCE, name).replace("FUNCTION_BLOCK surrogate\n", &format!("FUNCTION_BLOCK {name}\n"));
-    let text = text.replace("    block : surrogate;\n", &format!("    block : {name};\n"));
+    let text = text.replace("FUNCTION_BLOCK surrogate\n", &format!("FUNCTION_BLOCK {name}\n"));
+    let text = text.replace(" : surrogate;\n", &format!(" : {name};\n"));
     vec![File::new(format!("{name}.st"), text.into_bytes())]
 }
 
@@ -123,6 +142,46 @@ fn vectors(content: &Content) -> String {
     if content.uncertainty.is_some() {
         tables.numbers("expected_deviations", content.self_tests.iter().flat_map(|own| own.deviations.iter().copied()));
     }
+    constants(&tables)
+}
+
+/// The constants of what moves. Weights of one, two and three solves: those that match the exponential to third order.
+fn time_tables(content: &Content, own: &InTime) -> String {
+    let mut tables = Tables::default();
+    tables.count("variables", content.variables.len());
+    tables.count("points", content.points.len());
+    flat::scalings(content, &mut tables);
+    flat::time_tables(own, &mut tables);
+    tables.number("pole", POLE);
+    tables.numbers("weights", WEIGHTS.into_iter());
+    constants(&tables)
+}
+
+fn time_scratch(content: &Content, own: &InTime) -> String {
+    let n = own.states;
+    let sizes = [
+        ("powers", 13 * content.scalings.len()),
+        ("terms", own.moving.count),
+        ("steady", n),
+        ("away", n),
+        ("rates", n * n),
+        ("columns", n * n),
+        ("inverse", n),
+        ("solves", 4 * n),
+    ];
+    let text: String = sizes.into_iter().map(|(name, length)| array(name, length)).collect();
+    text + &array("order", n).replace("LREAL", "DINT")
+}
+
+fn time_vectors(content: &Content, own: &InTime) -> String {
+    let mut tables = Tables::default();
+    tables.count("variables", content.variables.len());
+    tables.count("points", content.points.len());
+    tables.count("tests", own.tests.len());
+    tables.numbers("starts", own.tests.iter().flat_map(|own| own.start.iter().copied()));
+    tables.numbers("conditions", own.tests.iter().flat_map(|own| own.condition.iter().copied()));
+    tables.numbers("durations", own.tests.iter().map(|own| own.duration));
+    tables.numbers("expected_values", own.tests.iter().flat_map(|own| own.values.iter().copied()));
     constants(&tables)
 }
 

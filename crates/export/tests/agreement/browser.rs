@@ -61,7 +61,7 @@ const ACTS: &str = r##"
 "##;
 
 /// What a browser tells when it opens a page.
-fn told(program: &str, arguments: &[String], page: &Path, listener: &TcpListener) -> Vec<String> {
+pub fn told(program: &str, arguments: &[String], page: &Path, listener: &TcpListener) -> Vec<String> {
     let mut browser = Command::new(program)
         .args(arguments)
         .arg(format!("file://{}", page.display()))
@@ -113,7 +113,7 @@ fn unescaped(text: &str) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-fn browsers(folder: &Path) -> Vec<(&'static str, Vec<String>)> {
+pub fn browsers(folder: &Path) -> Vec<(&'static str, Vec<String>)> {
     let profile = |name: &str| folder.join(name).display().to_string();
     let words = |text: &str| text.split_whitespace().map(String::from).collect::<Vec<_>>();
     let mut chromium = words("--headless --no-sandbox --disable-gpu --disable-quic --no-first-run --disable-background-networking");

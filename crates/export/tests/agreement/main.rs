@@ -2,13 +2,16 @@
 
 mod browser;
 mod c99;
+mod ecos;
 mod examples;
 mod fmu;
 mod html;
+mod in_time;
 mod json;
 mod modelica;
 mod octave;
 mod onnx;
+mod over_time;
 mod st;
 
 use std::io::Write;
@@ -239,4 +242,47 @@ pub fn python_with(package: &str) -> Option<PathBuf> {
         skipped(&format!("{package} is not there: scripts/clients installs it"));
     }
     python
+}
+
+/// What the points read after each step of a run: `seconds(k)` at the condition of place k, for all but the first, at which it begins:
+/// in the steady state, then at 18 degC everywhere.
+pub fn course(surrogate: &Surrogate<'_>, conditions: &[&[f64]], seconds: impl Fn(usize) -> f64) -> Vec<Vec<f64>> {
+    let mut all = Vec::new();
+    for begin in [surrogate.at_rest(conditions[0]), surrogate.at_temperature(18.0)] {
+        let mut state = begin.expect("the file moves");
+        for (k, x) in conditions.iter().enumerate().skip(1) {
+            let mut values = vec![0.0; surrogate.point_count()];
+            surrogate.step(&mut state, seconds(k), x).expect("the numbers are finite");
+            surrogate.read(&state, x, &mut values).expect("the shapes fit");
+            all.push(values);
+        }
+    }
+    all
+}
+
+/// What a program wrote to NAME.course for the conditions in NAME.in beside [`course`], for every surrogate that moves.
+pub fn compare_courses(folder: &Path, seconds: impl Fn(usize) -> f64, allowed: f64) {
+    let moving: Vec<_> = fixtures().into_iter().filter(|(name, _)| name.ends_with("moving")).collect();
+    assert_eq!(moving.len(), 2);
+    for (name, bytes) in moving {
+        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
+        let numbers = |what: &str| -> Vec<f64> {
+            let written = std::fs::read(folder.join(format!("{}.{what}", name.replace('-', "_")))).expect("it was written");
+            written.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect()
+        };
+        let conditions = numbers("in");
+        let conditions: Vec<&[f64]> = conditions.chunks_exact(surrogate.variable_count()).collect();
+        let found = numbers("course");
+        let rows = found.len() / (2 * surrogate.point_count());
+        assert!(rows > 20, "{name}: {rows}");
+        let expected = course(&surrogate, &conditions[..=rows], &seconds).concat();
+        let (apart, place) = worst(&found, &expected);
+        println!("{name} over time: {apart:.1e} at answer {place}");
+        assert!(apart < allowed, "{name}: {apart:e}");
+    }
+}
+
+/// Seconds of the steps in which targets other than units are tried: from a cycle of a controller to an hour.
+pub fn seconds(k: usize) -> f64 {
+    [0.5, 60.0, 900.0, 3600.0, 5.0][k % 5]
 }

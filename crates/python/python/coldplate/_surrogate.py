@@ -209,6 +209,20 @@ class Surrogate:
         }
         return Record.of(self._native.ask(json.dumps(question)))
 
+    def update(self, data: str | os.PathLike, *, noise: str | None = None) -> tuple[Surrogate, Record]:
+        """New steady readings in CSV or Parquet into what the file knows of its parameters, as `coldplate update` does: the
+        surrogate that knows them, and the record, whose `alarm` says whether the readings leave the model. `noise` is the
+        standard deviation of a reading; without it what DATA.toml beside the data says of instruments, else 0.1 K. Neither
+        this surrogate nor its file changes: `write` the new one.
+
+        >>> plate = Surrogate.read("crates/runtime/fixtures/uncertain.cps")
+        >>> learnt, record = plate.update("crates/python/tests/readings.csv")
+        >>> record.alarm, record.readings
+        (False, 4)
+        """
+        content, record = self._native.update(os.fspath(data), noise)
+        return type(self)(bytes(content)), Record.of(record)
+
     def page(self, name: str = "surrogate") -> str:
         """A page with sliders as HTML, which asks for nothing."""
         return self._native.page(name)

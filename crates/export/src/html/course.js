@@ -1,0 +1,187 @@
+/* A run at one condition from a state of the machine: `motion` is what coldplateInTime(s, answers) gives, `at` its here(x). Goes
+   on between the frames of a page; comes to the samples, when limits are broken first, and when everything has settled. */
+function* follow(s, motion, answers, x, at, begin, duration, count) {
+  const sample = (time, state) => {
+    const values = motion.read(state, at);
+    return { time, state, values, limited: s.limits.map((limit) => answers.limitedValue(limit, x, values)) };
+  };
+  const samples = [sample(0, begin)];
+  for (let k = 1; k <= count; k += 1) {
+    samples.push(sample((duration * k) / count, motion.step(samples[k - 1].state, duration / count, at)));
+    yield;
+  }
+  /* The moment between two samples from which on something holds. */
+  const since = (k, holds) => {
+    if (k === 0) return 0;
+    let [early, late] = [0, samples[k].time - samples[k - 1].time];
+    for (let n = 0; n < 40; n += 1) {
+      const middle = 0.5 * (early + late);
+      if (holds(sample(0, motion.step(samples[k - 1].state, middle, at)))) late = middle; else early = middle;
+    }
+    return samples[k - 1].time + late;
+  };
+  const broken = s.limits.map((limit, l) => {
+    const is = (one) => one.limited[l] > limit.maximum;
+    const k = samples.findIndex(is);
+    return k < 0 ? null : since(k, is);
+  });
+  const near = at.values.map((steady, p) => Math.max(0.05 * Math.abs(samples[0].values[p] - steady), s.in_time.errors[p]));
+  const isSettled = (one) => one.values.every((value, p) => Math.abs(value - at.values[p]) <= near[p]);
+  let k = samples.length;
+  while (k > 0 && isSettled(samples[k - 1])) k -= 1;
+  return { samples, broken, settled: k === samples.length ? null : since(k, isSettled) };
+}
+
+/* What "Over time" shows: `page` has the elements, the condition that is set, and how names and numbers are written. */
+function course(s, answers, motion, page) {
+  const { byId, make, short, later } = page;
+  const SAMPLES = 200;
+  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "var(--ink)", "#d55e00", "#56b4e9", "#cc79a7"];
+  const DASHES = ["", "9 5", "10 4 2 4", "2 4", "5 3"];
+  const MOST = 10;
+  const ambient = s.variables.findIndex((v) => v.name === "ambient_temperature");
+  const heldAmbient = s.held.find((h) => h.name === "ambient_temperature");
+  let own = null;
+  let kept = null;
+
+  const spell = (seconds) => {
+    const [unit, size] = seconds <= 300 ? ["s", 1] : seconds <= 10800 ? ["min", 60] : seconds <= 345600 ? ["h", 3600] : ["d", 86400];
+    return { unit, size, text: `${Number((seconds / size).toPrecision(3))} ${unit}` };
+  };
+  const duration = () => 60 * 10 ** (Number(byId("duration").value) / 100);
+  const initial = () => (own === null ? (ambient >= 0 ? page.x[ambient] : heldAmbient ? heldAmbient.value : 20) : own);
+  const begin = () => (byId("begin").value === "kept" && kept ? motion.atRest(kept) : motion.atTemperature(initial()));
+
+  byId("initial").addEventListener("change", () => {
+    const value = byId("initial").value;
+    own = value !== "" && Number.isFinite(Number(value)) ? Number(value) : null;
+    later();
+  });
+  byId("begin").addEventListener("change", later);
+  byId("duration").addEventListener("input", later);
+  byId("begin-here").addEventListener("click", () => {
+    kept = page.x.slice();
+    byId("begin").value = "kept";
+    byId("begun").textContent = `Begins in the steady state of ${page.wordsOf(kept)}.`;
+    later();
+  });
+
+  /* Round numbers across a range. */
+  function ticks(low, high) {
+    const raw = (high - low) / 6;
+    const power = 10 ** Math.floor(Math.log10(raw));
+    const step = power * [1, 2, 5, 10].find((round) => round * power >= raw * 0.999);
+    const list = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) list.push(k * step);
+    return { list, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  }
+
+  const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [960, 420, 64, 150, 16, 46];
+  function draw(unit, points, found) {
+    const space = byId("blank").namespaceURI;
+    const shape = (tag, attributes, text) => {
+      const one = document.createElementNS(space, tag);
+      Object.entries(attributes).forEach(([key, value]) => one.setAttribute(key, value));
+      if (text !== undefined) one.textContent = text;
+      return one;
+    };
+    const last = found.samples[found.samples.length - 1];
+    const { unit: timeUnit, size } = spell(last.time);
+    const lines = s.limits.flatMap((limit) => {
+      if (limit.points.length !== 1 || !points.includes(limit.points[0])) return [];
+      return [{ name: limit.name, level: limit.maximum + (limit.kind === "rise" ? page.x[limit.variable] : 0) }];
+    });
+    const all = found.samples.flatMap((one) => points.map((p) => one.values[p]));
+    let [low, high] = [Math.min(...all), Math.max(...all)];
+    const span = high - low;
+    /* A limit far above leaves the curves their room. */
+    const shown = lines.filter((line) => line.level >= low - span && line.level <= high + 1.5 * span);
+    for (const line of shown) [low, high] = [Math.min(low, line.level), Math.max(high, line.level)];
+    const margin = Math.max(0.05 * (high - low), 1e-6);
+    [low, high] = [low - margin, high + margin];
+    const across = (time) => LEFT + ((WIDTH - LEFT - RIGHT) * time) / last.time;
+    const up = (value) => TOP + ((HEIGHT - TOP - BOTTOM) * (high - value)) / (high - low);
+    const svg = shape("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", class: "course" });
+    svg.append(shape("title", {}, `${points.map((p) => s.points[p].name).join(", ")} over ${spell(last.time).text}`));
+    const x = ticks(0, last.time / size);
+    for (const value of x.list) {
+      const place = across(value * size);
+      svg.append(shape("line", { x1: place, x2: place, y1: TOP, y2: HEIGHT - BOTTOM, class: "grid" }));
+      svg.append(shape("text", { x: place, y: HEIGHT - BOTTOM + 18, "text-anchor": "middle" }, value.toFixed(x.digits)));
+    }
+    const y = ticks(low, high);
+    for (const value of y.list) {
+      svg.append(shape("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: up(value), y2: up(value), class: "grid" }));
+      svg.append(shape("text", { x: LEFT - 8, y: up(value) + 4, "text-anchor": "end" }, value.toFixed(y.digits)));
+    }
+    svg.append(shape("rect", { x: LEFT, y: TOP, width: WIDTH - LEFT - RIGHT, height: HEIGHT - TOP - BOTTOM, class: "frame" }));
+    svg.append(shape("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 8, "text-anchor": "middle" }, `time [${timeUnit}]`));
+    const middle = (TOP + HEIGHT - BOTTOM) / 2;
+    svg.append(shape("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})` }, unit.replace("degC", "°C")));
+    /* Names of neighbouring limits stand beside each other. */
+    shown.sort((one, other) => other.level - one.level);
+    shown.forEach((line, k) => {
+      svg.append(shape("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: up(line.level), y2: up(line.level), class: "limit" }));
+      svg.append(shape("text", { x: LEFT + 6 + 180 * (k % 4), y: up(line.level) - 5, class: "limit" }, line.name));
+    });
+    /* Those that move most have a colour; names stand at the ends of their curves, apart from each other. */
+    const reach = (p) => Math.abs(found.samples[0].values[p] - last.values[p]);
+    const coloured = points.slice().sort((a, b) => reach(b) - reach(a)).slice(0, MOST);
+    const labels = [];
+    points.forEach((p) => {
+      const place = points.indexOf(p);
+      const has = coloured.includes(p);
+      const stroke = has ? COLOURS[place % COLOURS.length] : "var(--line)";
+      const path = found.samples.map((one, k) => `${k === 0 ? "M" : "L"}${across(one.time).toFixed(1)} ${up(one.values[p]).toFixed(1)}`).join("");
+      svg.append(shape("path", { d: path, class: "curve", style: `stroke: ${stroke}`, "stroke-dasharray": has ? DASHES[place % DASHES.length] : "" }));
+      if (has) labels.push({ name: s.points[p].name, stroke, y: up(last.values[p]) });
+    });
+    labels.sort((a, b) => a.y - b.y);
+    labels.forEach((label, k) => { if (k > 0) label.y = Math.max(label.y, labels[k - 1].y + 15); });
+    const beyond = labels.length > 0 ? Math.max(0, labels[labels.length - 1].y - (HEIGHT - BOTTOM)) : 0;
+    for (const label of labels) svg.append(shape("text", { x: WIDTH - RIGHT + 8, y: label.y - beyond + 4, style: `fill: ${label.stroke}` }, label.name.length > 20 ? `${label.name.slice(0, 19)}…` : label.name));
+    return svg;
+  }
+
+  function show(found) {
+    const units = [...new Set(s.points.map((p) => p.unit))];
+    byId("pictures").replaceChildren(...units.map((unit) => draw(unit, s.points.map((_, p) => p).filter((p) => s.points[p].unit === unit), found)));
+    byId("reached").tBodies[0].replaceChildren(...s.limits.map((limit, l) => {
+      const row = make("tr");
+      const most = found.samples.reduce((best, one) => (one.limited[l] > best.limited[l] ? one : best));
+      const { value: unit } = page.unitOf(limit);
+      const when = found.broken[l] === null ? "kept" : found.broken[l] === 0 ? "from the beginning" : `after ${spell(found.broken[l]).text}`;
+      const texts = [limit.name, `${most.limited[l].toFixed(2)} ${unit}`, `at ${spell(most.time).text}`, short(limit.maximum), when];
+      row.append(...texts.map((text) => make("td", text)));
+      return row;
+    }));
+    const broken = found.broken.map((time, l) => ({ time, l })).filter((one) => one.time !== null).sort((a, b) => a.time - b.time);
+    const first = broken.length === 0 ? "No limit is broken." : `'${s.limits[broken[0].l].name}' is broken ${broken[0].time === 0 ? "from the beginning" : `after ${spell(broken[0].time).text}`}.`;
+    byId("when").textContent = `${s.limits.length > 0 ? `${first} ` : ""}${found.settled === null ? "Not settled by then." : `Settled after ${spell(found.settled).text}.`}`;
+  }
+
+  function* job() {
+    const text = spell(duration()).text;
+    byId("lasts").textContent = text;
+    byId("duration").setAttribute("aria-valuetext", text);
+    if (document.activeElement !== byId("initial")) byId("initial").value = short(initial());
+    const x = page.x.slice();
+    const at = motion.here(x);
+    yield;
+    const found = yield* follow(s, motion, answers, x, at, begin(), duration(), SAMPLES);
+    show(found);
+  }
+
+  /* As long as everything takes to settle, and a quarter more. */
+  const at = motion.here(page.x);
+  let [state, time, length] = [motion.atTemperature(initial()), 0, 60];
+  const start = motion.read(state, at);
+  const near = at.values.map((steady, p) => Math.max(0.05 * Math.abs(start[p] - steady), s.in_time.errors[p]));
+  while (time < 1e6 && motion.read(state, at).some((value, p) => Math.abs(value - at.values[p]) > near[p])) {
+    state = motion.step(state, length, at);
+    [time, length] = [time + length, length * 1.2];
+  }
+  byId("duration").value = String(Math.min(420, Math.max(0, Math.round(100 * Math.log10((1.25 * time) / 60)))));
+  byId("course").hidden = false;
+  return job;
+}

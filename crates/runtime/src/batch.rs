@@ -1,0 +1,236 @@
+//! Values at many conditions at once.
+//!
+//! Eight conditions go side by side: every monomial and every kernel is computed for all eight, so that the processor's wide
+//! registers are full whatever the number of points. The order of additions is that of [`Surrogate::evaluate`], so that the values
+//! are the same to the last bit.
+
+use crate::evaluate::{BLOCK, POWERS, Scaled, ShapeError, check, kernel_values};
+use crate::format::MAX_VARIABLES;
+use crate::surrogate::{Basis, Polynomial, Surrogate};
+
+/// Conditions that go side by side.
+const LANES: usize = 8;
+/// Points whose sums go side by side: as many as leave registers for the rest.
+const WIDTH: usize = 5;
+/// Pairs of variables.
+const PAIRS: usize = MAX_VARIABLES / 2;
+
+type Lane = [f64; LANES];
+
+/// What a block is worked off in. Large for a controller's stack, and therefore the caller's.
+#[derive(Debug, Clone)]
+pub struct Room {
+    /// Products of powers of both variables of a pair, by the byte of their exponents.
+    products: [[Lane; POWERS * POWERS]; PAIRS],
+    /// Monomials or kernels of the terms or centres at hand.
+    factors: [Lane; BLOCK],
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self { products: [[[0.0; LANES]; POWERS * POWERS]; PAIRS], factors: [[0.0; LANES]; BLOCK] }
+    }
+}
+
+impl Surrogate<'_> {
+    /// The values of all points at many conditions, row by row: `x` has the variables of one condition after the other, `values`
+    /// the points. They are those of [`Surrogate::evaluate`] to the last bit. Inlined, so that a caller that has found wide
+    /// registers at run time gets code for them.
+    ///
+    /// # Errors
+    /// If `x` does not have a whole number of conditions, or `values` not a place per point for each.
+    #[inline(always)]
+    pub fn evaluate_batch(&self, x: &[f64], values: &mut [f64], room: &mut Room) -> Result<(), ShapeError> {
+        let (variables, points) = (self.variables.len(), self.points.len());
+        let conditions = x.len().checked_div(variables).unwrap_or(0);
+        check("numbers of the conditions", conditions * variables, x.len())?;
+        check("places for the values", conditions * points, values.len())?;
+        if points == 0 || variables == 0 {
+            return Ok(());
+        }
+        let learnt = self.uncertainty.as_ref().is_some_and(|own| !own.mean.is_empty());
+        let whole = if learnt { 0 } else { conditions - conditions % LANES };
+        let (x, last_x) = x.split_at(whole * variables);
+        let (values, last_values) = values.split_at_mut(whole * points);
+        for (x, values) in x.chunks_exact(LANES * variables).zip(values.chunks_exact_mut(LANES * points)) {
+            self.evaluate_eight(x, values, room);
+        }
+        for (x, values) in last_x.chunks_exact(variables).zip(last_values.chunks_exact_mut(points)) {
+            self.evaluate(x, values)?;
+        }
+        Ok(())
+    }
+
+    #[inline(always)]
+    fn evaluate_eight(&self, x: &[f64], values: &mut [f64], room: &mut Room) {
+        let (variables, points) = (self.variables.len(), self.points.len());
+        let mut scaled = [[[0.0; LANES]; MAX_VARIABLES]; 3];
+        for (lane, x) in x.chunks_exact(variables).enumerate() {
+            let of: [Scaled; 3] = self.scale(x);
+            for (scaled, of) in scaled.iter_mut().zip(&of) {
+                scaled.iter_mut().zip(of).for_each(|(u, value)| u[lane % LANES] = *value);
+            }
+        }
+        values.fill(0.0);
+        for polynomial in self.polynomials() {
+            let u = picked(polynomial.transforms, &scaled);
+            let bytes = variables.div_ceil(2);
+            products(&polynomial, &u, bytes, &mut room.products);
+            let mut done = 0;
+            while done < polynomial.terms {
+                let count = BLOCK.min(polynomial.terms - done);
+                let exponents = polynomial.exponents.get(done * bytes..).unwrap_or(&[]);
+                for (bytes, factor) in exponents.chunks_exact(bytes).zip(&mut room.factors[..count]) {
+                    let mut product = [1.0; LANES];
+                    for (byte, table) in bytes.iter().zip(&room.products) {
+                        let entry = &table[usize::from(*byte)];
+                        for k in 0..LANES {
+                            product[k] *= entry[k];
+                        }
+                    }
+                    *factor = product;
+                }
+                let table = polynomial.coefficients.0.get(done * polynomial.points.0.len()..).unwrap_or(&[]);
+                add_columns(&room.factors[..count], table, polynomial.points.0, points, values);
+                done += count;
+            }
+        }
+        for basis in self.bases() {
+            let u = picked(basis.transforms, &scaled);
+            let mut done = 0;
+            while done < basis.count {
+                let count = BLOCK.min(basis.count - done);
+                kernels(&basis, &u[..variables.min(MAX_VARIABLES)], done, &mut room.factors[..count]);
+                let table = basis.weights.0.get(done * basis.points.0.len()..).unwrap_or(&[]);
+                add_columns(&room.factors[..count], table, basis.points.0, points, values);
+                done += count;
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn picked(transforms: &[u8], scaled: &[[Lane; MAX_VARIABLES]; 3]) -> [Lane; MAX_VARIABLES] {
+    let mut u = [[0.0; LANES]; MAX_VARIABLES];
+    for (v, (u, code)) in u.iter_mut().zip(transforms).enumerate() {
+        *u = scaled[usize::from(*code).min(2)][v];
+    }
+    u
+}
+
+/// Products of powers up to the degree, by the byte that names both exponents: the even variable's in its low half.
+#[inline(always)]
+fn products(polynomial: &Polynomial<'_>, u: &[Lane; MAX_VARIABLES], pairs: usize, tables: &mut [[Lane; POWERS * POWERS]; PAIRS]) {
+    let degree = polynomial.degree.min(POWERS - 1);
+    for (pair, table) in u.as_chunks::<2>().0.iter().zip(tables).take(pairs) {
+        let mut powers = [[1.0; LANES]; POWERS];
+        for e in 1..=degree {
+            for k in 0..LANES {
+                powers[e][k] = powers[e - 1][k] * pair[0][k];
+            }
+        }
+        let mut odd_power = [1.0; LANES];
+        for odd in 0..=degree {
+            for even in 0..=degree - odd {
+                let entry = &mut table[odd * POWERS + even];
+                for k in 0..LANES {
+                    entry[k] = powers[even][k] * odd_power[k];
+                }
+            }
+            for k in 0..LANES {
+                odd_power[k] *= pair[1][k];
+            }
+        }
+    }
+}
+
+/// The kernels of the centres from `start`, as many as there are places.
+#[inline(always)]
+fn kernels(basis: &Basis<'_>, u: &[Lane], start: usize, factors: &mut [Lane]) {
+    factors.fill([0.0; LANES]);
+    for (v, (u, scale)) in u.iter().zip(basis.scales.iter()).enumerate() {
+        let coordinates = basis.centres.0.get(v * basis.count + start..).unwrap_or(&[]);
+        for (factor, coordinate) in factors.iter_mut().zip(coordinates) {
+            let coordinate = f64::from_le_bytes(*coordinate);
+            for k in 0..LANES {
+                let d = (u[k] - coordinate) * scale;
+                factor[k] += d * d;
+            }
+        }
+    }
+    kernel_values(basis.kernel, factors.as_flattened_mut());
+}
+
+/// Adds the sums of factors times the columns of a table to the values of its points.
+#[inline(always)]
+fn add_columns(factors: &[Lane], table: &[[u8; 8]], columns: &[[u8; 2]], points: usize, values: &mut [f64]) {
+    let count = columns.len();
+    let (full, rest) = columns.as_chunks::<WIDTH>();
+    for (group, own) in full.iter().enumerate() {
+        add_some::<WIDTH>(factors, table.get(group * WIDTH..).unwrap_or(&[]), count, own, points, values);
+    }
+    for (column, own) in rest.iter().enumerate() {
+        let from = full.len() * WIDTH + column;
+        add_some::<1>(factors, table.get(from..).unwrap_or(&[]), count, &[*own], points, values);
+    }
+}
+
+#[inline(always)]
+fn add_some<const W: usize>(factors: &[Lane], table: &[[u8; 8]], columns: usize, own: &[[u8; 2]; W], points: usize, values: &mut [f64]) {
+    let mut sums = [[0.0; LANES]; W];
+    for (row, factor) in factors.iter().enumerate() {
+        let Some(row) = table.get(row * columns..).and_then(<[[u8; 8]]>::first_chunk::<W>) else { break };
+        for (sum, entry) in sums.iter_mut().zip(row) {
+            let entry = f64::from_le_bytes(*entry);
+            for k in 0..LANES {
+                sum[k] += factor[k] * entry;
+            }
+        }
+    }
+    for (point, sum) in own.iter().zip(&sums) {
+        let point = usize::from(u16::from_le_bytes(*point));
+        for (value, sum) in values.iter_mut().skip(point).step_by(points).zip(sum) {
+            *value += sum;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use std::boxed::Box;
+    use std::path::Path;
+    use std::vec::Vec;
+
+    use super::*;
+
+    #[test]
+    fn batches_have_the_bits_of_single_conditions() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures");
+        let mut tried = 0;
+        for entry in std::fs::read_dir(folder).expect("the fixtures are there") {
+            let path = entry.expect("the folder can be read").path();
+            let bytes = std::fs::read(&path).expect("the fixtures can be read");
+            let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
+            let ranges: Vec<_> = surrogate.variables().map(|own| (own.low, own.high)).collect();
+            let (variables, points, rows) = (surrogate.variable_count(), surrogate.point_count(), 1003);
+            // Multiples of irrational numbers fill the ranges evenly, and a little beyond.
+            let share = |row: usize, v: usize| (0.618_033_988_749_895 * (v + 1) as f64 * row as f64) % 1.0 * 1.2 - 0.1;
+            let x: Vec<f64> = (0..rows)
+                .flat_map(|row| ranges.iter().enumerate().map(move |(v, (low, high))| (low + share(row, v) * (high - low)).max(0.5 * low)))
+                .collect();
+            let (mut found, mut expected) = (std::vec![0.0; rows * points], std::vec![0.0; rows * points]);
+            let mut room = Box::<Room>::default();
+            surrogate.evaluate_batch(&x, &mut found, &mut room).expect("the shapes fit");
+            for (x, values) in x.chunks_exact(variables).zip(expected.chunks_exact_mut(points)) {
+                surrogate.evaluate(x, values).expect("the shapes fit");
+            }
+            let same = found.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits());
+            assert!(same, "{}", path.display());
+            assert!(surrogate.evaluate_batch(&x[1..], &mut found, &mut room).is_err() || variables == 1);
+            assert!(surrogate.evaluate_batch(&x, &mut found[1..], &mut room).is_err());
+            tried += 1;
+        }
+        assert!(tried >= 12, "{tried}");
+    }
+}
