@@ -2,10 +2,12 @@
 
 mod assemble;
 mod basis;
+mod chosen;
 mod conductors;
 mod course;
 mod cubature;
 mod family;
+mod ground;
 mod histories;
 mod level;
 mod model;
@@ -15,6 +17,7 @@ mod slow;
 mod split;
 mod stored;
 
+pub use chosen::{Asked, InFull, answers};
 pub use course::{Beginning, Course, Stretch};
 pub use level::{Level, Reduced};
 pub use model::{Answer, InTime, Made, ReducedModel};

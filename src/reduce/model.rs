@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::level::{Level, Reduced};
 use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::Load;
+use crate::discretise::network::{Load, Network};
 use crate::error::Result;
 use crate::solve::sensitivity::OpenParameter;
 
@@ -99,6 +99,8 @@ pub struct Answer {
     pub state: Reduced,
     /// Its readings, K.
     pub finer: Vec<f64>,
+    /// Streams whose wall boils, by their places, each with the temperature of its hottest wall, K.
+    pub boiling: Vec<(usize, f64)>,
 }
 
 impl ReducedModel {
@@ -108,11 +110,12 @@ impl ReducedModel {
     /// The condition cannot be evaluated, or no steady state is found.
     pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<Answer> {
         let load = Load::at(&self.machine, condition)?;
-        let solve = |level: &Level| -> Result<(Reduced, Vec<f64>)> {
+        let solve = |level: &Level| -> Result<(Reduced, Vec<f64>, Vec<(usize, f64)>)> {
             if parameters.is_empty() {
                 let state = level.steady(&level.network, &load, &nalgebra::DVector::zeros(level.len()))?;
                 let readings = level.read(&level.network, &load, &state);
-                return Ok((state, readings));
+                let boiling = boiling(&level.network, &state);
+                return Ok((state, readings, boiling));
             }
             let (mut network, mut load) = (level.network.clone(), load.clone());
             for (parameter, value) in self.parameters.iter().zip(parameters) {
@@ -120,13 +123,14 @@ impl ReducedModel {
             }
             let state = level.steady(&network, &load, &nalgebra::DVector::zeros(level.len()))?;
             let readings = level.read(&network, &load, &state);
-            Ok((state, readings))
+            let boiling = boiling(&network, &state);
+            Ok((state, readings, boiling))
         };
-        let (_, readings) = solve(&self.coarse)?;
-        let (state, finer) = solve(&self.fine)?;
+        let (_, readings, _) = solve(&self.coarse)?;
+        let (state, finer, boiling) = solve(&self.fine)?;
         let bounds = self.bounds(&readings, &finer, self.margin);
         let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, (p.low, p.high)));
-        Ok(Answer { readings, bounds, in_range, state, finer })
+        Ok(Answer { readings, bounds, in_range, state, finer, boiling })
     }
 
     /// Whether a condition is within the ranges of the training.
@@ -140,6 +144,12 @@ impl ReducedModel {
         let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
         differences.iter().map(|d| (d + margin * largest).max(self.floor)).collect()
     }
+}
+
+/// Streams whose wall boils, each with its hottest wall, K.
+fn boiling(network: &Network, state: &Reduced) -> Vec<(usize, f64)> {
+    let wall = |(s, stream)| Some((s, network.boiling_wall(s, stream, &state.temperatures)?));
+    state.streams.iter().enumerate().filter_map(wall).collect()
 }
 
 /// Whether a value is in a range, but for rounding.

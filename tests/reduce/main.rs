@@ -2,6 +2,7 @@
 
 mod dynamics;
 mod histories;
+mod sweeps;
 
 use coldplate::describe::machine::Condition;
 use coldplate::discretise::network::Load;
