@@ -16,6 +16,7 @@ pub mod materials;
 pub mod measured;
 pub mod new;
 pub mod output;
+mod places;
 pub mod predict;
 pub mod query;
 pub mod reduce;

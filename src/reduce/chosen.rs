@@ -4,7 +4,7 @@
 use rayon::prelude::*;
 
 use super::assemble::Snapshot;
-use super::ground::{Ground, LEAST_MARGIN, calibrated_margin};
+use super::ground::{Calibrated, Ground, LEAST_MARGIN};
 use super::model::{Answer, ReducedModel};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
@@ -66,7 +66,8 @@ pub fn answers(
         Ok(ground.snapshot(&load, &network.stream_states(&load, temperatures)?, temperatures))
     };
     // In a random order, those that are solved in any case before the others.
-    let (mut open, others): (Vec<usize>, Vec<usize>) = Random::new(SEED).permutation(count).into_iter().partition(|row| (asked.in_full)(*row));
+    let (mut open, others): (Vec<usize>, Vec<usize>) =
+        Random::new(SEED).permutation(count).into_iter().partition(|row| (asked.in_full)(*row));
     open.extend(others);
     let mut snapshots = Vec::new();
     let join = |rows: &[usize], states: Vec<Option<Vec<f64>>>, snapshots: &mut Vec<Snapshot>| -> Result<()> {
@@ -100,8 +101,9 @@ pub fn answers(
             Some((errors, answer))
         };
         let compared: Vec<(Vec<f64>, Answer)> = checks.par_iter().zip(&states).filter_map(compare).collect();
-        margin = margin.max(calibrated_margin(compared.iter().map(|(errors, answer)| (errors.clone(), answer))).0);
-        model.margin = margin;
+        let calibrated = Calibrated::at(&compared);
+        margin = margin.max(calibrated.margin);
+        (model.margin, model.floor) = (margin, calibrated.floor);
         let missed = beyond(&model, asked, &open, asked.accuracy);
         if missed.len() <= ROUND.0 || snapshots.len() >= MOST {
             let answers: Vec<(usize, Answer)> =

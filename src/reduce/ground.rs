@@ -21,6 +21,8 @@ const SAFETY: f64 = 3.0;
 pub(super) const LEAST_MARGIN: f64 = 0.5;
 /// What the full solver itself leaves open, K.
 const FLOOR: f64 = 1e-5;
+/// The same as a share of the largest error where the bound was calibrated.
+const FLOOR_SHARE: f64 = 0.25;
 /// Fewest states that a model is made of.
 pub(super) const FEWEST: usize = 4;
 
@@ -86,25 +88,37 @@ impl<'a> Ground<'a> {
             margin: LEAST_MARGIN,
             floor: FLOOR,
             in_time: None,
+            field: None,
             made: Made::default(),
         };
         Ok((model, basis))
     }
 }
 
-/// The margin that a bound needs so that it holds at conditions whose full solution is known, and the largest error there, K. `errors`
-/// are those of all readings, condition by condition.
-pub(super) fn calibrated_margin<'a>(compared: impl Iterator<Item = (Vec<f64>, &'a Answer)>) -> (f64, f64) {
-    let (mut needed, mut worst): (f64, f64) = (0.0, 0.0);
-    for (errors, answer) in compared {
-        let apart = answer.readings.iter().zip(&answer.finer).map(|(c, f)| (c - f).abs());
-        let largest = apart.clone().fold(0.0, f64::max);
-        for (error, apart) in errors.iter().zip(apart) {
-            worst = worst.max(*error);
-            if *error > FLOOR && largest > 0.0 {
-                needed = needed.max((error - apart) / largest);
+/// What a bound needs so that it holds at conditions whose full solution is known.
+pub(super) struct Calibrated {
+    pub(super) margin: f64,
+    /// The least bound, K.
+    pub(super) floor: f64,
+    /// Largest error there, K.
+    pub(super) worst: f64,
+}
+
+impl Calibrated {
+    /// From the errors of all readings, condition by condition, and the answers that have them.
+    pub(super) fn at(compared: &[(Vec<f64>, Answer)]) -> Self {
+        let worst = compared.iter().flat_map(|(errors, _)| errors).fold(0.0, |most: f64, error| most.max(*error));
+        // Where both networks happen to agree they may still be off together.
+        let floor = FLOOR.max(FLOOR_SHARE * worst);
+        let mut needed: f64 = 0.0;
+        for (errors, answer) in compared {
+            let apart = answer.readings.iter().zip(&answer.finer).map(|(c, f)| (c - f).abs());
+            let largest = apart.clone().fold(0.0, f64::max);
+            let beyond = errors.iter().zip(apart).map(|(error, apart)| error - apart - floor).fold(0.0, f64::max);
+            if beyond > 0.0 && largest > 0.0 {
+                needed = needed.max(beyond / largest);
             }
         }
+        Self { margin: (SAFETY * needed).max(LEAST_MARGIN), floor, worst }
     }
-    ((SAFETY * needed).max(LEAST_MARGIN), worst)
 }

@@ -7,6 +7,7 @@ mod conductors;
 mod course;
 mod cubature;
 mod family;
+mod field;
 mod ground;
 mod histories;
 mod level;
@@ -19,6 +20,7 @@ mod stored;
 
 pub use chosen::{Asked, InFull, answers};
 pub use course::{Beginning, Course, Stretch};
+pub use field::Field;
 pub use level::{Level, Reduced};
 pub use model::{Answer, InTime, Made, ReducedModel};
 pub use offline::{Settings, reduce};

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::field::Field;
 use super::level::{Level, Reduced};
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::network::{Load, Network};
@@ -25,10 +26,12 @@ pub struct ReducedModel {
     pub fine: Level,
     /// What the bound adds to the difference of the two: a share of the largest difference of all readings.
     pub margin: f64,
-    /// The least bound, K.
+    /// What it adds beside, K: the least bound.
     pub floor: f64,
     /// How it does in time, where it was made for that.
     pub in_time: Option<InTime>,
+    /// The temperatures of all nodes, where it was made for that.
+    pub field: Option<Field>,
     /// How it was made.
     pub made: Made,
 }
@@ -128,7 +131,7 @@ impl ReducedModel {
         };
         let (_, readings, _) = solve(&self.coarse)?;
         let (state, finer, boiling) = solve(&self.fine)?;
-        let bounds = self.bounds(&readings, &finer, self.margin);
+        let bounds = self.bounds(&readings, &finer);
         let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, (p.low, p.high)));
         Ok(Answer { readings, bounds, in_range, state, finer, boiling })
     }
@@ -139,10 +142,10 @@ impl ReducedModel {
     }
 
     /// How far the readings of the coarser network may be from those of the full model, K.
-    pub(super) fn bounds(&self, readings: &[f64], finer: &[f64], margin: f64) -> Vec<f64> {
+    pub(super) fn bounds(&self, readings: &[f64], finer: &[f64]) -> Vec<f64> {
         let differences: Vec<f64> = readings.iter().zip(finer).map(|(r, f)| (r - f).abs()).collect();
         let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
-        differences.iter().map(|d| (d + margin * largest).max(self.floor)).collect()
+        differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
     }
 }
 

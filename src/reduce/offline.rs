@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::assemble::Snapshot;
 use super::basis::Basis;
-use super::ground::{COARSE, Ground, TOLERANCES, calibrated_margin};
+use super::field::Field;
+use super::ground::{COARSE, Calibrated, Ground, TOLERANCES};
 use super::histories::{Plan, Run, calibrated};
 use super::model::{Answer, Made, ReducedModel};
 use crate::describe::machine::Condition;
@@ -14,8 +15,8 @@ use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;
-use crate::solve::sensitivity::{OpenParameter, Study};
 use crate::solve::Solver;
+use crate::solve::sensitivity::{OpenParameter, Study};
 
 /// Conditions solved in full before the first reduced model, and for each axis more.
 const FIRST: (usize, usize) = (16, 4);
@@ -48,6 +49,8 @@ pub struct Settings {
     pub most: usize,
     /// Histories in full that it shall follow in time; none: it is steady only.
     pub histories: usize,
+    /// Whether the temperatures of all nodes are wanted too.
+    pub with_field: bool,
     /// Seed of the conditions.
     pub seed: u64,
 }
@@ -124,8 +127,8 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         take(next, &mut snapshots);
     };
     let mut checks = Vec::new();
-    let model = if settings.histories == 0 {
-        model
+    let (model, modes) = if settings.histories == 0 {
+        (model, basis.modes)
     } else {
         let slowest = model.fine.slowest(&Load::at(machine, &middle.condition)?)?;
         let mut random = Random::new(settings.seed ^ HISTORIES);
@@ -156,28 +159,41 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let fine = enriched(basis.modes, MODES_IN_TIME);
         let all: Vec<Snapshot> = snapshots.iter().cloned().chain(histories).collect();
         progress.at(&format!("{} states in all, {} modes: choosing conductors", all.len(), fine.len()));
-        ReducedModel { coarse: assembly.level(&coarse, &all, TOLERANCES[0]), fine: assembly.level(&fine, &all, TOLERANCES[1]), ..model }
+        let levels = (assembly.level(&coarse, &all, TOLERANCES[0]), assembly.level(&fine, &all, TOLERANCES[1]));
+        (ReducedModel { coarse: levels.0, fine: levels.1, ..model }, fine)
     };
+    let mut field = settings.with_field.then(|| Field::of(&modes, &ground.center()[..network.solids], study.model.mesh.element_size));
     progress.at(&format!("comparing with {CHECKS} further conditions solved in full"));
     let places = draw(CHECKS);
     let compare = |place: &Place| {
         let (truth, answer) = (full(place).ok()?, model.steady(&place.condition, &place.parameters).ok()?);
-        Some((truth.readings, answer))
+        let errors = truth.readings.iter().zip(&answer.readings).map(|(t, r)| (t - r).abs()).collect();
+        // At held nodes the field is the condition's.
+        let apart = |field: &Field| {
+            let rise = field.rise(answer.state.amplitudes.iter().copied());
+            truth.rise.iter().zip(rise).map(|(t, r)| (t - r).abs()).fold(0.0, f64::max)
+        };
+        let apart = field.as_ref().map_or(0.0, apart);
+        Some(((errors, answer), apart))
     };
-    let compared: Vec<(Vec<f64>, Answer)> = places.par_iter().filter_map(compare).collect();
+    let (compared, apart): (Vec<(Vec<f64>, Answer)>, Vec<f64>) =
+        places.par_iter().filter_map(compare).collect::<Vec<_>>().into_iter().unzip();
+    if let Some(field) = &mut field {
+        field.largest_error = apart.into_iter().fold(0.0, f64::max);
+    }
     if 2 * compared.len() < CHECKS {
         let what = format!("the bound cannot be calibrated: only {} of {CHECKS} conditions could be compared", compared.len());
         return Err(Error::numerics(what).help("narrow the ranges with --range"));
     }
-    let errors = |truth: &[f64], answer: &Answer| truth.iter().zip(&answer.readings).map(|(t, r)| (t - r).abs()).collect();
-    let (margin, worst) = calibrated_margin(compared.iter().map(|(truth, answer)| (errors(truth, answer), answer)));
-    let widened = |answer: &Answer| model.bounds(&answer.readings, &answer.finer, margin);
+    let found = Calibrated::at(&compared);
+    let model = ReducedModel { margin: found.margin, floor: found.floor, ..model };
+    let widened = |answer: &Answer| model.bounds(&answer.readings, &answer.finer);
     let largest = compared.iter().flat_map(|(_, answer)| widened(answer)).fold(0.0, f64::max);
     let made = Made {
         solved: snapshots.len(),
         failed,
         checks: compared.len(),
-        largest_error: worst,
+        largest_error: found.worst,
         largest_bound: largest,
         cells: study.model.mesh.cells,
         nodes: network.nodes,
@@ -185,7 +201,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         seconds: clock.elapsed().as_secs_f64(),
     };
     let in_time = if checks.is_empty() { None } else { Some(calibrated(&model, &checks, settings.histories)?) };
-    Ok(ReducedModel { margin, in_time, made, ..model })
+    Ok(ReducedModel { in_time, field, made, ..model })
 }
 
 struct Offline<'a> {

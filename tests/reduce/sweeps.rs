@@ -37,7 +37,11 @@ fn sweep(machine: &str, cells: usize, head: &str, runs: usize) -> Sweep {
     for (variable, (low, high)) in study.model.machine.variables.iter().zip(&settings.ranges) {
         let [low, high] = [low, high].map(|si| units::express(*si, &variable.unit, variable.dimension).expect("a unit"));
         let (name, unit) = (&variable.name, &variable.unit);
-        if high > low { range += &format!("{name} = ['{low} {unit}', '{high} {unit}']\n") } else { hold += &format!("{name} = '{low} {unit}'\n") }
+        if high > low {
+            range += &format!("{name} = ['{low} {unit}', '{high} {unit}']\n")
+        } else {
+            hold += &format!("{name} = '{low} {unit}'\n")
+        }
     }
     let text = format!(
         "name = '{machine}'\nmachine = 'm.toml'\n{head}\n[design]\nkind = 'latin_hypercube'\nruns = {runs}\n[validation]\nruns = 30\n[range]\n{range}[hold]\n{hold}"
@@ -103,7 +107,7 @@ fn a_sweep_that_was_stopped_ends_in_the_same_files() {
     for row in (0..swept.plan.conditions.len()).filter(|row| swept.plan.is_sloped(*row)) {
         assert!(bounds.outputs().iter().all(|c| c.values[row] == 0.0), "row {row} has slopes and is not solved in full");
     }
-    assert!(slopes.rows() > 20 && slopes.outputs().iter().all(|c| c.values.iter().any(|v| *v != 0.0)));
+    assert!(slopes.rows() > 20 && (0..slopes.rows()).all(|row| slopes.outputs().iter().any(|c| c.values[row] != 0.0)));
     let table = Table::read(place.join("sweep.csv")).expect("the table");
     let of = |name: &str| table.text(name).expect("a column").values.clone();
     for ((how, within), row) in of("answered").iter().zip(of("within")).zip(0..) {
@@ -156,7 +160,9 @@ fn what_cannot_be_answered_so_is_said_where_it_stands() {
         (format!("{head}accuracy = '0.01 L/min'\n"), ["accuracy", "0.01 L/min"]),
         (format!("{head}accuracy = '-0.01 K'\n"), ["accuracy", "larger than zero"]),
         (
-            format!("{head}accuracy = '0.01 K'\n[design]\nkind = 'adaptive'\naccuracy = '0.1 K'\n[range]\ncoolant_flow = ['3 L/min', '18 L/min']\nmotor_speed = ['100 rpm', '200 rpm']\n"),
+            format!(
+                "{head}accuracy = '0.01 K'\n[design]\nkind = 'adaptive'\naccuracy = '0.1 K'\n[range]\ncoolant_flow = ['3 L/min', '18 L/min']\nmotor_speed = ['100 rpm', '200 rpm']\n"
+            ),
             ["accuracy", "adaptive"],
         ),
     ] {

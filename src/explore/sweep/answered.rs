@@ -100,7 +100,8 @@ fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options
         let progress = options.progress.unwrap_or(&Silent);
         let found = answers(own.study, (&own.reference, own.center()?), &asked, &mut in_full, progress)?;
         let held = journal.outcomes();
-        let new = found.iter().enumerate().filter(|(row, _)| !is_done(&held[*row])).filter_map(|(row, answer)| Some((row, answer.as_ref()?)));
+        let new =
+            found.iter().enumerate().filter(|(row, _)| !is_done(&held[*row])).filter_map(|(row, answer)| Some((row, answer.as_ref()?)));
         let new: Vec<(usize, Outcome)> = new.map(|(row, answer)| (row, Outcome::Values(values_of(own, answer)))).collect();
         journal.absorb(new)?;
     }

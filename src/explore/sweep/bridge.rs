@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use super::merge::{self, Merged};
-use super::shards::{self, Shard, ShardRecord};
 use super::own::Own;
+use super::shards::{self, Shard, ShardRecord};
 use super::{Definition, Grow, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, answered, execute, execute_growing, own};
 use crate::describe::machine::{Condition, ModelError, Scope};
 use crate::error::{Error, Result};

@@ -301,7 +301,8 @@ fn execute_by(
 fn header(plan: &Plan, subject: &Subject) -> Header {
     let slopes = subject.slopes();
     let bounds = answered::names(plan, subject);
-    let outputs: Vec<String> = subject.outputs.iter().chain(&slopes).chain(&bounds).map(|(name, unit)| format!("{name} [{unit}]")).collect();
+    let outputs: Vec<String> =
+        subject.outputs.iter().chain(&slopes).chain(&bounds).map(|(name, unit)| format!("{name} [{unit}]")).collect();
     let mut deciding = identity(plan, subject);
     deciding.push(("numerics of the program".into(), NUMERICS.into()));
     Header { identity: deciding, outputs, conditions: plan.conditions.len() }

@@ -8,8 +8,8 @@ use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::solve::meshed::SteadyState;
-use crate::solve::{Solution, Solver};
 use crate::solve::sensitivity::{Derivatives, Study};
+use crate::solve::{Solution, Solver};
 
 /// Conditions of a design for each one that others start from.
 const WORTH_ONE_START: usize = 8;
