@@ -75,10 +75,23 @@ pub fn answers(
         snapshots.extend(known.par_iter().map(|(row, state)| snapshot(*row, state)).collect::<Result<Vec<_>>>()?);
         Ok(())
     };
+    // Errors at rows that are solved in full, and the answers of a model there.
+    let compare = |model: &ReducedModel, rows: &[usize], states: &[Option<Vec<f64>>]| -> Calibrated {
+        let one = |(row, state): (&usize, &Option<Vec<f64>>)| {
+            let (load, state) = (Load::at(machine, &asked.conditions[*row]).ok()?, state.as_ref()?);
+            let answer = model.steady(&asked.conditions[*row], &[]).ok()?;
+            let errors = network.sensors.iter().zip(&answer.readings).map(|(s, r)| (s.read(state, &load) - r).abs()).collect();
+            Some((errors, answer))
+        };
+        Calibrated::at(&rows.par_iter().zip(states).filter_map(one).collect::<Vec<_>>())
+    };
     let mut margin = LEAST_MARGIN;
+    let mut before: Option<ReducedModel> = None;
     let mut next: Vec<usize> = open.drain(..first).collect();
     loop {
         let states = solve(&next)?;
+        // The last conditions of the basis were predicted too, and lie where the bound was largest.
+        let predicted = before.take().map_or(LEAST_MARGIN, |model| compare(&model, &next, &states).margin);
         join(&next, states, &mut snapshots)?;
         // Where no model can be made, everything is solved in full.
         let Ok((model, _)) = ground.model(&snapshots, &ranges) else { return Ok(found) };
@@ -89,20 +102,14 @@ pub fn answers(
         progress.at(&format!("{} conditions in the basis, {} modes: largest bound {largest:.1e} K", snapshots.len(), model.fine.len()));
         if !missed.is_empty() && snapshots.len() < MOST {
             next = worst(missed, snapshots.len(), &mut open);
+            before = Some(model);
             continue;
         }
         let known = open.iter().filter(|row| (asked.in_full)(**row)).count();
         let checks: Vec<usize> = open.drain(..known.max(CHECKS).min(open.len())).collect();
         let states = solve(&checks)?;
-        let compare = |(row, state): (&usize, &Option<Vec<f64>>)| {
-            let (load, state) = (Load::at(machine, &asked.conditions[*row]).ok()?, state.as_ref()?);
-            let answer = model.steady(&asked.conditions[*row], &[]).ok()?;
-            let errors = network.sensors.iter().zip(&answer.readings).map(|(s, r)| (s.read(state, &load) - r).abs()).collect();
-            Some((errors, answer))
-        };
-        let compared: Vec<(Vec<f64>, Answer)> = checks.par_iter().zip(&states).filter_map(compare).collect();
-        let calibrated = Calibrated::at(&compared);
-        margin = margin.max(calibrated.margin);
+        let calibrated = compare(&model, &checks, &states);
+        margin = margin.max(calibrated.margin).max(predicted);
         (model.margin, model.floor) = (margin, calibrated.floor);
         let missed = beyond(&model, asked, &open, asked.accuracy);
         if missed.len() <= ROUND.0 || snapshots.len() >= MOST {
@@ -116,6 +123,7 @@ pub fn answers(
         // The calibrated bound asks for a finer model.
         join(&checks, states, &mut snapshots)?;
         next = worst(missed, snapshots.len(), &mut open);
+        before = Some(model);
     }
 }
 

@@ -114,8 +114,9 @@ impl Calibrated {
         for (errors, answer) in compared {
             let apart = answer.readings.iter().zip(&answer.finer).map(|(c, f)| (c - f).abs());
             let largest = apart.clone().fold(0.0, f64::max);
-            let beyond = errors.iter().zip(apart).map(|(error, apart)| error - apart - floor).fold(0.0, f64::max);
-            if beyond > 0.0 && largest > 0.0 {
+            let counted = errors.iter().zip(apart).filter(|(error, _)| **error > FLOOR);
+            let beyond = counted.map(|(error, apart)| error - apart).fold(0.0, f64::max);
+            if largest > 0.0 {
                 needed = needed.max(beyond / largest);
             }
         }

@@ -2,6 +2,7 @@
 
 mod dynamics;
 mod field;
+mod format;
 mod histories;
 mod sweeps;
 
