@@ -38,7 +38,8 @@ fn text(cells: usize) -> String {
     let mut text = "name = \"Three blocks\"\n[variables]\n".to_string();
     for (name, low, high) in &VARIED {
         let unit = if *name == "heat" { "W" } else { "W/(m2 K)" };
-        text += &format!("{name} = {{ range = [\"{low} {unit}\", \"{high} {unit}\"], default = \"{high} {unit}\" }}\n");
+        let range = format!("range = [\"{low} {unit}\", \"{high} {unit}\"], default = \"{high} {unit}\"");
+        text += &format!("{name} = {{ unit = \"{unit}\", {range} }}\n");
     }
     for (i, (name, conductivity)) in ["lower", "middle", "upper"].iter().zip(CONDUCTIVITY).enumerate() {
         text += &format!(

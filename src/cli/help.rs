@@ -119,6 +119,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "accuracy",
             "max_runs",
             "histories",
+            "draws",
             "reduce.field",
             "map",
             "within",

@@ -27,6 +27,7 @@ pub mod sensitivity;
 pub mod serve;
 pub mod simulate;
 pub mod solve;
+mod spread;
 pub mod sweep;
 pub mod text;
 pub mod units;

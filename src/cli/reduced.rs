@@ -130,7 +130,10 @@ pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, (vtu, with_hott
 }
 
 /// Condition and parameters; what is not given has the machine's default or the file's value.
-fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<f64>)> {
+///
+/// # Errors
+/// A name that is neither a variable nor a parameter, or a value that is none of it.
+pub fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<f64>)> {
     let mut pairs = Vec::new();
     let mut parameters: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
     let mut is_moved = false;

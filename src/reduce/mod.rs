@@ -16,6 +16,7 @@ mod motion;
 mod offline;
 mod slow;
 mod split;
+mod spread;
 mod stored;
 
 pub use chosen::{Asked, InFull, answers};
@@ -25,3 +26,4 @@ pub use level::{Level, Reduced};
 pub use model::{Answer, InTime, Made, ReducedModel};
 pub use offline::{Settings, reduce};
 pub use slow::{Slow, SlowSample};
+pub use spread::{Slopes, Spread, Spreads};

@@ -113,7 +113,7 @@ impl ReducedModel {
     /// The condition cannot be evaluated, or no steady state is found.
     pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<Answer> {
         let load = Load::at(&self.machine, condition)?;
-        let solve = |level: &Level| -> Result<(Reduced, Vec<f64>, Vec<(usize, f64)>)> {
+        let solve = |level: &Level| -> Result<Solved> {
             if parameters.is_empty() {
                 let state = level.steady(&level.network, &load, &nalgebra::DVector::zeros(level.len()))?;
                 let readings = level.read(&level.network, &load, &state);
@@ -148,6 +148,9 @@ impl ReducedModel {
         differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
     }
 }
+
+/// A reduced network's state, its readings, and the streams whose wall boils.
+type Solved = (Reduced, Vec<f64>, Vec<(usize, f64)>);
 
 /// Streams whose wall boils, each with its hottest wall, K.
 fn boiling(network: &Network, state: &Reduced) -> Vec<(usize, f64)> {

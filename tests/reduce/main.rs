@@ -4,6 +4,7 @@ mod dynamics;
 mod field;
 mod format;
 mod histories;
+mod spread;
 mod sweeps;
 
 use coldplate::describe::machine::Condition;

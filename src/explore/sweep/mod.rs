@@ -117,6 +117,9 @@ pub struct Round<'a> {
 /// nothing but the round and those before.
 pub type Grow<'g> = dyn FnMut(&Round<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
 
+/// Sees to it that a journal holds some rows of a plan, of so many values each.
+type Find<'f> = dyn Fn(&Plan, Range<usize>, usize, &mut Journal) -> Result<()> + 'f;
+
 /// The result of a sweep.
 #[derive(Debug, Clone)]
 pub struct Swept {
@@ -185,14 +188,8 @@ pub fn execute_growing(
     execute_by(plan, subject, folder, &find, grow)
 }
 
-/// [`execute_growing`] with `find`, which sees to it that the journal holds some rows of a plan, of so many values each.
-fn execute_by(
-    plan: &Plan,
-    subject: &Subject,
-    folder: &Path,
-    find: &dyn Fn(&Plan, Range<usize>, usize, &mut Journal) -> Result<()>,
-    grow: &mut Grow<'_>,
-) -> Result<Swept> {
+/// [`execute_growing`] with `find` in the place of a solver of single conditions.
+fn execute_by(plan: &Plan, subject: &Subject, folder: &Path, find: &Find<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let slopes = subject.slopes();
     let header = header(plan, subject);
