@@ -18,16 +18,17 @@ from pymor.models.basic import StationaryModel
 from pymor.operators.constructions import LincombOperator, VectorOperator
 from pymor.operators.numpy import NumpyMatrixOperator
 from pymor.parameters.functionals import (
+    ConstantParameterFunctional,
     ExpressionParameterFunctional,
     MinThetaParameterFunctional,
 )
 from pymor.reductors.basic import StationaryRBReductor
 from pymor.reductors.coercive import CoerciveRBReductor
+from pymor.tools.random import new_rng
 
 FILMS = ("film_bottom", "film_top", "film_side")
-# Greedy steps and snapshots of the decomposition at most, and how small the bound of the greedy choice is to become, K
-# over a kelvin of the whole machine.
-MOST = 60
+# Greedy steps and snapshots of the decomposition at most.
+MOST = 40
 
 
 def numbers(folder, name):
@@ -41,9 +42,8 @@ def problem(folder):
     pairs = numbers(folder, "pairs.f64").astype(int).reshape(-1, 2)
     g = numbers(folder, "conductances.f64")
     a, b = pairs.T
-    inner = sps.coo_matrix(
-        (np.concatenate([g, g, -g, -g]), (np.concatenate([a, b, a, b]), np.concatenate([a, b, b, a]))), (n, n)
-    ).tocsr()
+    places = np.concatenate([a, b, a, b]), np.concatenate([a, b, b, a])
+    inner = sps.coo_matrix((np.concatenate([g, g, -g, -g]), places), (n, n)).tocsr()
     lowest = {v["name"]: v["low"] for v in said["varied"]}
     highest = {v["name"]: v["high"] for v in said["varied"]}
     base = numbers(folder, "films.f64")
@@ -64,9 +64,8 @@ def problem(folder):
         raise SystemExit(f"the films are not what is expected of them: {abs(held).max()} W/K are left")
     operator = LincombOperator([NumpyMatrixOperator(o) for o in operators], [1.0, *thetas])
     heat = numbers(folder, "heat.f64")
-    rhs = LincombOperator(
-        [VectorOperator(operator.source.from_numpy(heat.reshape(-1, 1)))], [ExpressionParameterFunctional("heat", {"heat": 1})]
-    )
+    watt = VectorOperator(operator.source.from_numpy(heat.reshape(-1, 1)))
+    rhs = LincombOperator([watt], [ExpressionParameterFunctional("heat", {"heat": 1})])
     read = np.zeros((len(said["sensors"]), n))
     for row, weights in zip(read, said["sensors"]):
         for node, weight in weights:
@@ -80,8 +79,8 @@ def parameters(said, values):
     return {v["name"]: x for v, x in zip(said["varied"], values)}
 
 
-def judged(said, rom, reductor):
-    """Largest error and bound at the conditions judged, readings outside their bound, and the time of an answer."""
+def judged(said, rom):
+    """Largest error at the conditions judged, and the time of an answer."""
     mus = [rom.parameters.parse(parameters(said, values)) for values in said["judged"]]
     start = time.perf_counter()
     found = [rom.output(mu).ravel() for mu in mus]
@@ -103,20 +102,24 @@ def main():
     same = np.abs(checks - np.array(said["truth"][:5])).max()
     print(f"the full models agree within {same:.1e} K; a full solve takes pyMOR {full:.2f} s, ours {said['full_seconds']:.3f} s\n")
     middle = {name: 0.5 * (low + high) for name, (low, high) in space.ranges.items()}
-    train = space.sample_randomly(given.train, seed=1)
+    with new_rng(1):
+        train = space.sample_randomly(given.train)
     rows = []
 
     start = time.perf_counter()
     product = model.operator.assemble(model.parameters.parse(middle))
-    coercivity = MinThetaParameterFunctional(model.operator.coefficients, middle)
+    films = {name: middle[name] for name in FILMS}
+    thetas = [ConstantParameterFunctional(1.0), *model.operator.coefficients[1:]]
+    coercivity = MinThetaParameterFunctional(thetas, films)
     reductor = CoerciveRBReductor(model, product=product, coercivity_estimator=coercivity)
     found = rb_greedy(model, reductor, train, use_error_estimator=True, atol=said["accuracy_K"], max_extensions=MOST)
     offline = time.perf_counter() - start
-    error, online = judged(said, found["rom"], reductor)
-    bounds = [
-        float(np.ravel(found["rom"].estimate_output_error(parameters(said, values))).max()) for values in said["judged"][:20]
-    ] if hasattr(found["rom"], "estimate_output_error") else []
-    rows.append(("pyMOR, greedy with its bound", found["rom"].solution_space.dim, len(found["max_err_mus"]), error, max(bounds, default=None), offline, online))
+    error, online = judged(said, found["rom"])
+    rom = found["rom"]
+    bound = max(np.max(rom.estimate_output_error(parameters(said, values))) for values in said["judged"])
+    rows.append(
+        ("pyMOR, greedy with its bound", rom.solution_space.dim, rom.solution_space.dim, error, bound, offline, online)
+    )
 
     start = time.perf_counter()
     states = model.solution_space.empty()
@@ -126,13 +129,13 @@ def main():
     reductor = StationaryRBReductor(model, RB=modes, product=product)
     rom = reductor.reduce()
     offline = time.perf_counter() - start
-    error, online = judged(said, rom, reductor)
+    error, online = judged(said, rom)
     rows.append(("pyMOR, POD", rom.solution_space.dim, min(MOST, len(train)), error, None, offline, online))
 
     own = said["ours"]
-    rows.append(
-        ("coldplate", own["modes"], own["solved"] + own["checks"], own["largest_error_K"], own["largest_bound_K"], own["offline_seconds"], own["online_seconds"])
-    )
+    solved = own["solved"] + own["checks"]
+    ours = [own[key] for key in ("largest_error_K", "largest_bound_K", "offline_seconds", "online_seconds")]
+    rows.append(("coldplate", own["modes"], solved, *ours))
     print("| | basis | solved in full | largest error, K | largest bound, K | offline, s | online, ms |")
     print("|---|---:|---:|---:|---:|---:|---:|")
     for name, basis, solved, error, bound, offline, online in rows:
