@@ -2,6 +2,7 @@
 
 mod assemble;
 mod basis;
+mod cells;
 mod chosen;
 mod conductors;
 mod course;
