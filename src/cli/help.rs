@@ -81,7 +81,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
 /// Options by what they are about; those named here with a command are that command's alone.
 const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
-    ("Machine", &["set", "cells", "machine", "mesh_tolerance", "no_mesh_error"]),
+    ("Machine", &["set", "cells", "machine", "full", "mesh_tolerance", "no_mesh_error"]),
     (
         "Data",
         &[
@@ -119,6 +119,8 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "accuracy",
             "max_runs",
             "histories",
+            "draws",
+            "reduce.field",
             "map",
             "within",
             "passes",
@@ -136,6 +138,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "out",
             "chart",
             "vtu",
+            "hottest",
             "report",
             "surrogate",
             "results",

@@ -47,6 +47,9 @@ pub struct Args {
     /// two more to calibrate its bound
     #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "4", default_value_t = 0)]
     histories: usize,
+    /// Keep the temperatures of all cells too, for `coldplate solve MODEL.cpr --vtu FILE` and the hottest place of every part
+    #[arg(long)]
+    field: bool,
     /// Seed of the conditions
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
@@ -82,7 +85,17 @@ struct Record {
     parameters_left_out: Vec<String>,
     /// In time, where the model was made for that.
     in_time: Option<TimeRecord>,
+    /// The temperatures of all cells, where the model has them.
+    field: Option<FieldRecord>,
     seconds: f64,
+}
+
+/// How the temperatures of all cells do.
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct FieldRecord {
+    bytes: usize,
+    largest_error_K: f64,
 }
 
 /// How it does in time.
@@ -120,8 +133,15 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let study = Study::new(document, args.cells)?;
     let variables = &study.model.machine.variables;
     let ranges = ranges(args, variables)?;
-    let settings =
-        Settings { accuracy, ranges, with_parameters: args.uncertain, most: args.max_runs, histories: args.histories, seed: args.seed };
+    let settings = Settings {
+        accuracy,
+        ranges,
+        with_parameters: args.uncertain,
+        most: args.max_runs,
+        histories: args.histories,
+        with_field: args.field,
+        seed: args.seed,
+    };
     let model = reduce(&study, &settings, &progress)?;
     drop(progress);
     let bytes = model.to_bytes(study.document())?;
@@ -152,6 +172,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
             checks: own.checks,
             largest_error_K: own.largest_error,
             largest_bound_K: own.largest_bound,
+        }),
+        field: model.field.as_ref().map(|own| FieldRecord {
+            bytes: (own.modes.len() * size_of::<f32>() + size_of::<f64>()) * own.center.len(),
+            largest_error_K: own.largest_error,
         }),
         seconds: made.seconds,
     };
@@ -232,6 +256,14 @@ fn text(model: &ReducedModel, record: &Record) -> String {
             own.checks,
             kelvin(own.largest_error_K),
             kelvin(own.largest_bound_K)
+        );
+    }
+    if let Some(own) = &record.field {
+        text += &format!(
+            "field     {:.1} MB; largest error of any cell at the {} conditions: {} K\n",
+            own.bytes as f64 / 1e6,
+            made.checks,
+            kelvin(own.largest_error_K)
         );
     }
     if !record.reached {

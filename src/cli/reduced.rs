@@ -8,14 +8,16 @@ use serde::Serialize;
 
 use super::condition::ConditionArgs;
 use super::output::Output;
+use super::places::{Place, hottest, hottest_text};
 use super::text::table;
 use crate::describe::machine::Condition;
+use crate::discretise::mesh::{Mesh, vtu};
 use crate::error::{Error, Result};
 use crate::foundation::document::suggestion;
 use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::reduce::{Answer, ReducedModel};
-use crate::solve::meshed::limit_states;
+use crate::solve::meshed::{MeshedMachine, limit_states};
 use crate::units::{Measurand, celsius};
 
 /// As outside programs read it.
@@ -31,6 +33,11 @@ struct Record {
     in_range: bool,
     modes: usize,
     newton_iterations: usize,
+    /// Largest error of any cell at the conditions that the bounds were calibrated on, where the model has its field.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    field_error_K: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hottest: Option<Vec<Place>>,
     seconds: f64,
 }
 
@@ -67,16 +74,31 @@ pub fn bytes(path: &Path, options: &[(&str, bool)]) -> Result<Option<Vec<u8>>> {
     input::read(path).map(Some)
 }
 
-/// Answers one condition.
+/// Answers one condition; the field goes to `vtu`, and the hottest place of every part is told, where that is asked for.
 ///
 /// # Errors
-/// The file is damaged, the condition is bad, or no steady state is found.
-pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, out: Output) -> Result<u8> {
+/// The file is damaged, or has no field and one is asked for; the condition is bad, or no steady state is found.
+pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, (vtu, with_hottest): (Option<&Path>, bool), out: Output) -> Result<u8> {
     let model = ReducedModel::from_bytes(bytes).map_err(|e| e.in_file(path))?;
     let (condition, parameters) = place(&model, condition)?;
     let clock = Instant::now();
     let answer = model.steady(&condition, &parameters)?;
     let seconds = clock.elapsed().as_secs_f64();
+    let mut places = None;
+    if vtu.is_some() || with_hottest {
+        let size = model.field.as_ref().map(|field| field.element_size);
+        let size = size.ok_or_else(|| {
+            let error = Error::input("this reduced model knows its sensors, not its field").in_file(path);
+            error.at_key(if vtu.is_some() { "--vtu" } else { "--hottest" }).help("make it with `coldplate reduce --field`")
+        })?;
+        let full = MeshedMachine::on(model.machine.clone(), Mesh::with_size(&model.machine, size)?)?;
+        let temperatures = model.temperatures(&answer, &condition, &full.network).map_err(|e| e.in_file(path))?;
+        if let Some(to) = vtu {
+            vtu::write(to, &full.machine, &full.mesh, &temperatures)?;
+            out.note(&format!("wrote {}", to.display()));
+        }
+        places = with_hottest.then(|| hottest(&full.machine, &full.mesh, &temperatures));
+    }
     let (names, measurands) = (&model.fine.network.sensor_names, &model.fine.network.measurands);
     let states = limit_states(&model.machine, &answer.readings, condition.si());
     let network = &model.fine.network;
@@ -99,6 +121,8 @@ pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, out: Output) ->
         in_range: answer.in_range,
         modes: model.coarse.len(),
         newton_iterations: answer.state.steps,
+        field_error_K: model.field.as_ref().map(|field| field.largest_error),
+        hottest: places,
         seconds,
     };
     out.report(&text(&model, &answer, &record), &record);
@@ -106,7 +130,10 @@ pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, out: Output) ->
 }
 
 /// Condition and parameters; what is not given has the machine's default or the file's value.
-fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<f64>)> {
+///
+/// # Errors
+/// A name that is neither a variable nor a parameter, or a value that is none of it.
+pub fn place(model: &ReducedModel, given: &ConditionArgs) -> Result<(Condition, Vec<f64>)> {
     let mut pairs = Vec::new();
     let mut parameters: Vec<f64> = model.parameters.iter().map(|p| p.nominal).collect();
     let mut is_moved = false;
@@ -158,6 +185,7 @@ fn text(model: &ReducedModel, answer: &Answer, record: &Record) -> String {
     };
     text += "\n";
     text += &table(&["channel", "outlet degC", "L/min", "h W/(m2 K)"], &record.coolant.iter().map(row).collect::<Vec<_>>());
+    text += &record.hottest.as_deref().map_or_else(String::new, hottest_text);
     if !answer.in_range {
         text += "\nwarning: outside the ranges that the model was made for; the bounds do not hold there\n";
     }

@@ -31,6 +31,9 @@ pub struct Args {
     /// Run conditions again that failed before
     #[arg(long)]
     retry_failed: bool,
+    /// Solve every condition in full, whatever accuracy the sweep file asks for
+    #[arg(long)]
+    full: bool,
 }
 
 /// Runs the command.
@@ -39,7 +42,10 @@ pub struct Args {
 /// Bad input, numerics that failed everywhere, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
+    let mut sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
+    if args.full {
+        sweep.solve_in_full();
+    }
     let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
     let more =
         sweep.plan.growth.as_ref().map_or_else(String::new, |growth| format!(", then more until {} K are reached,", growth.accuracy));
@@ -90,6 +96,9 @@ fn to_json(summary: &Summary) -> serde_json::Value {
     if let (Some(found), Some(all)) = (&summary.adaptation, all.as_object_mut()) {
         all.insert("adaptive".into(), json!(found));
     }
+    if let (Some(answered), Some(all)) = (&summary.answered, all.as_object_mut()) {
+        all.insert("answered".into(), json!(answered));
+    }
     all
 }
 
@@ -100,6 +109,7 @@ fn text(summary: &Summary) -> String {
         summary.conditions.1,
         summary.failures.len()
     );
+    text += &summary.answered.as_ref().map_or_else(String::new, |answered| format!("{}\n\n", answered.sentence()));
     text += &summary.adaptation.as_ref().map_or_else(String::new, rounds);
     if !summary.points.is_empty() {
         let rows: Vec<Vec<String>> = summary

@@ -7,8 +7,9 @@ use serde_json::{Map, Value, json};
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
+use super::spread::Draws;
 use super::text::table;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::foundation::numbers::significant;
 use crate::solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
 use crate::units::{Celsius, Kelvin};
@@ -16,7 +17,7 @@ use crate::units::{Celsius, Kelvin};
 /// Derivatives of readings with respect to conditions and numbers of the machine file
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Machine file
+    /// Machine file, or a reduced model of one
     machine: PathBuf,
     #[command(flatten)]
     condition: ConditionArgs,
@@ -36,6 +37,15 @@ pub struct Args {
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
+    /// Of a reduced model: how far readings spread over so many draws of its parameters
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
+    draws: Option<u32>,
+    /// Seed of the draws
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    seed: u64,
+    /// Solve every draw in full
+    #[arg(long, requires = "draws")]
+    full: bool,
 }
 
 /// One target with its name, value and derivatives.
@@ -52,6 +62,15 @@ struct Row {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
+    let of_machine = [("--set", !args.set.is_empty()), ("--cells", args.cells.is_some()), ("--to", !args.to.is_empty())];
+    if let Some(bytes) = super::reduced::bytes(&args.machine, &of_machine)? {
+        let draws = Draws { count: args.draws.map(|count| count as usize), seed: args.seed, in_full: args.full };
+        return super::spread::run(&args.machine, &bytes, &args.condition, (draws, &args.sensor), out);
+    }
+    if args.draws.is_some() {
+        let error = Error::input("draws are taken of a reduced model").at_key("--draws").in_file(&args.machine);
+        return Err(error.help("make one: `coldplate reduce MACHINE --uncertain`; --full solves its draws in full"));
+    }
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let study = Study::read(&args.machine, &sets, args.cells)?;
     let condition = args.condition.condition(&study.model.machine)?;

@@ -3,8 +3,11 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use serde::Serialize;
+
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
+use super::places::{Place, hottest, hottest_text};
 use super::text::table;
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::mesh::vtu;
@@ -38,6 +41,9 @@ pub struct Args {
     /// Write the temperature field for ParaView
     #[arg(long, value_name = "FILE")]
     vtu: Option<PathBuf>,
+    /// Say where every part is hottest
+    #[arg(long)]
+    hottest: bool,
 }
 
 /// Runs the command.
@@ -46,9 +52,9 @@ pub struct Args {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
-    let options = [("--set", !args.set.is_empty()), ("--cells", args.cells.is_some()), ("--vtu", args.vtu.is_some())];
+    let options = [("--set", !args.set.is_empty()), ("--cells", args.cells.is_some())];
     if let Some(bytes) = super::reduced::bytes(&args.machine, &options)? {
-        return super::reduced::run(&args.machine, &bytes, &args.condition, out);
+        return super::reduced::run(&args.machine, &bytes, &args.condition, (args.vtu.as_deref(), args.hottest), out);
     }
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let tolerance = units::parse(&args.mesh_tolerance, Dimension::DIFFERENCE).map_err(|e| e.at_key("--mesh-tolerance"))?;
@@ -92,8 +98,19 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let mut record = model.record(&state);
     record.seconds.total = seconds;
     record.mesh = mesh.as_ref().map(|mesh| MeshRecord::of(&model, mesh, tolerance));
-    out.report(&text(&model, &state, mesh.as_ref(), &contacts, seconds), &record);
+    let places = args.hottest.then(|| hottest(&model.machine, &model.mesh, &state.solution.temperatures));
+    let text = text(&model, &state, mesh.as_ref(), &contacts, seconds) + &places.as_deref().map_or_else(String::new, hottest_text);
+    out.report(&text, &WithPlaces { record, hottest: places });
     Ok(0)
+}
+
+/// A solution, and where the parts are hottest where that is asked for.
+#[derive(Serialize)]
+struct WithPlaces<R> {
+    #[serde(flatten)]
+    record: R,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hottest: Option<Vec<Place>>,
 }
 
 /// What the mesh leaves open, or a note why that is not known.

@@ -1,12 +1,14 @@
 //! From a table to a surrogate with limits and provenance.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
 
 use crate::describe::machine::{self, Point, Scope};
 use crate::error::{Error, Result};
-use crate::explore::sweep::RECOVERED;
+use crate::explore::sweep::{BOUNDS, RECOVERED};
+use crate::foundation::numbers::significant;
 use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::table::Table;
 use crate::surrogate::fit::model::{Followed, Held, Limit, LimitKind, Surrogate, Uncertainty, Variable};
@@ -62,6 +64,7 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
     let is_unused = |name: &str| scope.is_some_and(|m| m.variables.iter().enumerate().any(|(i, v)| v.name == name && !m.uses(i)));
     held.retain(|held| !is_unused(&held.name));
     let mut fit = fit::fit_heard(&samples, options, progress)?;
+    widen(&mut fit, table)?;
     if let Some(scope) = scope {
         let (limits, notes) = limits(scope, &fit.surrogate, &held);
         fit.surrogate.limits = limits;
@@ -75,6 +78,27 @@ pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOption
     provenance.push(("conditions".into(), table.rows().to_string()));
     fit.surrogate.held = held;
     Ok(fit)
+}
+
+/// Widens the bands by how far the rows themselves may be from the full solution, where a reduced model answered some.
+fn widen(fit: &mut Fit, table: &Table) -> Result<()> {
+    let Some((_, bounds)) = table.provenance.iter().find(|(key, _)| key == BOUNDS) else { return Ok(()) };
+    let bounds: BTreeMap<String, f64> = serde_json::from_str(bounds).map_err(|e| {
+        Error::input(format!("what the table says of its bounds cannot be read: {e}"))
+            .at_key(BOUNDS)
+            .help("take the table as the sweep wrote it")
+    })?;
+    for (report, point) in fit.points.iter_mut().zip(&mut fit.surrogate.points) {
+        let bound = bounds.get(&report.name).copied().filter(|bound| *bound >= 0.0).unwrap_or(0.0);
+        report.half_width += bound;
+        point.half_width += bound;
+    }
+    let largest = bounds.values().copied().fold(0.0, f64::max);
+    if largest > 0.0 {
+        let largest = significant(largest, 2);
+        fit.notes.push(format!("a reduced model answered rows of this table: bands are wider by its bounds, at most {largest} K"));
+    }
+    Ok(())
 }
 
 /// Adds what the answers leave open, from a table of slopes, where there is one.

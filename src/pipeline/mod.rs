@@ -22,7 +22,7 @@ use std::time::Instant;
 
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
-use crate::explore::sweep::{self, Swept};
+use crate::explore::sweep::{self, Answered, Swept};
 use crate::foundation::progress::Progress;
 use crate::foundation::table::Table;
 use crate::solve::meshed::{Inventory, inventory};
@@ -54,6 +54,8 @@ pub struct Summary {
     pub conditions: (usize, usize),
     /// Conditions that failed, with the reason.
     pub failures: Vec<sweep::Failure>,
+    /// How many conditions a reduced model answered, where the sweep file asks for an accuracy of all rows.
+    pub answered: Option<Answered>,
     /// How it came to the accuracy that the sweep file states, where it does.
     pub adaptation: Option<Adaptation>,
     /// One per measurement point of the surrogate; empty for sweeps of one factor at a time.
@@ -184,6 +186,7 @@ pub fn run<'a>(sweep: &Sweep, folder: &Path, options: sweep::SweepOptions<'a>, p
     let mut summary = Summary {
         folder: folder.to_path_buf(),
         conditions: (plan.conditions.len(), swept.resumed),
+        answered: swept.answered.clone(),
         adaptation,
         failures: swept.failures.clone(),
         points,

@@ -98,6 +98,9 @@ fn summary(section: &mut Section, material: &Material<'_>) {
     if failed > 0 {
         section.note(Tone::Bad, format!("{failed} conditions failed; failures.csv has the reasons. They are in no table and no fit."));
     }
+    if let Some(answered) = &material.summary.answered {
+        section.note(Tone::Plain, answered.sentence());
+    }
     if let Some(found) = &material.summary.adaptation {
         section.note(if found.reached { Tone::Good } else { Tone::Bad }, found.sentence());
     }

@@ -2,10 +2,14 @@
 
 mod assemble;
 mod basis;
+mod cells;
+mod chosen;
 mod conductors;
 mod course;
 mod cubature;
 mod family;
+mod field;
+mod ground;
 mod histories;
 mod level;
 mod model;
@@ -13,10 +17,14 @@ mod motion;
 mod offline;
 mod slow;
 mod split;
+mod spread;
 mod stored;
 
+pub use chosen::{Asked, InFull, answers};
 pub use course::{Beginning, Course, Stretch};
+pub use field::Field;
 pub use level::{Level, Reduced};
 pub use model::{Answer, InTime, Made, ReducedModel};
 pub use offline::{Settings, reduce};
 pub use slow::{Slow, SlowSample};
+pub use spread::{Slopes, Spread, Spreads};

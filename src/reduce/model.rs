@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::field::Field;
 use super::level::{Level, Reduced};
 use crate::describe::machine::{Condition, Machine};
-use crate::discretise::network::Load;
+use crate::discretise::network::{Load, Network};
 use crate::error::Result;
 use crate::solve::sensitivity::OpenParameter;
 
@@ -25,10 +26,12 @@ pub struct ReducedModel {
     pub fine: Level,
     /// What the bound adds to the difference of the two: a share of the largest difference of all readings.
     pub margin: f64,
-    /// The least bound, K.
+    /// What it adds beside, K: the least bound.
     pub floor: f64,
     /// How it does in time, where it was made for that.
     pub in_time: Option<InTime>,
+    /// The temperatures of all nodes, where it was made for that.
+    pub field: Option<Field>,
     /// How it was made.
     pub made: Made,
 }
@@ -99,6 +102,8 @@ pub struct Answer {
     pub state: Reduced,
     /// Its readings, K.
     pub finer: Vec<f64>,
+    /// Streams whose wall boils, by their places, each with the temperature of its hottest wall, K.
+    pub boiling: Vec<(usize, f64)>,
 }
 
 impl ReducedModel {
@@ -108,11 +113,12 @@ impl ReducedModel {
     /// The condition cannot be evaluated, or no steady state is found.
     pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<Answer> {
         let load = Load::at(&self.machine, condition)?;
-        let solve = |level: &Level| -> Result<(Reduced, Vec<f64>)> {
+        let solve = |level: &Level| -> Result<Solved> {
             if parameters.is_empty() {
                 let state = level.steady(&level.network, &load, &nalgebra::DVector::zeros(level.len()))?;
                 let readings = level.read(&level.network, &load, &state);
-                return Ok((state, readings));
+                let boiling = boiling(&level.network, &state);
+                return Ok((state, readings, boiling));
             }
             let (mut network, mut load) = (level.network.clone(), load.clone());
             for (parameter, value) in self.parameters.iter().zip(parameters) {
@@ -120,13 +126,14 @@ impl ReducedModel {
             }
             let state = level.steady(&network, &load, &nalgebra::DVector::zeros(level.len()))?;
             let readings = level.read(&network, &load, &state);
-            Ok((state, readings))
+            let boiling = boiling(&network, &state);
+            Ok((state, readings, boiling))
         };
-        let (_, readings) = solve(&self.coarse)?;
-        let (state, finer) = solve(&self.fine)?;
-        let bounds = self.bounds(&readings, &finer, self.margin);
+        let (_, readings, _) = solve(&self.coarse)?;
+        let (state, finer, boiling) = solve(&self.fine)?;
+        let bounds = self.bounds(&readings, &finer);
         let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, (p.low, p.high)));
-        Ok(Answer { readings, bounds, in_range, state, finer })
+        Ok(Answer { readings, bounds, in_range, state, finer, boiling })
     }
 
     /// Whether a condition is within the ranges of the training.
@@ -135,11 +142,20 @@ impl ReducedModel {
     }
 
     /// How far the readings of the coarser network may be from those of the full model, K.
-    pub(super) fn bounds(&self, readings: &[f64], finer: &[f64], margin: f64) -> Vec<f64> {
+    pub(super) fn bounds(&self, readings: &[f64], finer: &[f64]) -> Vec<f64> {
         let differences: Vec<f64> = readings.iter().zip(finer).map(|(r, f)| (r - f).abs()).collect();
         let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
-        differences.iter().map(|d| (d + margin * largest).max(self.floor)).collect()
+        differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
     }
+}
+
+/// A reduced network's state, its readings, and the streams whose wall boils.
+type Solved = (Reduced, Vec<f64>, Vec<(usize, f64)>);
+
+/// Streams whose wall boils, each with its hottest wall, K.
+fn boiling(network: &Network, state: &Reduced) -> Vec<(usize, f64)> {
+    let wall = |(s, stream)| Some((s, network.boiling_wall(s, stream, &state.temperatures)?));
+    state.streams.iter().enumerate().filter_map(wall).collect()
 }
 
 /// Whether a value is in a range, but for rounding.

@@ -4,18 +4,19 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use super::assemble::{Assembly, Snapshot};
+use super::assemble::Snapshot;
 use super::basis::Basis;
+use super::field::Field;
+use super::ground::{COARSE, Calibrated, Ground, TOLERANCES};
 use super::histories::{Plan, Run, calibrated};
 use super::model::{Answer, Made, ReducedModel};
-use super::split::Split;
 use crate::describe::machine::Condition;
-use crate::discretise::network::{Load, Network};
+use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;
+use crate::solve::Solver;
 use crate::solve::sensitivity::{OpenParameter, Study};
-use crate::solve::{Solver, System};
 
 /// Conditions solved in full before the first reduced model, and for each axis more.
 const FIRST: (usize, usize) = (16, 4);
@@ -24,16 +25,8 @@ const LEAST: usize = 8;
 /// Conditions among which the next are chosen, and how many in each round.
 const POOL: usize = 192;
 const ROUND: usize = 8;
-/// Modes for each solved condition: the last ones are noise of the choice.
-const MODES_PER_STATE: f64 = 0.7;
-/// Modes of the network that answers, of those of the finer one.
-const COARSE: f64 = 0.75;
-/// Share of what the sampled conductors deviate from their tangents that may be left, in the two networks.
-const TOLERANCES: [f64; 2] = [1e-3, 1e-4];
 /// Random conditions that the bound is calibrated on.
 const CHECKS: usize = 60;
-/// The margin of the bound over the largest that was needed at them, and the least.
-const SAFETY: (f64, f64) = (3.0, 0.5);
 /// Share of the accuracy that the bounds of the choice must keep with the least margin: the calibrated one is larger, and
 /// conditions that were not tried may be worse.
 const AIM: f64 = 0.4;
@@ -43,9 +36,6 @@ const HISTORY_CHECKS: usize = 2;
 const MODES_IN_TIME: usize = 48;
 /// Their conditions are others than those of the steady states.
 const HISTORIES: u64 = 0x7131;
-/// What the full solver itself leaves open, K.
-const FLOOR: f64 = 1e-5;
-
 /// What a reduced model shall be.
 #[derive(Debug, Clone)]
 pub struct Settings {
@@ -59,6 +49,8 @@ pub struct Settings {
     pub most: usize,
     /// Histories in full that it shall follow in time; none: it is steady only.
     pub histories: usize,
+    /// Whether the temperatures of all nodes are wanted too.
+    pub with_field: bool,
     /// Seed of the conditions.
     pub seed: u64,
 }
@@ -93,11 +85,8 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     let load = Load::at(machine, &middle.condition)?;
     let solver = Solver::heard(network, &load, progress)?;
     let center = solver.steady(&load)?;
-    let system = System::new(network);
-    let energy = system.symmetric(network, &load, &center.streams, &center.temperatures);
-    let split = Split::of(network);
-    let assembly = Assembly { network, split: &split, load: &load, center: &center.temperatures };
-    let full = |place: &Place| offline.full(place, &solver, &center.temperatures, &split.rest);
+    let ground = Ground::new(machine, network, load, center);
+    let full = |place: &Place| offline.full(place, &solver, &ground);
     let mut random = Random::new(settings.seed);
     let mut draw = |count: usize| -> Vec<Place> {
         (0..count).map(|_| offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>())).collect()
@@ -114,29 +103,10 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     take(draw(count), &mut snapshots);
     let mut pool = draw(POOL);
     let (model, basis) = loop {
-        if snapshots.len() < 4 {
-            return Err(Error::numerics("hardly any condition of the ranges has a steady state").help("narrow the ranges with --range"));
-        }
-        let rises: Vec<Vec<f64>> = snapshots.iter().map(|s| s.rise.clone()).collect();
-        let basis = Basis::of(&rises, &energy, ((snapshots.len() as f64 * MODES_PER_STATE) as usize).max(2));
+        let (model, basis) = ground.model(&snapshots, &settings.ranges)?;
+        let left_out = left_out.iter().map(|p| p.name.clone()).collect();
+        let model = ReducedModel { parameters: parameters.clone(), left_out, ..model };
         let fine = basis.modes.len();
-        if fine == 0 {
-            return Err(Error::input("no temperature follows what varies").help("vary what the machine file's formulas name"));
-        }
-        let coarse = ((fine as f64 * COARSE) as usize).clamp(1, fine);
-        progress.at(&format!("{} conditions solved in full, {fine} modes: choosing conductors", snapshots.len()));
-        let model = ReducedModel {
-            machine: machine.clone(),
-            parameters: parameters.clone(),
-            left_out: left_out.iter().map(|p| p.name.clone()).collect(),
-            ranges: settings.ranges.clone(),
-            coarse: assembly.level(&basis.modes[..coarse], &snapshots, TOLERANCES[0]),
-            fine: assembly.level(&basis.modes, &snapshots, TOLERANCES[1]),
-            margin: SAFETY.1,
-            floor: FLOOR,
-            in_time: None,
-            made: Made::default(),
-        };
         // Where the bound is largest, or nothing is found at all, a full solve tells most.
         let bound = |place: &Place| match model.steady(&place.condition, &place.parameters) {
             Ok(answer) => answer.bounds.iter().fold(0.0, |m: f64, b| m.max(*b)),
@@ -157,10 +127,10 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         take(next, &mut snapshots);
     };
     let mut checks = Vec::new();
-    let model = if settings.histories == 0 {
-        model
+    let (model, modes) = if settings.histories == 0 {
+        (model, basis.modes)
     } else {
-        let slowest = model.fine.slowest(&load)?;
+        let slowest = model.fine.slowest(&Load::at(machine, &middle.condition)?)?;
         let mut random = Random::new(settings.seed ^ HISTORIES);
         let condition = |random: &mut Random| {
             let mut place = offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>());
@@ -170,7 +140,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let plan = |number: usize| Plan::random(number, slowest, &mut random, condition, machine);
         let plans: Vec<Plan> = (0..settings.histories + HISTORY_CHECKS).map(plan).collect::<Result<_>>()?;
         progress.at(&format!("running {} histories in full", plans.len()));
-        let states = Some((&split.rest, center.temperatures.as_slice()));
+        let states = Some((&ground.split.rest, ground.center()));
         let one = |(number, plan): (usize, &Plan)| plan.run(machine, network, states.filter(|_| number < settings.histories));
         let mut runs: Vec<Run> = plans.par_iter().enumerate().map(one).collect::<Result<_>>()?;
         let tests = runs.split_off(settings.histories);
@@ -178,6 +148,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         // What histories add to the modes of the steady states.
         let histories: Vec<Snapshot> = runs.into_iter().flat_map(|run| run.snapshots).collect();
         let rises: Vec<Vec<f64>> = histories.iter().map(|s| s.rise.clone()).collect();
+        let (energy, assembly) = (ground.energy(), ground.assembly());
         let enriched = |steady: Vec<Vec<f64>>, most: usize| {
             let steady = Basis { modes: steady };
             let moving = Basis::of(&steady.without(&rises, &energy), &energy, most).modes;
@@ -188,48 +159,49 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let fine = enriched(basis.modes, MODES_IN_TIME);
         let all: Vec<Snapshot> = snapshots.iter().cloned().chain(histories).collect();
         progress.at(&format!("{} states in all, {} modes: choosing conductors", all.len(), fine.len()));
-        ReducedModel { coarse: assembly.level(&coarse, &all, TOLERANCES[0]), fine: assembly.level(&fine, &all, TOLERANCES[1]), ..model }
+        let levels = (assembly.level(&coarse, &all, TOLERANCES[0]), assembly.level(&fine, &all, TOLERANCES[1]));
+        (ReducedModel { coarse: levels.0, fine: levels.1, ..model }, fine)
     };
+    let mut field = settings.with_field.then(|| Field::of(&modes, &ground.center()[..network.solids], study.model.mesh.element_size));
     progress.at(&format!("comparing with {CHECKS} further conditions solved in full"));
     let places = draw(CHECKS);
     let compare = |place: &Place| {
         let (truth, answer) = (full(place).ok()?, model.steady(&place.condition, &place.parameters).ok()?);
-        Some((truth.readings, answer))
+        let errors = truth.readings.iter().zip(&answer.readings).map(|(t, r)| (t - r).abs()).collect();
+        // At held nodes the field is the condition's.
+        let apart = |field: &Field| {
+            let rise = field.rise(answer.state.amplitudes.iter().copied());
+            truth.rise.iter().zip(rise).map(|(t, r)| (t - r).abs()).fold(0.0, f64::max)
+        };
+        let apart = field.as_ref().map_or(0.0, apart);
+        Some(((errors, answer), apart))
     };
-    let compared: Vec<(Vec<f64>, Answer)> = places.par_iter().filter_map(compare).collect();
+    let (compared, apart): (Vec<(Vec<f64>, Answer)>, Vec<f64>) =
+        places.par_iter().filter_map(compare).collect::<Vec<_>>().into_iter().unzip();
+    if let Some(field) = &mut field {
+        field.largest_error = apart.into_iter().fold(0.0, f64::max);
+    }
     if 2 * compared.len() < CHECKS {
         let what = format!("the bound cannot be calibrated: only {} of {CHECKS} conditions could be compared", compared.len());
         return Err(Error::numerics(what).help("narrow the ranges with --range"));
     }
-    let mut needed: f64 = 0.0;
-    let mut worst: f64 = 0.0;
-    for (truth, answer) in &compared {
-        let own = answer.readings.iter().zip(&answer.finer).map(|(c, f)| (c - f).abs());
-        let largest = own.clone().fold(0.0, f64::max);
-        for ((t, r), d) in truth.iter().zip(&answer.readings).zip(own) {
-            let error = (t - r).abs();
-            worst = worst.max(error);
-            if error > FLOOR && largest > 0.0 {
-                needed = needed.max((error - d) / largest);
-            }
-        }
-    }
-    let margin = (SAFETY.0 * needed).max(SAFETY.1);
-    let widened = |answer: &Answer| model.bounds(&answer.readings, &answer.finer, margin);
+    let found = Calibrated::at(&compared);
+    let model = ReducedModel { margin: found.margin, floor: found.floor, ..model };
+    let widened = |answer: &Answer| model.bounds(&answer.readings, &answer.finer);
     let largest = compared.iter().flat_map(|(_, answer)| widened(answer)).fold(0.0, f64::max);
     let made = Made {
         solved: snapshots.len(),
         failed,
         checks: compared.len(),
-        largest_error: worst,
+        largest_error: found.worst,
         largest_bound: largest,
         cells: study.model.mesh.cells,
         nodes: network.nodes,
-        conductors: split.conductors(),
+        conductors: ground.split.conductors(),
         seconds: clock.elapsed().as_secs_f64(),
     };
     let in_time = if checks.is_empty() { None } else { Some(calibrated(&model, &checks, settings.histories)?) };
-    Ok(ReducedModel { margin, in_time, made, ..model })
+    Ok(ReducedModel { in_time, field, made, ..model })
 }
 
 struct Offline<'a> {
@@ -255,14 +227,15 @@ impl Offline<'_> {
     }
 
     /// The full model there.
-    fn full(&self, place: &Place, solver: &Solver<'_>, near: &[f64], rest: &Network) -> Result<Snapshot> {
+    fn full(&self, place: &Place, solver: &Solver<'_>, ground: &Ground<'_>) -> Result<Snapshot> {
+        let near = ground.center();
         let (machine, network) = (&self.study.model.machine, &self.study.model.network);
         let mut load = Load::at(machine, &place.condition)?;
         if place.parameters.is_empty() {
             let solution = solver.steady_from(&load, near)?;
-            return Ok(Snapshot::of(network, rest, &load, &solution.streams, &solution.temperatures, near));
+            return Ok(ground.snapshot(&load, &solution.streams, &solution.temperatures));
         }
-        let (mut own, mut rest) = (network.clone(), rest.clone());
+        let (mut own, mut rest) = (network.clone(), ground.split.rest.clone());
         for (parameter, value) in self.parameters.iter().zip(&place.parameters) {
             let mut unused = load.clone();
             parameter.set(*value, machine, &mut rest, &mut unused);

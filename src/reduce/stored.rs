@@ -1,4 +1,4 @@
-//! The file of a reduced model: `COLDPLATE-REDUCED 2`, SHA-256 of what follows, and that in postcard's encoding.
+//! The file of a reduced model: `COLDPLATE-REDUCED 4`, SHA-256 of what follows, and that in postcard's encoding.
 //!
 //! Laws are not stored but read from the machine file's text, which is part of it: materials, contact laws, channels, circuits and
 //! sources of the sampled network are the machine's own.
@@ -8,6 +8,7 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::field::Field;
 use super::level::Level;
 use super::model::{InTime, Made, ReducedModel};
 use crate::describe::machine::{Machine, Sensor};
@@ -33,6 +34,7 @@ struct StoredModel {
     floor: f64,
     in_time: Option<InTime>,
     made: Made,
+    field: Option<Field>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -83,7 +85,7 @@ impl ReducedModel {
     /// First bytes of the file, whatever its version.
     pub const FAMILY: &[u8] = b"COLDPLATE-REDUCED ";
     /// First bytes of the file.
-    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 3\n";
+    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 4\n";
 
     /// The file's bytes; `document` is the machine file the model was made of.
     ///
@@ -104,6 +106,7 @@ impl ReducedModel {
             floor: self.floor,
             in_time: self.in_time.clone(),
             made: self.made.clone(),
+            field: self.field.clone(),
         };
         let body = postcard::to_stdvec(&stored).map_err(|e| Error::numerics(format!("the reduced model cannot be written: {e}")))?;
         Ok([Self::MAGIC, Sha256::digest(&body).as_slice(), &body].concat())
@@ -130,9 +133,13 @@ impl ReducedModel {
             let level = Level { network, ..stored.level };
             level.is_sound().then_some(level)
         };
+        let (coarse, fine) = (level(stored.coarse).ok_or_else(damaged)?, level(stored.fine).ok_or_else(damaged)?);
+        if stored.field.as_ref().is_some_and(|field| !field.is_sound(fine.len())) {
+            return Err(damaged());
+        }
         Ok(Self {
-            coarse: level(stored.coarse).ok_or_else(damaged)?,
-            fine: level(stored.fine).ok_or_else(damaged)?,
+            coarse,
+            fine,
             machine,
             parameters: stored.parameters,
             left_out: stored.left_out,
@@ -141,6 +148,7 @@ impl ReducedModel {
             floor: stored.floor,
             in_time: stored.in_time,
             made: stored.made,
+            field: stored.field,
         })
     }
 }

@@ -76,7 +76,17 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("explore::external", &["error", "units", "foundation::*", "describe::machine"]),
     (
         "explore::sweep",
-        &["error", "units", "foundation::*", "describe::machine", "discretise::network", "solve", "solve::*", "explore::external"],
+        &[
+            "error",
+            "units",
+            "foundation::*",
+            "describe::machine",
+            "discretise::network",
+            "solve",
+            "solve::*",
+            "reduce",
+            "explore::external",
+        ],
     ),
     ("surrogate::fit", &["error", "units", "foundation::*"]),
     ("surrogate::verdict", &["error", "units", "foundation::*", "surrogate::fit"]),

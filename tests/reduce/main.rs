@@ -1,7 +1,11 @@
 //! Reduced models against full solves: every reading within its bound, whatever the condition, and files that hold.
 
 mod dynamics;
+mod field;
+mod format;
 mod histories;
+mod spread;
+mod sweeps;
 
 use coldplate::describe::machine::Condition;
 use coldplate::discretise::network::Load;
@@ -27,7 +31,7 @@ fn settings(study: &Study, with_parameters: bool) -> Settings {
         (None, None, None) => panic!("{} has neither range nor default", v.name),
     };
     let ranges = study.model.machine.variables.iter().enumerate().map(range).collect();
-    Settings { accuracy: ACCURACY, ranges, with_parameters, most: 400, histories: 0, seed: 1 }
+    Settings { accuracy: ACCURACY, ranges, with_parameters, most: 400, histories: 0, with_field: false, seed: 1 }
 }
 
 /// What bound over error is, condition by condition, and how many readings are outside their bound.

@@ -7,7 +7,7 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use coldplate_runtime::Surrogate;
+use coldplate_runtime::{SingleState, Surrogate};
 
 const BATCHES: usize = 400;
 const CONDITIONS: usize = 256;
@@ -77,6 +77,24 @@ fn steps() {
     let section = surrogate.in_time().map_or(0, |own| 8 * own.numbers().len());
     let (step, read) = (step / CONDITIONS as f64, read / CONDITIONS as f64);
     println!("23 points in time, 24 states: step {step:.2} us, read {read:.2} us, target 5 us together; {section} B of numbers");
+    let mut numbers = vec![0.0; surrogate.in_time().map_or(0, |own| own.single_len())];
+    let single = surrogate.single(&mut numbers).expect("it moves");
+    let mut state = SingleState::from(&surrogate.at_rest(&conditions[0]).expect("it moves"));
+    let mut values = [0.0; 23];
+    let step = least(|| {
+        for x in &conditions {
+            single.step(&mut state, black_box(1.0), black_box(x)).expect("a step");
+        }
+    });
+    let read = least(|| {
+        for x in &conditions {
+            single.read(black_box(&state), black_box(x), &mut values).expect("the shapes fit");
+            black_box(&values);
+        }
+    });
+    let (step, read) = (step / CONDITIONS as f64, read / CONDITIONS as f64);
+    let room = size_of::<f32>() * surrogate.in_time().map_or(0, |own| own.single_len());
+    println!("the same in single precision: step {step:.2} us, read {read:.2} us; {room} B of numbers");
 }
 
 /// Conditions spread over the fitted range by irrational steps.

@@ -9,25 +9,10 @@ use core::fmt;
 
 use crate::bytes::Numbers;
 use crate::evaluate::{ShapeError, monomials, pick};
+use crate::factors::{States, advance, dot};
 use crate::format::{MAX_POINTS, MAX_SLOPE_TERMS, MAX_STATES, MAX_VARIABLES};
 use crate::surrogate::{Polynomial, Surrogate};
 use crate::uncertain::packed;
-
-/// Error of a step that is allowed at any point, in the points' unit.
-const TOLERANCE: f64 = 1e-4;
-/// The pole: a root of g³ - 3 g² + 3/2 g - 1/6, that with which the approximation is L-stable.
-const POLE: f64 = 0.435_866_521_508_459;
-/// Weights of one, two and three solves: those that match the exponential to second order, and with the pole to third.
-const WEIGHTS: [f64; 3] = {
-    let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
-    let third = second - first - (first - 1.0);
-    let two = first - 1.0 - 2.0 * third;
-    [1.0 - two - third, two, third]
-};
-/// What the third difference of the solves is multiplied by, as an estimate of the error: that of a scheme of second order.
-const ESTIMATE: f64 = 0.5;
-/// Shortest share of a step that it is cut into.
-const SHORTEST: f64 = 1e-6;
 
 /// Polynomials over common terms: term by term, one coefficient per column.
 #[derive(Debug, Clone, Copy)]
@@ -113,9 +98,9 @@ impl<'a> InTime<'a> {
 /// The state of a machine: [`Surrogate::at_rest`] and its like make it, [`Surrogate::step`] moves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
-    values: [f64; MAX_STATES],
+    pub(crate) values: [f64; MAX_STATES],
     /// The step that the last one came to, s; zero at the beginning.
-    length: f64,
+    pub(crate) length: f64,
 }
 
 impl State {
@@ -165,12 +150,10 @@ impl From<ShapeError> for StepError {
     }
 }
 
-type States = [f64; MAX_STATES];
-
 /// Monomials of shared terms.
-struct Terms {
-    values: [f64; MAX_SLOPE_TERMS],
-    count: usize,
+pub(crate) struct Terms {
+    pub(crate) values: [f64; MAX_SLOPE_TERMS],
+    pub(crate) count: usize,
 }
 
 impl<'a> Surrogate<'a> {
@@ -267,31 +250,10 @@ impl<'a> Surrogate<'a> {
         for (away, (value, steady)) in away.iter_mut().zip(state.values.iter().zip(&steady)).take(n) {
             *away = value - steady;
         }
-        let (mut left, shortest) = (duration, SHORTEST * duration);
-        let mut next = if state.length > 0.0 { state.length } else { duration };
-        let mut factors = Factors::new(&rates, next.min(left), n);
-        while left > 0.0 {
-            let is_last = next >= left * (1.0 - 1e-9);
-            let length = if is_last { left } else { next };
-            if factors.length != length {
-                factors = Factors::new(&rates, length, n);
-            }
-            let (after, difference) = factors.step(&away);
-            let error = ESTIMATE * (0..n).map(|k| difference[k].abs() * own.reach.at(k)).sum::<f64>();
-            // Halves and doubles: most steps keep their factors.
-            if error > TOLERANCE && length > shortest {
-                next = 0.5 * length;
-                continue;
-            }
-            away = after;
-            left = if is_last { 0.0 } else { left - length };
-            let grown = if error < 0.05 * TOLERANCE { 2.0 * length } else { length };
-            next = if is_last { grown.max(next) } else { grown };
-        }
+        state.length = advance(&rates, &mut away, n, (duration, state.length), |k| own.reach.at(k));
         for (value, (away, steady)) in state.values.iter_mut().zip(away.iter().zip(&steady)).take(n) {
             *value = steady + away;
         }
-        state.length = next;
         Ok(())
     }
 
@@ -313,7 +275,7 @@ impl<'a> Surrogate<'a> {
         Ok(())
     }
 
-    fn moving(&self, x: &[f64]) -> Result<&InTime<'a>, StepError> {
+    pub(crate) fn moving(&self, x: &[f64]) -> Result<&InTime<'a>, StepError> {
         let own = self.in_time.as_ref().ok_or(StepError::NotInTime)?;
         if x.len() != self.variables.len() {
             return Err(ShapeError { argument: "number of variables", expected: self.variables.len(), found: x.len() }.into());
@@ -321,14 +283,14 @@ impl<'a> Surrogate<'a> {
         if x.iter().all(|v| v.is_finite()) { Ok(own) } else { Err(StepError::Number) }
     }
 
-    fn terms_at(&self, shared: &Shared<'_>, x: &[f64]) -> Terms {
+    pub(crate) fn terms_at(&self, shared: &Shared<'_>, x: &[f64]) -> Terms {
         let mut terms = Terms { values: [0.0; MAX_SLOPE_TERMS], count: shared.terms.min(MAX_SLOPE_TERMS) };
         let u = pick(shared.transforms, &self.scale(x));
         monomials(&shared.polynomial(), &u[..x.len().min(MAX_VARIABLES)], 0, &mut terms.values[..terms.count]);
         terms
     }
 
-    fn steady_states(&self, own: &InTime<'_>, x: &[f64]) -> States {
+    fn steady_states(&self, own: &InTime<'_>, x: &[f64]) -> States<f64> {
         let terms = self.terms_at(&own.steady, x);
         let mut values = [0.0; MAX_STATES];
         combine(own.steady_coefficients, 0, own.states, &terms, &mut values);
@@ -338,7 +300,7 @@ impl<'a> Surrogate<'a> {
 
 impl InTime<'_> {
     /// L by columns, 1/s.
-    fn rates(&self, terms: &Terms) -> [States; MAX_STATES] {
+    fn rates(&self, terms: &Terms) -> [States<f64>; MAX_STATES] {
         let mut rates = [[0.0; MAX_STATES]; MAX_STATES];
         let n = self.states;
         for (term, monomial) in terms.values[..terms.count].iter().enumerate() {
@@ -353,7 +315,7 @@ impl InTime<'_> {
     }
 
     /// What each state adds to a point.
-    fn output(&self, point: usize, terms: &Terms) -> States {
+    fn output(&self, point: usize, terms: &Terms) -> States<f64> {
         let mut row = [0.0; MAX_STATES];
         combine(self.outputs, point * terms.count * self.states, self.states, terms, &mut row);
         row
@@ -361,98 +323,10 @@ impl InTime<'_> {
 }
 
 /// Adds the terms times their coefficients, which begin at `start`, `count` a term.
-fn combine(coefficients: Numbers<'_>, start: usize, count: usize, terms: &Terms, values: &mut States) {
+fn combine(coefficients: Numbers<'_>, start: usize, count: usize, terms: &Terms, values: &mut States<f64>) {
     for (term, monomial) in terms.values[..terms.count].iter().enumerate() {
         for (value, coefficient) in values.iter_mut().zip(coefficients.part(start + term * count, count).iter()) {
             *value += monomial * coefficient;
         }
-    }
-}
-
-fn dot(a: &States, b: &States, n: usize) -> f64 {
-    a.iter().zip(b).take(n).map(|(a, b)| a * b).sum()
-}
-
-/// LU factors of I + POLE length L by columns, rows exchanged by the largest pivot. All inner loops run down a column, so that
-/// they vectorise.
-struct Factors {
-    length: f64,
-    columns: [States; MAX_STATES],
-    /// One over the pivots.
-    inverse: States,
-    order: [usize; MAX_STATES],
-    n: usize,
-}
-
-impl Factors {
-    fn new(rates: &[States; MAX_STATES], length: f64, n: usize) -> Self {
-        let n = n.min(MAX_STATES);
-        let mut columns = *rates;
-        for (k, column) in columns.iter_mut().enumerate().take(n) {
-            column.iter_mut().take(n).for_each(|entry| *entry *= POLE * length);
-            column[k] += 1.0;
-        }
-        let (mut inverse, mut order) = ([0.0; MAX_STATES], [0; MAX_STATES]);
-        order.iter_mut().enumerate().for_each(|(i, place)| *place = i);
-        for k in 0..n {
-            let (before, behind) = columns.split_at_mut(k + 1);
-            let pivots = &mut before[k];
-            let mut largest = k;
-            for i in k + 1..n {
-                if pivots[i].abs() > pivots[largest].abs() {
-                    largest = i;
-                }
-            }
-            pivots.swap(k, largest);
-            order.swap(k, largest);
-            inverse[k] = 1.0 / pivots[k];
-            pivots[k + 1..n].iter_mut().for_each(|entry| *entry *= inverse[k]);
-            for column in behind.iter_mut().take(n - k - 1) {
-                column.swap(k, largest);
-                let above = column[k];
-                for (entry, factor) in column[k + 1..n].iter_mut().zip(&pivots[k + 1..n]) {
-                    *entry -= factor * above;
-                }
-            }
-            for column in before.iter_mut().take(k) {
-                column.swap(k, largest);
-            }
-        }
-        Self { length, columns, inverse, order, n }
-    }
-
-    fn solve(&self, right: &States) -> States {
-        let mut x = [0.0; MAX_STATES];
-        for (x, place) in x.iter_mut().zip(&self.order).take(self.n) {
-            *x = right[*place];
-        }
-        for k in 0..self.n {
-            let known = x[k];
-            for (x, entry) in x[k + 1..self.n].iter_mut().zip(&self.columns[k][k + 1..self.n]) {
-                *x -= entry * known;
-            }
-        }
-        for k in (0..self.n).rev() {
-            x[k] *= self.inverse[k];
-            let known = x[k];
-            for (x, entry) in x[..k].iter_mut().zip(&self.columns[k][..k]) {
-                *x -= entry * known;
-            }
-        }
-        x
-    }
-
-    /// The states after the step, and the third difference of the solves.
-    fn step(&self, away: &States) -> (States, States) {
-        let one = self.solve(away);
-        let two = self.solve(&one);
-        let three = self.solve(&two);
-        let four = self.solve(&three);
-        let (mut after, mut difference) = ([0.0; MAX_STATES], [0.0; MAX_STATES]);
-        for k in 0..self.n {
-            after[k] = WEIGHTS[0] * one[k] + WEIGHTS[1] * two[k] + WEIGHTS[2] * three[k];
-            difference[k] = one[k] - 3.0 * two[k] + 3.0 * three[k] - four[k];
-        }
-        (after, difference)
     }
 }

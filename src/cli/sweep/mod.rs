@@ -32,6 +32,9 @@ pub struct Args {
     /// Run conditions again that failed before
     #[arg(long)]
     retry_failed: bool,
+    /// Solve every condition in full, whatever accuracy the sweep file asks for
+    #[arg(long)]
+    full: bool,
     /// Run the K-th of N parts alone, into a journal of its own
     #[arg(long, value_name = "K/N", conflicts_with_all = ["shards", "merge"])]
     shard: Option<Shard>,
@@ -64,7 +67,10 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(count) = args.shards {
         return parts::list(args, &sets, count as usize, out);
     }
-    let sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
+    let mut sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
+    if args.full {
+        sweep.solve_in_full();
+    }
     if let Err(error) = designs::rehearse(&sweep) {
         out.note(&format!("warning: no surrogate can be fitted to this sweep: {}", error.what()));
     }
@@ -104,6 +110,7 @@ fn told(sweep: &Sweep, swept: &Swept, adaptation: Option<&Adaptation>, start: In
         swept.failures.len(),
         record.seconds
     );
+    text += &swept.answered.as_ref().map_or_else(String::new, |answered| format!("{}\n", answered.sentence()));
     text += &adaptation.map_or_else(String::new, |found| format!("\n{}", rounds(found)));
     for file in &record.files {
         text += &format!("wrote {file}\n");

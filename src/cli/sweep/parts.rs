@@ -32,7 +32,10 @@ pub(super) fn run(sweep: &Sweep, shard: Shard, folder: &Path, options: SweepOpti
 /// Prints the command of every part.
 pub(super) fn list(args: &Args, sets: &[(String, String)], count: usize, out: Output) -> Result<u8> {
     // Without the mesh, which takes its time.
-    let definition = Definition::read(&args.sweep)?;
+    let mut definition = Definition::read(&args.sweep)?;
+    if args.full {
+        definition.accuracy = None;
+    }
     shards::check(&definition.plan(&definition.scope(sets)?.variables)?)?;
     let command = |shard: Shard| {
         let again = args.retry_failed.then(|| "--retry-failed".to_string());
@@ -56,6 +59,7 @@ fn arguments(args: &Args, out: Option<&Path>) -> Vec<String> {
     let mut words = vec![program, "sweep".into(), path(&args.sweep)];
     words.extend(out.iter().flat_map(|out| ["--out".into(), path(out)]));
     words.extend(args.cells.iter().flat_map(|cells| ["--cells".into(), cells.to_string()]));
+    words.extend(args.full.then(|| "--full".to_string()));
     words.extend(args.set.iter().flat_map(|set| ["--set".into(), set.clone()]));
     words
 }

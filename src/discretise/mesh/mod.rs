@@ -3,6 +3,7 @@
 
 mod draw;
 pub mod grid;
+pub mod hottest;
 pub mod hull;
 pub mod overlap;
 pub mod path;

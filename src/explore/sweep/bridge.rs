@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use super::merge::{self, Merged};
+use super::own::Own;
 use super::shards::{self, Shard, ShardRecord};
-use super::{Definition, Grow, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, execute, execute_growing, own};
+use super::{Definition, Grow, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, answered, execute, execute_growing, own};
 use crate::describe::machine::{Condition, ModelError, Scope};
 use crate::error::{Error, Result};
 use crate::explore::external::{Program, Values};
@@ -112,6 +113,11 @@ impl Sweep {
         }
     }
 
+    /// Every condition is solved in full, whatever accuracy the sweep file asks for.
+    pub fn solve_in_full(&mut self) {
+        self.plan.accuracy = None;
+    }
+
     /// The middle of the ranges.
     pub fn reference(&self) -> Condition {
         self.plan.middle()
@@ -131,6 +137,9 @@ impl Sweep {
     /// As [`Sweep::run`], and those of `grow`.
     pub fn run_growing(&self, folder: &Path, options: SweepOptions<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
         let subject = self.subject();
+        if let (Solving::Own(own), Some(accuracy)) = (&self.solver, self.plan.accuracy) {
+            return answered::execute(&Own::new(&own.0, &own.1, &self.plan)?, &self.plan, &subject, folder, options, accuracy);
+        }
         let (mut swept, notes) =
             self.solving(folder, options, |solve, options| execute_growing(&self.plan, &subject, folder, options, solve, grow))?;
         swept.notes = notes;

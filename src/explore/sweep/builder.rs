@@ -52,7 +52,15 @@ pub(super) struct Space {
 impl Builder {
     pub(super) fn new(name: String, variables: &[Variable]) -> Self {
         Self {
-            plan: Plan { name, variables: variables.to_vec(), groups: Vec::new(), shown: Vec::new(), conditions: Vec::new(), growth: None },
+            plan: Plan {
+                name,
+                variables: variables.to_vec(),
+                groups: Vec::new(),
+                shown: Vec::new(),
+                conditions: Vec::new(),
+                growth: None,
+                accuracy: None,
+            },
         }
     }
 

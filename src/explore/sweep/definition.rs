@@ -29,6 +29,8 @@ pub struct Definition {
     pub fit: FitKeys,
     /// What is taken as open of the machine.
     pub uncertainty: Openness,
+    /// How far a reading may be from the full solution, K: what a reduced model knows so well is not solved.
+    pub accuracy: Option<f64>,
     document: Document,
 }
 
@@ -117,7 +119,12 @@ impl Definition {
         }
         let fit = fit_keys(&root)?;
         let uncertainty = Openness::read(&root)?;
-        Ok(Self { name, machine, cells, set, compare, charts, fit, uncertainty, document })
+        let accuracy = root.opt_positive("accuracy", Dimension::DIFFERENCE)?;
+        if accuracy.is_some() && root.has(SOLVER) {
+            let error = root.error_at("accuracy", "another program solves this sweep: there is no network to make a reduced model of");
+            return Err(error.help("remove the line"));
+        }
+        Ok(Self { name, machine, cells, set, compare, charts, fit, uncertainty, accuracy, document })
     }
 
     /// The parsed file, for the tables that others read from it.
@@ -132,7 +139,7 @@ impl Definition {
     pub fn plan(&self, variables: &[Variable]) -> Result<Plan> {
         let root = self.document.root();
         let others = EMPTY.map(|(table, _)| table);
-        for key in ["name", "machine", "cells", "set", "compare", "charts", "fit", "uncertainty"].into_iter().chain(others) {
+        for key in ["name", "machine", "cells", "set", "compare", "charts", "fit", "uncertainty", "accuracy"].into_iter().chain(others) {
             let _ = root.has(key);
         }
         // Who reads [solver] reads these.
@@ -155,7 +162,8 @@ impl Definition {
             one_factor(sweep, variables, &common, &mut builder)?;
         }
         root.finish()?;
-        builder.finish().map_err(|e| e.in_file(self.document.file()))
+        let plan = builder.finish().map_err(|e| e.in_file(self.document.file()))?;
+        Ok(Plan { accuracy: self.accuracy, ..plan })
     }
 
     fn one_design(&self, root: &Section<'_>, variables: &[Variable], builder: &mut Builder) -> Result<()> {
@@ -205,6 +213,10 @@ impl Definition {
             "latin_hypercube" => {
                 let corners = design.opt_flag("corners")?.unwrap_or(false);
                 space.latin_hypercube(design.integer("runs", 2)?, seed(&design)?.unwrap_or(1), corners).map_err(place)?;
+            }
+            "adaptive" if self.accuracy.is_some() => {
+                let what = "the few runs of an adaptive design are all solved in full";
+                return Err(root.error_at("accuracy", what).help("remove this line; that of the [design] says when the design is done"));
             }
             "adaptive" => adaptive(&design, &mut space)?,
             "sobol" => space.sobol(design.integer("runs", 1)?, seed(&design)?).map_err(place)?,

@@ -191,6 +191,15 @@ impl Journal {
         &self.outcomes
     }
 
+    /// What became of the first so many conditions.
+    ///
+    /// # Errors
+    /// One of them was not run.
+    pub fn held(&self, count: usize) -> Result<Vec<Outcome>> {
+        let missing = || Error::numerics("a condition was not run");
+        self.outcomes.iter().take(count).map(|outcome| outcome.clone().ok_or_else(missing)).collect()
+    }
+
     /// Lines (from 1) that were found damaged; their conditions are not finished unless another line says so.
     pub fn damaged_lines(&self) -> &[usize] {
         &self.damaged

@@ -8,6 +8,7 @@
 //!
 //! [`execute`] knows nothing of machines: it gets a function from a condition to its outputs.
 
+mod answered;
 pub mod bridge;
 mod builder;
 mod definition;
@@ -25,6 +26,7 @@ pub mod shards;
 mod sobol;
 mod target;
 
+pub use answered::{Answered, BOUNDS};
 pub use definition::{Definition, FitKeys, Openness};
 pub use growth::{ADDED, Growth};
 pub use open::Open;
@@ -32,6 +34,7 @@ pub use plan::{Group, Plan, Purpose};
 pub use runner::{SweepOptions, run};
 pub use target::scope_of;
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
@@ -114,6 +117,9 @@ pub struct Round<'a> {
 /// nothing but the round and those before.
 pub type Grow<'g> = dyn FnMut(&Round<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
 
+/// Sees to it that a journal holds some rows of a plan, of so many values each.
+type Find<'f> = dyn Fn(&Plan, Range<usize>, usize, &mut Journal) -> Result<()> + 'f;
+
 /// The result of a sweep.
 #[derive(Debug, Clone)]
 pub struct Swept {
@@ -127,6 +133,10 @@ pub struct Swept {
     pub followed: Option<Table>,
     /// The slopes of every output along all that is open, at the conditions to be fitted, where anything is.
     pub slopes: Option<Table>,
+    /// How far each reading may be from the full solution, row by row, where a reduced model answers what it can.
+    pub bounds: Option<Table>,
+    /// How many conditions it answered.
+    pub answered: Option<Answered>,
     /// Conditions without a result; they are in neither table.
     pub failures: Vec<Failure>,
     /// How many conditions the journal held already.
@@ -172,6 +182,14 @@ pub fn execute_growing(
     solve: impl Fn(&Plan, usize) -> Result<Vec<f64>> + Sync,
     grow: &mut Grow<'_>,
 ) -> Result<Swept> {
+    let find = |plan: &Plan, rows: Range<usize>, width: usize, journal: &mut Journal| {
+        run(rows, width, journal, options, |row| solve(plan, row)).map(drop)
+    };
+    execute_by(plan, subject, folder, &find, grow)
+}
+
+/// [`execute_growing`] with `find` in the place of a solver of single conditions.
+fn execute_by(plan: &Plan, subject: &Subject, folder: &Path, find: &Find<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let slopes = subject.slopes();
     let header = header(plan, subject);
@@ -182,7 +200,8 @@ pub fn execute_growing(
     let (mut first, mut batches) = (0, 0);
     let outcomes = loop {
         let end = grown.conditions.len();
-        let outcomes = run(first..end, width, &mut journal, options, |row| solve(&grown, row))?;
+        find(&grown, first..end, width, &mut journal)?;
+        let outcomes = journal.held(end)?;
         let is_solved = |outcome: &Outcome| matches!(outcome, Outcome::Values(_));
         if grown.growth.is_none() || !outcomes.iter().any(is_solved) {
             break outcomes;
@@ -234,8 +253,14 @@ pub fn execute_growing(
             Some(tabulated(plan, &outcomes, |row| plan.is_sloped(row), subject.outputs.len(), &slopes, origin))
         }
     };
-    let tables =
-        [("sweep", Some(&table)), ("slopes", slopes.as_ref()), ("validation", validation.as_ref()), ("followed", followed.as_ref())];
+    let (bounds, answered) = answered::told(plan, subject, &outcomes).unzip();
+    let tables = [
+        ("sweep", Some(&table)),
+        ("slopes", slopes.as_ref()),
+        ("validation", validation.as_ref()),
+        ("followed", followed.as_ref()),
+        ("bounds", bounds.as_ref()),
+    ];
     for (name, table) in tables {
         for extension in ["csv", "parquet"] {
             let path = folder.join(name).with_extension(extension);
@@ -259,6 +284,8 @@ pub fn execute_growing(
         validation,
         followed,
         slopes,
+        bounds,
+        answered,
         failures,
         resumed,
         damaged_lines: journal.damaged_lines().to_vec(),
@@ -270,7 +297,9 @@ pub fn execute_growing(
 /// The first line of the journals of a sweep.
 fn header(plan: &Plan, subject: &Subject) -> Header {
     let slopes = subject.slopes();
-    let outputs: Vec<String> = subject.outputs.iter().chain(&slopes).map(|(name, unit)| format!("{name} [{unit}]")).collect();
+    let bounds = answered::names(plan, subject);
+    let outputs: Vec<String> =
+        subject.outputs.iter().chain(&slopes).chain(&bounds).map(|(name, unit)| format!("{name} [{unit}]")).collect();
     let mut deciding = identity(plan, subject);
     deciding.push(("numerics of the program".into(), NUMERICS.into()));
     Header { identity: deciding, outputs, conditions: plan.conditions.len() }
@@ -293,7 +322,10 @@ fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
     };
     let pairs =
         [("program", format!("coldplate {}", env!("CARGO_PKG_VERSION"))), (hashed, subject.hash.clone()), by, ("design hash", plan.hash())];
-    pairs.map(|(key, value)| (key.to_string(), value)).to_vec()
+    let mut pairs = pairs.map(|(key, value)| (key.to_string(), value)).to_vec();
+    let answers = |accuracy: f64| ("answers".into(), format!("by a reduced model where its bounds are within {accuracy} K, else in full"));
+    pairs.extend(plan.accuracy.map(answers));
+    pairs
 }
 
 /// Where the results of a sweep come from: no date and no path, so that the same sweep gives the same bytes.
@@ -311,7 +343,9 @@ pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(Stri
 /// The outputs at the rows of a purpose.
 fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose) -> Table {
     let is_of = |row: usize| plan.group_of(row).is_some_and(|g| g.purpose == purpose);
-    tabulated(plan, outcomes, is_of, 0, &subject.outputs, provenance(plan, subject, purpose))
+    let mut table = tabulated(plan, outcomes, is_of, 0, &subject.outputs, provenance(plan, subject, purpose));
+    answered::mark(&mut table, plan, subject, outcomes, is_of);
+    table
 }
 
 /// The values from place `first` on, under some names and units, at the rows that were solved and are wanted.

@@ -51,6 +51,8 @@ pub struct Plan {
     pub conditions: Vec<Vec<f64>>,
     /// How the design grows, where it does.
     pub growth: Option<Growth>,
+    /// How far a reading may be from the full solution, K, where a reduced model answers what it can.
+    pub accuracy: Option<f64>,
 }
 
 /// Rows with slopes at least, where there are so many.

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::bridge::Sweep;
-use super::{Failure, Swept};
+use super::{Answered, Failure, Swept};
 use crate::explore::external::{Class, Program};
 
 /// What was run.
@@ -25,6 +25,9 @@ pub struct SweepRecord {
     /// Name and version of the program that solves, where it is another.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solver: Option<String>,
+    /// How many conditions a reduced model answered, where the sweep file asks for an accuracy.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub answered: Option<Answered>,
     pub seconds: f64,
 }
 
@@ -66,6 +69,7 @@ impl Swept {
             files: self.files.iter().map(|f| f.display().to_string()).collect(),
             cells: sweep.study().map(|study| study.model.mesh.cells),
             solver: sweep.program().map(Program::called),
+            answered: self.answered.clone(),
             seconds,
         }
     }

@@ -41,8 +41,7 @@ pub fn run(
 ) -> Result<Vec<Outcome>> {
     let end = conditions.end;
     run_rows(&conditions.collect::<Vec<_>>(), (end, "conditions"), outputs, journal, options, solve)?;
-    let missing = || Error::numerics("a condition was not run");
-    journal.outcomes()[..end].iter().map(|outcome| outcome.clone().ok_or_else(missing)).collect()
+    journal.held(end)
 }
 
 /// Solves those of `rows`, places in the design in ascending order, that `journal` does not hold, as [`run`] does. Progress is told

@@ -80,6 +80,11 @@ pub struct ShardRecord {
 /// # Errors
 /// It does.
 pub fn check(plan: &Plan) -> Result<()> {
+    if plan.accuracy.is_some() {
+        return Err(Error::input("a sweep that a reduced model answers cannot be shared out: the model is made of all its conditions")
+            .at_key("accuracy")
+            .help("run it on one machine, or solve every condition in full: --full"));
+    }
     if plan.growth.is_none() {
         return Ok(());
     }

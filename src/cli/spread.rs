@@ -1,0 +1,167 @@
+//! `coldplate sensitivity MODEL.cpr`: what every reading owes to what varies, and how far it spreads over what is open.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Instant;
+
+use serde::Serialize;
+
+use super::condition::ConditionArgs;
+use super::output::Output;
+use super::reduced;
+use super::text::table;
+use crate::discretise::network::Network;
+use crate::error::{Error, Result};
+use crate::foundation::document::suggestion;
+use crate::foundation::numbers::significant;
+use crate::reduce::{ReducedModel, Slopes};
+use crate::solve::meshed::MeshedMachine;
+use crate::solve::sensitivity::OpenParameter;
+use crate::units;
+
+/// How many draws, of which seed, and whether each is solved in full.
+#[derive(Debug, Clone, Copy)]
+pub struct Draws {
+    pub count: Option<usize>,
+    pub seed: u64,
+    pub in_full: bool,
+}
+
+/// As outside programs read it.
+#[derive(Debug, Serialize)]
+struct Record {
+    readings: BTreeMap<String, Reading>,
+    /// Draws with a steady state, and without; none where no draws are asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    draws: Option<usize>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failed: Option<usize>,
+    in_full: bool,
+    in_range: bool,
+    seconds: f64,
+}
+
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct Reading {
+    degC: f64,
+    /// Per variable and parameter, K per its unit.
+    slopes: BTreeMap<String, f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    spread: Option<Spread>,
+}
+
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+struct Spread {
+    mean_degC: f64,
+    deviation_K: f64,
+    /// Where 95 % of the draws lie.
+    low_degC: f64,
+    high_degC: f64,
+    bound_K: f64,
+}
+
+/// Slopes at one condition, and draws where some are asked for; of all sensors where none are named.
+///
+/// # Errors
+/// The file is damaged, the condition is bad or states a parameter, no steady state is found, or there is nothing to draw.
+pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, (draws, sensors): (Draws, &[String]), out: Output) -> Result<u8> {
+    let model = ReducedModel::from_bytes(bytes).map_err(|e| e.in_file(path))?;
+    let (condition, parameters) = reduced::place(&model, condition)?;
+    if !parameters.is_empty() {
+        let error = Error::input("slopes and draws are about the file's values of all parameters").at_key("--at");
+        return Err(error.help("state variables alone"));
+    }
+    let known: Vec<&str> = model.fine.network.sensor_names.iter().map(String::as_str).collect();
+    if let Some(other) = sensors.iter().find(|name| !known.contains(&name.as_str())) {
+        let error = Error::input(format!("'{other}' is not a sensor of this model")).at_key("--sensor");
+        return Err(error.help(suggestion(other, &known)));
+    }
+    let clock = Instant::now();
+    let slopes_at = model.slopes(&condition)?;
+    let full = if draws.in_full { Some(full(&model).map_err(|e| e.in_file(path))?) } else { None };
+    let spreads = draws.count.map(|count| model.spreads(&condition, count, draws.seed, full.as_ref())).transpose()?;
+    let (names, network) = (names(&model, &slopes_at)?, &model.fine.network);
+    let reading = |s: usize| {
+        let shown = |x: f64| network.measurands[s].shown(x);
+        let spread = spreads.as_ref().map(|all| &all.readings[s]).map(|own| Spread {
+            mean_degC: shown(own.mean),
+            deviation_K: own.deviation,
+            low_degC: shown(own.interval.0),
+            high_degC: shown(own.interval.1),
+            bound_K: own.bound,
+        });
+        let slopes = names.iter().map(|own| (own.name.clone(), own.slopes[s])).collect();
+        (network.sensor_names[s].clone(), Reading { degC: shown(slopes_at.readings[s]), slopes, spread })
+    };
+    let record = Record {
+        readings: (0..known.len()).filter(|s| sensors.is_empty() || sensors.iter().any(|name| *name == known[*s])).map(reading).collect(),
+        draws: spreads.as_ref().map(|all| all.draws),
+        failed: spreads.as_ref().map(|all| all.failed),
+        in_full: draws.in_full,
+        in_range: model.is_inside(&condition),
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    out.report(&text(&model, &record, &names), &record);
+    Ok(if record.in_range { 0 } else { 3 })
+}
+
+/// A variable or parameter with the slopes of all readings, K per unit of it.
+struct Follows {
+    name: String,
+    unit: String,
+    slopes: Vec<f64>,
+}
+
+/// Variables in their own units, then parameters.
+fn names(model: &ReducedModel, slopes: &Slopes) -> Result<Vec<Follows>> {
+    let variable = |(v, of): &(usize, Vec<f64>)| {
+        let own = &model.machine.variables[*v];
+        // SI units in one of the variable's; what is absolute counts as a difference.
+        let scale = units::convert(1.0, &own.unit, own.dimension)? - units::convert(0.0, &own.unit, own.dimension)?;
+        let unit = if own.dimension.is_absolute() { "K" } else { &own.unit };
+        Ok(Follows { name: own.name.clone(), unit: unit.into(), slopes: of.iter().map(|slope| slope * scale).collect() })
+    };
+    let parameter = |(own, of): (&OpenParameter, &Vec<f64>)| Follows { name: own.name.clone(), unit: own.unit.clone(), slopes: of.clone() };
+    let mut all = slopes.variables.iter().map(variable).collect::<Result<Vec<_>>>()?;
+    all.extend(model.parameters.iter().zip(&slopes.parameters).map(parameter));
+    Ok(all)
+}
+
+/// The full network, on a mesh of as many cells.
+fn full(model: &ReducedModel) -> Result<Network> {
+    let meshed = MeshedMachine::new(model.machine.clone(), Some(model.made.cells))?;
+    if meshed.network.nodes == model.made.nodes {
+        return Ok(meshed.network);
+    }
+    let read = format!("{} nodes then, {} now", model.made.nodes, meshed.network.nodes);
+    let error = Error::input("the mesh of this machine is not the one that the model was made on").at_key("--full").read(read);
+    Err(error.help("make the model anew"))
+}
+
+fn text(model: &ReducedModel, record: &Record, names: &[Follows]) -> String {
+    let mut text = format!("{}\n", model.machine.name);
+    for (s, name) in model.fine.network.sensor_names.iter().enumerate() {
+        let Some(own) = record.readings.get(name) else { continue };
+        text += &format!("\n{name}: {:.3}", own.degC);
+        if let Some(spread) = &own.spread {
+            let [deviation, bound] = [spread.deviation_K, spread.bound_K].map(|x| significant(x, 3));
+            text += &format!(
+                ", mean {:.3}, deviation {deviation}, 95 % within {:.3} to {:.3}, each draw known within {bound}",
+                spread.mean_degC, spread.low_degC, spread.high_degC
+            );
+        }
+        let row = |of: &Follows| vec![of.name.clone(), significant(of.slopes[s], 5), format!("per {}", of.unit)];
+        text += "\n";
+        text += &table(&["varied", "slope", ""], &names.iter().map(row).collect::<Vec<_>>());
+    }
+    let draws = record.draws.map_or_else(String::new, |draws| {
+        let how = if record.in_full { "solved in full" } else { "of the reduced model" };
+        format!("{draws} draws {how}, {} without a steady state, ", record.failed.unwrap_or(0))
+    });
+    if !record.in_range {
+        text += "\nwarning: outside the ranges that the model was made for; the bounds do not hold there\n";
+    }
+    text + &format!("\n{draws}{:.2} s\n", record.seconds)
+}
