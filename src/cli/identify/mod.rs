@@ -124,8 +124,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let held_out = match &others {
         Some(others) => {
             let study = problem.machine_at(&estimate.values)?;
-            let before = identify::continued(&problem.study, others, start)?;
-            Some(HeldOut { data: others.clone(), before, after: identify::continued(&study, others, start)? })
+            let predicted = |study: &Study| match estimate.mesh.is_none() {
+                true => identify::values(study, others, start),
+                false => identify::continued(study, others, start),
+            };
+            Some(HeldOut { data: others.clone(), before: predicted(&problem.study)?, after: predicted(&study)? })
         }
         None => None,
     };

@@ -277,11 +277,15 @@ impl Finalists<'_> {
         let used = FitData { which: &all, readings, mesh, places, whitener: &view.whitener, level: view.level, without: view.without };
         let attempt = |c: &Candidate, bar: Option<f64>| -> Option<Entry> {
             let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
-            let guess: Vec<f64> = match before.iter().find(|(m, _)| *m == c.members) {
-                Some((_, f)) => f.amplitudes.clone(),
+            let ended = before.iter().find(|(m, _)| *m == c.members).map(|(_, fitted)| fitted);
+            let guess: Vec<f64> = match ended {
+                Some(fitted) => fitted.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            let begun = bar.and_then(|_| Begun::at(self.predictor, &members, &guess));
+            let begun = match ended.filter(|_| self.predictor.has_slopes_of(&members)) {
+                Some(fitted) => Some(Begun::ended(&members, fitted)),
+                None => bar.and_then(|_| Begun::at(self.predictor, &members, &guess)),
+            };
             let look = begun.as_ref().and_then(|begun| first_look(self.predictor, begun, used));
             if let Some(look) = look.filter(|look| bar.is_some_and(|bar| self.promise(&members, look, used, view) > bar)) {
                 return Some((c.members.clone(), look));

@@ -139,10 +139,14 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     let mut search = Search::new(problem, progress);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
     let (mut nominal, mut whitener) = search.whole(start.clone())?;
-    if learns {
+    // Where a finer mesh cannot be had, predictions stay those of the model's own.
+    let mut continues = learns;
+    if continues {
         progress.say("the mesh's share");
-        let nominal_values = search.values(&start);
-        search.correct(problem.mesh_share(&nominal_values, &nominal.prediction.values)?);
+        continues = search.continue_from(&nominal).unwrap_or_else(|e| {
+            progress.say(&format!("predictions are not continued to a finer mesh: {e}"));
+            false
+        });
         whitener = search.stated(&nominal.prediction);
         nominal = search.under(nominal, &whitener);
     }
@@ -168,9 +172,8 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     let Some(mut best) = ends.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
         return Err(Error::numerics("no start led anywhere"));
     };
-    if learns {
-        let found = search.values(&best.coordinates);
-        search.correct(problem.mesh_share(&found, &best.prediction.values)?);
+    if continues && let Err(e) = search.continue_from(&best) {
+        progress.say(&format!("the mesh's share stays that of the machine file: {e}"));
     }
     for _ in 0..MOST_RENEWALS {
         (best, whitener) = search.whole(best.coordinates)?;

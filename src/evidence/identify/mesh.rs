@@ -68,6 +68,11 @@ impl MeshShare {
         Ok(Self { correction: finest.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect(), scatter })
     }
 
+    /// Whether there is none: of lumped nodes alone, or where it is not known.
+    pub fn is_none(&self) -> bool {
+        self.scatter.is_empty()
+    }
+
     /// Largest correction, K.
     pub fn largest(&self) -> f64 {
         self.correction.iter().fold(0.0, |m, c| m.max(c.abs()))

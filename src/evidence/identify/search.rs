@@ -56,9 +56,19 @@ impl<'a> Search<'a> {
     }
 
     /// Takes the mesh's share to be this.
-    pub fn correct(&mut self, mesh: MeshShare) {
+    fn correct(&mut self, mesh: MeshShare) {
         self.readings = whiten::readings(&self.problem.data).iter().zip(&mesh.correction).map(|(r, m)| r - m).collect();
         self.mesh = mesh;
+    }
+
+    /// Takes the mesh's share to be what it is at a point; whether it changes anything.
+    ///
+    /// # Errors
+    /// As [`MeshShare::of`].
+    pub fn continue_from(&mut self, at: &Point) -> Result<bool> {
+        let share = self.problem.mesh_share(&self.values(&at.coordinates), &at.prediction.values)?;
+        self.correct(share);
+        Ok(!self.mesh.is_none())
     }
 
     /// The covariance that is stated, with derivatives with respect to the conditions as at a point.

@@ -30,7 +30,7 @@ impl<'a> Begun<'a> {
     }
 
     /// Where another fit ended, with its slopes.
-    pub(super) fn ended(members: &[&'a Hypothesis], before: &Fitted) -> Self {
+    pub fn ended(members: &[&'a Hypothesis], before: &Fitted) -> Self {
         let unknown = vec![None; members.len()];
         Self {
             members: members.to_vec(),
