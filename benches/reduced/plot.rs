@@ -49,6 +49,7 @@ pub fn histogram(path: &Path, title: &str, series: &[(String, Vec<f64>)], good: 
         .x_desc("largest bound over largest error of a condition")
         .y_desc("conditions, %")
         .x_label_formatter(&|v| format!("{v}"))
+        .y_label_formatter(&|v| format!("{v:.0}"))
         .label_style((FAMILY, 14))
         .light_line_style(RGBColor(240, 240, 240))
         .draw()

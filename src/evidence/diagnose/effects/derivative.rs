@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 
 use rayon::prelude::*;
 
-use super::ground::{Ground, Shares};
+use super::ground::{Ground, PathFields, Shares};
 use super::{Effect, Hypothesis, Linearised, Prepared, UserKind};
 use crate::solve::sensitivity::{Derivatives, Disturbance, Screen, Study};
 
@@ -57,17 +57,20 @@ impl<'a> EffectDerivatives<'a> {
 
     /// What the distinct effects do to the residual at a state; a drift per 10 K away from 20 degC.
     pub fn disturbances(&self, at: &Derivatives<'_>, screen: &Screen<'_>) -> Disturbances {
-        let paths = self.ground.path_fields(&at.state.solution.temperatures, |node| screen.is_free(node));
+        // Where heat enters groups takes a network to find.
+        let has_paths = self.distinct.iter().any(|(effect, _)| effect.family().path().is_some());
+        let paths = has_paths.then(|| self.ground.path_fields(&at.state.solution.temperatures, |node| screen.is_free(node)));
         let residual = OnceLock::new();
         let one = |(effect, is_drift): &(Effect, bool)| {
             let family = effect.family();
-            if let Some((ends, law)) = family.path() {
+            if let (Some((ends, law)), Some(paths)) = (family.path(), &paths) {
                 return Some(Change::Shared(paths.path(ends, law)));
             }
             let prepared = self.prepared.get(effect);
             let (ground, is_drift, residual) = (&self.ground, *is_drift, &residual);
             family.disturbance(&Linearised { at, screen, ground, prepared, is_drift, residual }).map(Change::Own)
         };
-        Disturbances { effects: self.distinct.par_iter().map(one).collect(), shared: paths.fields().to_vec() }
+        let effects = self.distinct.par_iter().map(one).collect();
+        Disturbances { effects, shared: paths.map_or(Vec::new(), PathFields::into_fields) }
     }
 }

@@ -114,8 +114,8 @@ pub struct PathFields {
 
 impl PathFields {
     /// All of them.
-    pub fn fields(&self) -> &[Shares] {
-        &self.fields
+    pub fn into_fields(self) -> Vec<Shares> {
+        self.fields
     }
 
     /// Heat (W) that a path between two groups takes from the nodes, per unit: fields by number, with their coefficients. Between two parts

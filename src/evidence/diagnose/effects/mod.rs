@@ -427,6 +427,7 @@ struct Linearised<'a, 'd> {
     prepared: Option<&'a Prepared>,
     /// Whether the effect drifts with the temperature of its place.
     is_drift: bool,
+    /// See [`Linearised::residual`].
     residual: &'a OnceLock<Option<Vec<f64>>>,
 }
 

@@ -42,6 +42,7 @@ impl Fit<'_> {
                 here = there;
                 self.follow_sensors(&mut slopes, &here);
             }
+            self.whiten(&mut slopes);
             if gained.abs() < HARDLY {
                 break;
             }
@@ -88,7 +89,6 @@ impl Fit<'_> {
                 slopes.kelvin[j] = here.left.iter().zip(&there.left).map(|(b, a)| (b - a) / by).collect();
             }
         }
-        self.whiten(slopes);
     }
 
     /// Makes slopes agree with what a step changed, by the least change of them.
@@ -108,7 +108,6 @@ impl Fit<'_> {
             let share = along[j] / (length * self.scales[j]);
             column.iter_mut().zip(&missing).for_each(|(c, m)| *c += share * m);
         }
-        self.whiten(slopes);
     }
 
     fn whiten(&self, slopes: &mut Slopes) {
