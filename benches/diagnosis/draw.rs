@@ -132,14 +132,13 @@ pub fn draw(seed: u64) -> Drawn {
         let squares: f64 = whiten::readings(&unseen).iter().zip(&predicted).zip(hidden).map(|((r, p), h)| (r - p - h).powi(2)).sum();
         (squares / predicted.len().max(1) as f64).sqrt()
     };
-    // In logs the machine's formulas may name the time, so the rows it is judged by have it too.
-    let unseen = Problem::new(study.clone(), unseen).timed().expect("a machine with a time").data;
     unkind.iter().for_each(|one| one.spoil(&mut data, &hidden, &mut random));
     let whole_rows = data.rows.iter().map(|row| (row.test.clone(), row.time)).collect::<Vec<_>>();
     let stated = uncertainty(Unkindness::stated(&unkind));
     let mut problem = Problem::new(study, data);
     (problem.uncertainty, problem.seed) = (stated, seed);
     let problem = problem.cleared().expect("the machine as it is").thinned().timed().expect("a machine with a time");
+    let unseen = problem.unseen(unseen);
     // Shifts of the readings that are left.
     let at = |(r, k): &(usize, usize)| {
         let row = &problem.data.rows[*r];

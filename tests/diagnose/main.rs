@@ -19,6 +19,7 @@ mod refused;
 mod restless;
 #[allow(dead_code)] // the benchmark uses all of it
 mod twin;
+mod when;
 
 use coldplate::evidence::diagnose::{Effect, Leak, Radiation, Scales, Verdict, diagnose, hypotheses, signatures};
 use coldplate::evidence::identify;

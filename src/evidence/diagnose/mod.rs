@@ -29,15 +29,16 @@ mod rung;
 mod screen;
 mod signature;
 mod view;
+mod when;
 
 use std::path::Path;
 
-use crate::describe::machine::{Condition, Machine};
+use crate::describe::machine::Variable;
 use crate::error::Result;
 use crate::evidence::discrepancy;
 use crate::evidence::faulty::{Cleared, cleared};
 use crate::evidence::measurement::faults::Fault;
-use crate::evidence::measurement::{Data, MOST_READINGS, TIME, Uncertainty, VariableUncertainty, Whitener, thinned};
+use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, VariableUncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
 use crate::foundation::document::Document;
 use crate::foundation::numbers::TWO_SIDED_90;
@@ -56,6 +57,7 @@ pub use predictor::{Extended, Predictor};
 pub use refine::{Fitted, fit};
 pub use rung::{Rung, WhereLeft};
 pub use signature::Signatures;
+use when::Added;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
@@ -109,8 +111,9 @@ pub struct Problem {
     pub costs: Costs,
     /// Faulty readings that were found in the data; see [`Problem::cleared`].
     pub faults: Vec<Fault>,
-    /// The machine file as it was before its formulas could name the time; see [`Problem::timed`].
-    untimed: Option<Document>,
+    /// The machine file as it was before [`Problem::timed`], and the variables that this added.
+    given: Option<Document>,
+    added: Vec<Added>,
 }
 
 impl Problem {
@@ -129,7 +132,8 @@ impl Problem {
             without: Vec::new(),
             costs: Costs::default(),
             faults: Vec::new(),
-            untimed: None,
+            given: None,
+            added: Vec::new(),
         }
     }
 
@@ -147,35 +151,51 @@ impl Problem {
         Self { data: thinned(&self.data, MOST_READINGS), ..self }
     }
 
-    /// The same in which formulas of the machine may name the time of the logs, so that causes may set in or grow in their course.
-    /// Nothing changes where the machine file declares `time` itself, and in steady tables.
+    /// The same in which formulas of the machine may say when a cause acts: at which times of logs, in which tests, on the way up or down.
+    /// What the machine file declares itself stays as it is.
     ///
     /// # Errors
     /// The machine cannot be read again.
     pub fn timed(self) -> Result<Self> {
-        let given = &self.study.model.machine;
-        let at = |machine: &Machine, name: &str| machine.variables.iter().position(|v| v.name == name);
-        if !self.data.is_transient() || at(given, TIME).is_some() {
+        let given = &self.study.model.machine.variables;
+        let added = Added::all(&self.data, given);
+        if added.is_empty() {
             return Ok(self);
         }
-        let study = self.study.edited(&[(format!("variables.{TIME}"), "{ unit = \"s\", default = \"0 s\" }".into())])?;
-        let order: Vec<Option<usize>> = study.model.machine.variables.iter().map(|v| at(given, &v.name)).collect();
-        let (mut data, mut uncertainty) = (self.data, self.uncertainty);
-        for row in &mut data.rows {
-            let (si, time) = (row.condition.si(), row.time.unwrap_or(0.0));
-            let timed = order.iter().map(|before| before.map_or(time, |v| si[v])).collect();
-            row.condition = Condition::from_si(timed);
-        }
-        let of = |before: &Option<usize>| before.and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
-        uncertainty.variables = order.iter().map(of).collect::<Vec<VariableUncertainty>>();
-        let untimed = Some(self.study.document().clone());
-        Ok(Self { study, data, uncertainty, untimed, ..self })
+        let study = self.study.edited(&added.iter().map(Added::line).collect::<Vec<_>>())?;
+        let mut uncertainty = self.uncertainty;
+        let before = |v: &Variable| given.iter().position(|own| own.name == v.name);
+        let of = |v: &Variable| before(v).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
+        uncertainty.variables = study.model.machine.variables.iter().map(of).collect::<Vec<VariableUncertainty>>();
+        let data = Added::fill(self.data, given, &study.model.machine.variables, &added);
+        let given = Some(self.study.document().clone());
+        Ok(Self { study, data, uncertainty, given, added, ..self })
     }
 
-    /// The machine file that some lines are written into: `time` is declared in it where they name it, or it did so itself.
-    pub fn document(&self, sets: &[(String, String)]) -> &Document {
-        let names_time = sets.iter().any(|(_, value)| value.contains("time_s"));
-        self.untimed.as_ref().filter(|_| !names_time).unwrap_or_else(|| self.study.document())
+    /// Other data of the machine as it was given, in the variables that [`Problem::timed`] leaves: their tests are none of those of the
+    /// problem's own data.
+    pub fn unseen(&self, data: Data) -> Data {
+        let all = &self.study.model.machine.variables;
+        let given: Vec<Variable> = all.iter().filter(|v| self.added.iter().all(|added| added.name != v.name)).cloned().collect();
+        let added: Vec<Added> = Added::all(&data, &given).into_iter().filter(|added| !added.is_test_number()).collect();
+        Added::fill(data, &given, all, &added)
+    }
+
+    /// The machine file as it was given.
+    pub fn machine_file(&self) -> &Document {
+        self.given.as_ref().unwrap_or_else(|| self.study.document())
+    }
+
+    /// The machine file that some lines are written into: what says when a cause acts is declared in it where they name it.
+    ///
+    /// # Errors
+    /// A declaration cannot be added.
+    pub fn document(&self, lines: &[(String, String)]) -> Result<Document> {
+        let mut document = self.machine_file().clone();
+        for (key, value) in self.added.iter().filter(|added| added.is_named(lines)).map(Added::line) {
+            document.apply_set(&key, &value)?;
+        }
+        Ok(document)
     }
 
     /// A machine file on about `cells` cells (the file's own number where `None`) against a table of readings, with the

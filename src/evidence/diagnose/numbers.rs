@@ -29,7 +29,7 @@ pub enum Settled {
 /// number far from theirs where their effect bends. What is no lumped machine takes runs of seconds: there only the leading one.
 pub fn next(finals: &Finalists<'_>, outcome: &Outcome, done: &[Vec<usize>]) -> Option<Vec<usize>> {
     let is_open =
-        |entry: &&Entry| entry.0.iter().any(|j| finals.of(*j).number.is_some()) && !done.contains(&entry.0) && entry.1.evidence.is_finite();
+        |entry: &&Entry| entry.0.iter().any(|j| finals.of(*j).law.is_free()) && !done.contains(&entry.0) && entry.1.evidence.is_finite();
     let leading = outcome.leading().filter(is_open);
     let is_lumped = finals.problem.study.model.mesh.cells == 0;
     let others = || outcome.fitted.iter().filter(|entry| is_lumped && is_open(entry)).min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
@@ -42,7 +42,7 @@ pub fn next(finals: &Finalists<'_>, outcome: &Outcome, done: &[Vec<usize>]) -> O
 /// The machine cannot be solved with it.
 pub fn settle(finals: &Finalists<'_>, outcome: &Outcome, members: &[usize]) -> Result<Option<Settled>> {
     let Some((members, before)) = outcome.fitted.iter().find(|entry| entry.0 == members) else { return Ok(None) };
-    let numbered = members.iter().find(|j| finals.of(**j).number.is_some());
+    let numbered = members.iter().find(|j| finals.of(**j).law.is_free());
     let (Some(cause), false) = (numbered, members.iter().any(|j| finals.of(*j).is_fixed())) else { return Ok(None) };
     let all: Vec<usize> = (0..outcome.view.readings.len()).collect();
     let view = &outcome.view;

@@ -1,7 +1,7 @@
-//! Laws that are looked for only where something is wrong: causes that set in or grow in the course of a log, and heats with a power of
-//! a variable that has no name.
+//! Laws that are looked for only where something is wrong: causes that set in or grow in the course of a log, that act in some tests only,
+//! or on the way down, and heats with a power of a variable that has no name.
 //!
-//! Such a law has a number that the data choose: an instant, or an exponent. It is sought on a grid of signatures, with parabolas
+//! Such a law has a number that the data choose: an instant, a test, or an exponent. It is sought on a grid of signatures, with parabolas
 //! between its points, for every cause by itself; what is found joins the catalogue as one law, and pays for its number by the share of
 //! all values that the data leave open. Data in which nothing is wrong are never asked.
 
@@ -80,7 +80,7 @@ pub fn add(problem: &Problem, base: &mut Comparison, catalogue: &mut Vec<Hypothe
 fn steady(base: &Comparison, catalogue: &[Hypothesis], all: &[Hypothesis], scales: &Scales, problem: &Problem) -> Vec<Vec<f64>> {
     let places = whiten::places(&problem.data);
     let of = |h: &Hypothesis| -> Vec<f64> {
-        let constant = catalogue.iter().position(|c| c.effect == h.effect && c.place == h.place && c.law == Law::Constant);
+        let constant = catalogue.iter().position(|c| c.effect == h.effect && c.place == h.place && c.law == h.effect.usual_law());
         let factor = |row: usize| scales.factor(h.law, &problem.data.rows[row].condition);
         let Some(column) = constant.map(|c| &base.found.columns[c]) else { return vec![0.0; places.len()] };
         column.iter().zip(&places).map(|(v, (row, _))| v * factor(*row)).collect()

@@ -111,7 +111,7 @@ impl Moved {
             let Some(lines) = cause.hypothesis.written(&problem.study, &problem.data, &scales, &problem.user, amplitude)? else {
                 return Ok(None);
             };
-            let mut document = problem.document(found.sets.as_deref().unwrap_or(&[])).clone();
+            let mut document = problem.document(found.sets.as_deref().unwrap_or(&[]))?;
             for (key, value) in &lines {
                 document.apply_set(key, value)?;
             }

@@ -65,7 +65,7 @@ impl ExtendedMachine {
                 remarks.push("  (sensors exchanged in the data: nothing in this file changes for it)".into());
             }
         }
-        let document = problem.document(sets);
+        let document = problem.document(sets)?;
         // What it misses now is what it missed of data kept out, where any were.
         let left = found.rungs.last().map_or(0.0, |rung| rung.left.wandering);
         let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(problem.discrepancy.model);

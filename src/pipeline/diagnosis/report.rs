@@ -457,7 +457,7 @@ fn method(section: &mut Section, found: &Findings<'_>) {
 
 fn provenance(section: &mut Section, found: &Findings<'_>) {
     let problem = found.problem;
-    let document = problem.document(&[]);
+    let document = problem.machine_file();
     let uncertainty = match &problem.uncertainty.file {
         Some(path) => path.display().to_string(),
         None => "no file says it: limits of 0.1 K for readings, sensors and water, 0.05 L/min".into(),

@@ -54,7 +54,7 @@ impl Family for Contact {
     fn lines(&self, edit: &MachineEdit<'_>) -> Result<Lines> {
         let name = &edit.machine().contacts[self.0].name;
         let Some(key) = key(edit.study, name) else { return Ok(None) };
-        if let Some(law) = edit.over_time() {
+        if let Some(law) = edit.when() {
             let key = format!("contact.{}.factor", quoted(name));
             let own = match edit.study.document().leaf(&key)? {
                 Some(Leaf::Text(own)) => format!("({own}) * "),
@@ -85,7 +85,7 @@ impl Family for Contact {
         Some(at.screen.contact_by(name, |mean| if at.is_drift { (mean - REFERENCE) / DRIFT } else { 1.0 }))
     }
 
-    fn follows_time(&self) -> bool {
+    fn says_when(&self) -> bool {
         true
     }
 

@@ -1,6 +1,7 @@
 //! Lines of the machine file that an effect is written as.
 
-use super::law::{Law, Scales, nine_digits};
+use super::law::{Law, nine_digits};
+use super::scales::Scales;
 use super::{Hypothesis, UserKind};
 use crate::describe::machine::Machine;
 use crate::discretise::network::Network;
@@ -62,9 +63,9 @@ impl MachineEdit<'_> {
         self.scales.expression(self.hypothesis.law)
     }
 
-    /// What follows the time, as an expression of formulas; `None` where it is always alike.
-    pub fn over_time(&self) -> Option<String> {
-        self.hypothesis.law.is_of_time().then(|| self.law())
+    /// When it acts, as an expression of formulas; `None` where it is always alike.
+    pub fn when(&self) -> Option<String> {
+        self.hypothesis.law.is_of_when().then(|| self.law())
     }
 
     /// Key of a table that is added: `source."diagnosed heat source gear"`.

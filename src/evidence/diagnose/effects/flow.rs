@@ -98,7 +98,7 @@ impl Family for Flow {
                 let now = edit.study.document().leaf(&key)?.unwrap_or_else(|| Leaf::Text("coolant_temperature".into()));
                 Ok(warmer(&now, machine, &format!("({:?}) * ({})", edit.amplitude, edit.law()))?.map(|value| vec![(key, value)]))
             }
-            Self::BoundaryFilm(b) if edit.over_time().is_some() => {
+            Self::BoundaryFilm(b) if edit.when().is_some() => {
                 let key = film_key(&machine.boundaries[b].name);
                 let film = edit.study.parameter(&key)?.value;
                 Ok(Some(vec![(key, text(format!("{film:?} * exp(({:?}) * ({}))", edit.amplitude, edit.law())))]))
@@ -126,7 +126,7 @@ impl Family for Flow {
         }
     }
 
-    fn follows_time(&self) -> bool {
+    fn says_when(&self) -> bool {
         matches!(self, Self::Inlet(_) | Self::BoundaryFilm(_))
     }
 

@@ -87,7 +87,7 @@ impl Family for Leak {
             Self::Surroundings(g) => {
                 let node = edit.added_name(&format!("surroundings of {}", edit.group(g)));
                 let held = format!("{{ temperature = {} }}", edit.surroundings()?);
-                let contact = conductor([edit.group(g), &node], edit.positive(), edit.over_time());
+                let contact = conductor([edit.group(g), &node], edit.positive(), edit.when());
                 vec![(format!("node.{}", quoted(&node)), held), (edit.added("contact"), contact)]
             }
             Self::Film(p) => vec![(edit.added("boundary"), film(edit.machine(), p, edit.positive(), &edit.surroundings()?))],
@@ -143,7 +143,7 @@ impl Family for Leak {
         if let Self::Link(a, b) = *self { Some(([a, b], PathLaw::Conductance)) } else { None }
     }
 
-    fn follows_time(&self) -> bool {
+    fn says_when(&self) -> bool {
         matches!(self, Self::Surroundings(_))
     }
 

@@ -10,6 +10,7 @@ mod derivative;
 mod file;
 mod ground;
 mod law;
+mod scales;
 mod site;
 mod words;
 
@@ -26,7 +27,8 @@ pub use derivative::{Change, Disturbances, EffectDerivatives};
 use file::{Lines, MachineEdit};
 pub use ground::Shares;
 use ground::{Ground, PathLaw};
-pub use law::{Form as LawForm, Law, LawNumber, Scales};
+pub use law::{Form as LawForm, Law, LawNumber};
+pub use scales::Scales;
 use site::{Group, Site};
 use words::{Quantity, Told};
 pub use words::{Shown, sentence};
@@ -89,6 +91,13 @@ families! {
     user: User,
 }
 
+impl Effect {
+    /// The law under which it is alike in all rows: a gain's share grows with the temperature by itself.
+    pub fn usual_law(&self) -> Law {
+        if matches!(self, Self::Sensor(Sensor::Gain(_))) { Law::Temperature } else { Law::Constant }
+    }
+}
+
 /// How much rarer a cause by a rarer law is than one by the laws that are always looked for.
 const RARE: f64 = 0.1;
 
@@ -141,8 +150,8 @@ trait Family {
         false
     }
 
-    /// Whether its lines, or what it makes of readings, can follow the time of a log.
-    fn follows_time(&self) -> bool {
+    /// Whether its lines, or what it makes of readings, can say when it acts: at some times, in some tests.
+    fn says_when(&self) -> bool {
         false
     }
 }
@@ -258,7 +267,7 @@ impl Hypothesis {
 
     /// Whether its law is one that is looked for only where something is wrong.
     pub fn is_rare(&self) -> bool {
-        self.law.is_of_time() || self.law.is_free()
+        self.law.is_of_when() || self.law.is_free()
     }
 
     /// How it depends on the condition, in words.
@@ -291,8 +300,8 @@ impl Hypothesis {
     /// As [`Hypothesis::sets`].
     pub fn written(&self, study: &Study, data: &Data, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Lines> {
         match self.sensor() {
-            // The machine file has no words for a sensor whose error changes with the time.
-            Some(_) if self.law.is_of_time() => Ok(None),
+            // The machine file has no words for a sensor whose error is not always alike.
+            Some(_) if self.law.is_of_when() => Ok(None),
             Some(sensor) => Ok(Some(sensor.written(&study.model.machine, data, amplitude))),
             None => self.sets(study, scales, user, amplitude),
         }
@@ -392,17 +401,19 @@ pub fn hypotheses(study: &Study, data: &Data, user: &[UserKind]) -> Vec<Hypothes
 }
 
 /// Causes by laws that are looked for only where something is wrong: some of the catalogue's as they set in or grow in the course of
-/// logs, and heats with other powers than those that have names. Of laws with a number to be found the grid of its values.
+/// logs, in some tests only, or on the way down, and heats with other powers than those that have names. Of laws with a number to be found
+/// the grid of its values.
 pub fn under_rarer_laws(catalogue: &[Hypothesis], machine: &Machine, scales: &Scales) -> Vec<Hypothesis> {
-    let (times, powers) = (scales.laws_of_time(), scales.powers(machine));
+    let (times, counts, powers) = (scales.laws_of_time(), scales.laws_of_counts(), scales.powers(machine));
     let of = |h: &Hypothesis| -> Vec<Hypothesis> {
-        let is_gain = matches!(h.effect, Effect::Sensor(Sensor::Gain(_)));
-        if h.law != Law::Constant && !is_gain {
+        if h.law != h.effect.usual_law() {
             return Vec::new();
         }
-        let times = if h.effect.family().follows_time() { times.as_slice() } else { &[] };
-        let powers = if matches!(h.effect, Effect::Heat(_)) { powers.as_slice() } else { &[] };
-        times.iter().chain(powers).map(|law| h.clone().under_of(*law, scales)).collect()
+        let says_when = h.effect.family().says_when();
+        let of_when = times.iter().filter(|_| says_when).map(|law| h.clone().under_of(*law, scales));
+        let of_count = counts.iter().filter(|_| says_when).map(|(law, number)| h.under_found(*law, number.clone(), scales));
+        let of_power = powers.iter().filter(|_| matches!(h.effect, Effect::Heat(_))).map(|law| h.clone().under_of(*law, scales));
+        of_when.chain(of_count).chain(of_power).collect()
     };
     catalogue.iter().flat_map(of).collect()
 }

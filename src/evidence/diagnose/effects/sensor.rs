@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::file::text;
-use super::law::nine_digits;
+use super::law::{Form, nine_digits};
 use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
 use crate::describe::machine::{Machine, SensorResponse, Shown};
 use crate::error::Result;
-use crate::evidence::measurement::{Data, whiten};
+use crate::evidence::measurement::{Data, Row, whiten};
 use crate::foundation::document::quoted;
 use crate::solve::sensitivity::Disturbance;
 use crate::units::Measurand;
@@ -74,7 +74,7 @@ impl Family for Sensor {
         None
     }
 
-    fn follows_time(&self) -> bool {
+    fn says_when(&self) -> bool {
         matches!(self, Self::Offset(_) | Self::Gain(_) | Self::All)
     }
 
@@ -88,7 +88,7 @@ impl Family for Sensor {
     }
 
     fn sentence(&self, told: &Told<'_>) -> String {
-        let (place, law) = (told.place(), if told.hypothesis.law.is_of_time() { told.law() } else { String::new() });
+        let (place, law) = (told.place(), if told.hypothesis.law.is_of_when() { told.law() } else { String::new() });
         match self {
             Self::Offset(_) => format!("the sensor {place} reads too high by {}{law}", told.range(" K")),
             Self::Gain(_) => format!("the sensor {place} has a gain of {}{law}", told.range("")),
@@ -151,7 +151,7 @@ impl Sensor {
         numbers.into_iter().filter(|(_, before, now, _)| before != now).map(line).collect()
     }
 
-    /// What it makes of predicted readings (rows, then sensors), K, under a law of the time or always alike.
+    /// What it makes of predicted readings (rows, then sensors), K, under a law that says when or always alike.
     pub fn read(self, law: Law, data: &Data, predicted: &[f64], amplitude: f64) -> Vec<f64> {
         let places = whiten::places(data);
         let now = at_rows(law, data, amplitude);
@@ -186,5 +186,9 @@ impl Sensor {
 fn at_rows(law: Law, data: &Data, amplitude: f64) -> Vec<f64> {
     let times = || data.rows.iter().map(|row| row.time.unwrap_or(0.0));
     let (first, last) = times().fold((f64::INFINITY, f64::NEG_INFINITY), |(first, last), t| (first.min(t), last.max(t)));
-    times().map(|time| amplitude * law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE))).collect()
+    let factor = |(row, time): (&Row, f64)| match law {
+        Law::Of(v, form @ (Form::At(_) | Form::From(_))) => form.at_count(row.condition.si()[v]).unwrap_or(1.0),
+        _ => law.at_share_of_time((time - first) / (last - first).max(f64::MIN_POSITIVE)),
+    };
+    data.rows.iter().zip(times()).map(|pair| amplitude * factor(pair)).collect()
 }

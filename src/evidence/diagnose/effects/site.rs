@@ -1,7 +1,8 @@
 //! Where causes are looked for: a machine with its data.
 
 use super::UserKind;
-use super::law::{Law, Scales};
+use super::law::Law;
+use super::scales::Scales;
 use crate::describe::machine::{Machine, Place};
 use crate::discretise::network::{Load, Network};
 use crate::evidence::measurement::Data;
