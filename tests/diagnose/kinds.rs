@@ -153,11 +153,11 @@ fn a_missing_radiative_link() {
     assert!((0.002..0.006).contains(&area), "{area}");
 }
 
-/// Exchanged sensors lie in the data, and no machine file can say so: they are named once, and what acts beside them is found in
-/// readings that are put where they belong.
+/// The entries of exchanged sensors change places in the machine file: they are named once, and what acts beside them is found.
 #[test]
 fn exchanged_sensors_are_named_once_beside_three_causes() {
-    let machine = Document::parse(SMALL, "small.toml").unwrap();
+    let limit = [("limit.hot", "{ sensor = \"bearing\", maximum = \"60 degC\" }")];
+    let machine = machine_with(&limit, Document::parse(SMALL, "small.toml").unwrap());
     let lines = [
         ("chamber.temperature", "\"ambient_temperature_degC + 2\""),
         ("circuit.water.flow", "\"0.5 * coolant_flow_m3_s\""),
@@ -185,6 +185,12 @@ fn exchanged_sensors_are_named_once_beside_three_causes() {
     // Not far from what the truth itself leaves on this mesh.
     let last = found.rungs.last().unwrap();
     assert!(last.rms < 2.0 * floor, "{} {floor}", last.rms);
+    // The machine that is written predicts them by itself, and its limit is about the same place as before.
+    let lines = found.sets.unwrap();
+    assert!(lines.contains(&("limit.hot.sensor".into(), "\"outlet\"".into())), "{lines:?}");
+    let written = problem.study.edited(&lines).unwrap();
+    let own = rms(&problem.data, &identify::values(&written, &problem.data, Start::Steady).unwrap());
+    assert!(own < 2.0 * floor, "{own} {floor}");
 }
 
 /// Root mean square of readings minus predictions, K.

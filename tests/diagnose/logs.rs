@@ -101,6 +101,8 @@ fn conditions(study: &Study, test: usize, time: f64) -> Condition {
     let time = format!("{time} s");
     let mut given = vec![("coolant_flow", flow), ("motor_speed", speed)];
     given.extend(machine.variables.iter().any(|v| v.name == "time").then_some(("time", time.as_str())));
+    let number = (test + 1).to_string();
+    given.extend(machine.variables.iter().any(|v| v.name == "test_number").then_some(("test_number", number.as_str())));
     machine.condition(&given).unwrap()
 }
 

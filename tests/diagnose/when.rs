@@ -11,6 +11,8 @@ use coldplate::foundation::progress::Silent;
 use coldplate::foundation::random::Random;
 use coldplate::solve::sensitivity::Study;
 
+use crate::logs;
+
 /// A spindle on a column in a room.
 const MACHINE: &str = r#"
 name = "Spindle on a column"
@@ -118,6 +120,20 @@ fn a_contact_with_hysteresis() {
     assert_eq!(best(&found), ("contact conductance", "flange", "only where motor speed has fallen".into()));
     let lines = found.sets.as_ref().unwrap();
     assert!(lines.iter().any(|(_, value)| value.contains("motor_speed_fallen")), "{lines:?}");
+}
+
+/// 12 W into the gear in one of three logs.
+#[test]
+fn a_heat_in_one_of_three_logs() {
+    let number = ("variables.test_number".to_string(), "{ unit = \"1\", default = \"0\" }".to_string());
+    let heat = "{ in = [\"gear\"], power = \"12 * max(0, 1 - abs(test_number - 2))\" }";
+    let lines = vec![number, ("source.hidden".to_string(), heat.to_string())];
+    let found = logs::found(51, &logs::Hidden { lines, ..logs::Hidden::default() });
+    println!("{}", logs::told(51, &found));
+    assert_eq!(best(&found), ("heat source", "gear", "only in the test 'log 2'".into()));
+    let amplitude = found.explanations[0].causes[0].amplitude;
+    assert!((amplitude - 12.0).abs() < 1.5, "{amplitude}");
+    assert!(found.gain.is_some_and(|gain| gain.after < 0.7 * gain.before));
 }
 
 /// What acts in all tests is no matter of one of them, and clean tests raise no alarm.

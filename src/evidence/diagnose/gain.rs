@@ -292,7 +292,7 @@ impl<'a> Folds<'a> {
         let used = FitData {
             which: part.kept,
             readings: &readings,
-            mesh: &view.mesh,
+            mesh: &view.mesh.correction,
             places: &places,
             whitener: &part.whitener,
             level,

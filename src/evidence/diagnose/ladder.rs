@@ -1,12 +1,10 @@
 //! The ladder: calibrate, compare, name, refit jointly, extend, and on to the next cause while unseen data are predicted better.
 
-use std::collections::HashMap;
 use std::time::Instant;
 
 use super::rung::{Rung, once, square};
-use super::{Diagnosis, Problem, Sensor, Verdict};
+use super::{Diagnosis, Problem, Verdict};
 use crate::error::Result;
-use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::progress::Progress;
 
 /// Rungs at most.
@@ -23,18 +21,12 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
     let clock = Instant::now();
     let mut found = once(problem, progress)?;
     let mut here = problem.clone();
-    // Where each reading of the data given stands in those of this rung.
-    let mut order: Vec<usize> = (0..problem.data.count()).collect();
     while let Some(last) = found.rungs.last()
         && found.rungs.len() < MOST_RUNGS
         && found.verdict == Verdict::Explained
         && leaves_much(last)
     {
         progress.say(&format!("{} explained; looking for what is left", percent(last.share)));
-        // No machine file can say which wire is where: the readings are put where they belong.
-        for sensor in last.causes.iter().filter_map(|cause| cause.hypothesis.sensor()) {
-            put_back(&mut here.data, sensor, &mut order);
-        }
         let extended = here.study.edited(&last.sets).and_then(|study| {
             here.study = study;
             once(&here, progress)
@@ -51,10 +43,6 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
         let Some(mut rung) = next.rungs.first().filter(|rung| is_further(rung)).cloned() else { break };
         // Shares of the machine as it was given, not of the extended one.
         rung.alone.clear();
-        rung.predicted = order.iter().map(|i| rung.predicted[*i]).collect();
-        if let Some(gain) = &mut rung.gain {
-            gain.readings = order.iter().map(|i| gain.readings[*i]).collect();
-        }
         rung.share = 1.0 - square(&rung.predicted, problem) / square(&found.residuals.predicted, problem);
         found.sets.get_or_insert_default().extend(rung.sets.iter().cloned());
         found.explained = Some(rung.predicted.clone());
@@ -63,25 +51,6 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
     }
     found.seconds = clock.elapsed().as_secs_f64();
     Ok(found)
-}
-
-/// Puts the readings of exchanged sensors where they belong, and follows where each stands.
-fn put_back(data: &mut Data, sensor: Sensor, order: &mut [usize]) {
-    let Sensor::Swap(a, b) = sensor else { return };
-    let before = whiten::places(data);
-    data.rows.iter_mut().for_each(|row| row.readings.swap(a, b));
-    let after: HashMap<(usize, usize), usize> = whiten::places(data).into_iter().enumerate().map(|(i, place)| (place, i)).collect();
-    for at in order {
-        let (row, column) = before[*at];
-        let to = if column == a {
-            b
-        } else if column == b {
-            a
-        } else {
-            column
-        };
-        *at = after.get(&(row, to)).copied().unwrap_or(*at);
-    }
 }
 
 fn percent(share: f64) -> String {

@@ -62,7 +62,7 @@ impl ExtendedMachine {
             let unit = part.hypothesis.unit;
             remarks.push(format!("  amplitude {} [{unit}], 90 % interval {} to {}", five(part.amplitude), five(low), five(high)));
             if part.hypothesis.is_fixed() {
-                remarks.push("  (sensors exchanged in the data: nothing in this file changes for it)".into());
+                remarks.push("  (their entries have changed places here: each reads where the other one was)".into());
             }
         }
         let document = problem.document(sets)?;

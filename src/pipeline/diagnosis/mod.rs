@@ -144,9 +144,6 @@ impl Findings<'_> {
             Verdict::Consistent => "nothing is wrong, so there is nothing to extend",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
             _ if self.diagnosis.is_vetoed() => "no cause predicts data kept out better than the machine as it is",
-            _ if self.diagnosis.sets.as_ref().is_some_and(Vec::is_empty) => {
-                "the sensors are exchanged in the data: nothing changes in the machine file"
-            }
             _ => "the machine file has no number that is the cause",
         }
     }

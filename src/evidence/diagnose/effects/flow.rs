@@ -1,6 +1,7 @@
 //! Coolant: films of channels and boundaries, flows, how they split, and the temperature the water enters with.
 
 use super::file::text;
+use super::law::nine_digits;
 use super::words::Quantity;
 use super::{CommonFactor, Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Prepared, Site, Told, UserKind, along};
 use crate::describe::machine::{BoundaryLaw, Condition, Machine};
@@ -92,6 +93,11 @@ impl Family for Flow {
                 let loss = machine.channels[c].minor_loss + edit.amplitude.max(0.0);
                 Ok(Some(vec![(channel(c, "minor_loss"), format!("{loss:?}"))]))
             }
+            Self::Rate(c) if edit.when().is_some() => {
+                let key = circuit(c, "flow");
+                let now = edit.study.document().leaf(&key)?.unwrap_or_else(|| Leaf::Text("coolant_flow".into()));
+                Ok(multiplied(&now, machine, &format!("exp(({:?}) * ({}))", edit.amplitude, edit.law()))?.map(|value| vec![(key, value)]))
+            }
             Self::Rate(c) => edit.scaled(&circuit(c, "flow"), edit.amplitude.exp()),
             Self::Inlet(c) | Self::Line(c) => {
                 let key = circuit(c, "inlet_temperature");
@@ -127,7 +133,7 @@ impl Family for Flow {
     }
 
     fn says_when(&self) -> bool {
-        matches!(self, Self::Inlet(_) | Self::BoundaryFilm(_))
+        matches!(self, Self::Inlet(_) | Self::Rate(_) | Self::BoundaryFilm(_))
     }
 
     fn quantity(&self, _law: Law) -> Quantity {
@@ -141,14 +147,15 @@ impl Family for Flow {
 
     fn sentence(&self, told: &Told<'_>) -> String {
         let (place, number, kelvin) = (told.place(), told.range(""), told.range(" K"));
+        let when = told.when();
         match self {
             Self::Film(_) => format!("the film of channel {place} is {number} times the model's (below 1: fouling)"),
             Self::Scale(_) => format!("scale covers the wall of channel {place}: {} in series with the film", told.range(" m2 K/W")),
             Self::Split(_) => format!("channel {place} is narrowed and gets less of the flow: a loss coefficient of {number} more"),
-            Self::Rate(_) => format!("the flow through {place} is {number} times what is stated"),
-            Self::Inlet(_) => format!("the water enters {place} warmer than stated by {kelvin}"),
+            Self::Rate(_) => format!("the flow through {place} is {number} times what is stated{when}"),
+            Self::Inlet(_) => format!("the water enters {place} warmer than stated by {kelvin}{when}"),
             Self::Line(_) => format!("the line to {place} warms the water by {kelvin} at the middle flow, less at more flow"),
-            Self::BoundaryFilm(_) => format!("the film of the boundary {place} is {number} times the model's"),
+            Self::BoundaryFilm(_) => format!("the film of the boundary {place} is {number} times the model's{when}"),
         }
     }
 
@@ -156,6 +163,9 @@ impl Family for Flow {
         matches!(self, Self::Film(_)).then_some(CommonFactor::Films)
     }
 }
+
+/// L/min in a m³/s.
+const LITRES_PER_MINUTE: f64 = 60_000.0;
 
 fn film_key(boundary: &str) -> String {
     format!("boundary.{}.film", quoted(boundary))
@@ -180,6 +190,33 @@ fn warmer(now: &Leaf, machine: &Machine, kelvin: &str) -> Result<Option<String>>
                 _ => Some((key.clone(), value.clone())),
             });
             changed.collect::<Option<Vec<_>>>().map(|entries| Leaf::Table(entries).to_toml())
+        }
+        _ => None,
+    })
+}
+
+/// A flow of the file times a formula, as TOML.
+fn multiplied(now: &Leaf, machine: &Machine, factor: &str) -> Result<Option<String>> {
+    Ok(match now {
+        Leaf::Text(now) => {
+            let in_litres = |own: String| {
+                let of = |key: &str, value: String| (key.to_string(), Leaf::Text(value));
+                Leaf::Table(vec![of("formula", format!("({own}) * {factor}")), of("unit", "L/min".into())]).to_toml()
+            };
+            match (units::quantity(now), machine.variables.iter().find(|v| v.name == now.trim())) {
+                (Some((number, unit, dimension)), _) => {
+                    Some(in_litres(format!("{:?}", nine_digits(units::convert(number, unit, dimension)? * LITRES_PER_MINUTE))))
+                }
+                (None, Some(variable)) => (variable.unit == "L/min").then(|| in_litres(variable.in_expressions().0)),
+                (None, None) => Some(text(format!("({now}) * {factor}"))),
+            }
+        }
+        Leaf::Table(entries) => {
+            let changed = entries.iter().map(|(key, value)| match (key.as_str(), value) {
+                ("formula", Leaf::Text(formula)) => (key.clone(), Leaf::Text(format!("({formula}) * {factor}"))),
+                _ => (key.clone(), value.clone()),
+            });
+            Some(Leaf::Table(changed.collect()).to_toml())
         }
         _ => None,
     })

@@ -302,7 +302,7 @@ impl Hypothesis {
         match self.sensor() {
             // The machine file has no words for a sensor whose error is not always alike.
             Some(_) if self.law.is_of_when() => Ok(None),
-            Some(sensor) => Ok(Some(sensor.written(&study.model.machine, data, amplitude))),
+            Some(sensor) => sensor.written(study, data, amplitude),
             None => self.sets(study, scales, user, amplitude),
         }
     }

@@ -9,8 +9,8 @@ use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told}
 use crate::describe::machine::{Machine, SensorResponse, Shown};
 use crate::error::Result;
 use crate::evidence::measurement::{Data, Row, whiten};
-use crate::foundation::document::quoted;
-use crate::solve::sensitivity::Disturbance;
+use crate::foundation::document::{Document, Leaf, quoted};
+use crate::solve::sensitivity::{Disturbance, Study};
 use crate::units::Measurand;
 
 /// Errors of sensors, by their columns in the data.
@@ -88,7 +88,7 @@ impl Family for Sensor {
     }
 
     fn sentence(&self, told: &Told<'_>) -> String {
-        let (place, law) = (told.place(), if told.hypothesis.law.is_of_when() { told.law() } else { String::new() });
+        let (place, law) = (told.place(), told.when());
         match self {
             Self::Offset(_) => format!("the sensor {place} reads too high by {}{law}", told.range(" K")),
             Self::Gain(_) => format!("the sensor {place} has a gain of {}{law}", told.range("")),
@@ -126,14 +126,26 @@ impl Sensor {
         Some(places.iter().enumerate().map(of).collect())
     }
 
-    /// The lines of a machine file whose sensor has this error beside its own, (key, TOML value); none for an exchange of sensors,
-    /// which lies in the data.
-    pub fn written(self, machine: &Machine, data: &Data, amplitude: f64) -> Vec<(String, String)> {
+    /// The lines of a machine file whose sensor has this error beside its own, (key, TOML value); `None` where exchanged sensors have no
+    /// entries that could change places.
+    ///
+    /// # Errors
+    /// An entry cannot be read.
+    pub fn written(self, study: &Study, data: &Data, amplitude: f64) -> Result<Lines> {
+        let name = |k: usize| data.names[k].as_str();
+        match self {
+            Self::Swap(a, b) => exchanged(study.document(), [name(a), name(b)]),
+            own => Ok(Some(own.response(&study.model.machine, data, amplitude))),
+        }
+    }
+
+    /// The lines of the response of a sensor with this error beside its own.
+    fn response(self, machine: &Machine, data: &Data, amplitude: f64) -> Vec<(String, String)> {
         let (column, changed): (usize, fn(SensorResponse, f64) -> SensorResponse) = match self {
             Self::Offset(k) => (k, SensorResponse::with_offset),
             Self::Gain(k) => (k, SensorResponse::with_gain),
             Self::Lag(k) => (k, SensorResponse::with_lag),
-            Self::All => return (0..data.names.len()).flat_map(|k| Self::Offset(k).written(machine, data, amplitude)).collect(),
+            Self::All => return (0..data.names.len()).flat_map(|k| Self::Offset(k).response(machine, data, amplitude)).collect(),
             Self::Swap(..) => return Vec::new(),
         };
         let before = machine.sensors[data.sensors[column]].shows;
@@ -179,6 +191,32 @@ impl Sensor {
             }
         }
         found
+    }
+}
+
+/// Lines by which the entries of two sensors change places, and their names in the limits, which are about places and not about wires.
+fn exchanged(document: &Document, names: [&str; 2]) -> Result<Lines> {
+    let keys = names.map(|name| format!("sensor.{}", quoted(name)));
+    let (Some(first), Some(second)) = (document.leaf(&keys[0])?, document.leaf(&keys[1])?) else { return Ok(None) };
+    let [to_second, to_first] = keys;
+    let mut lines = vec![(to_second, second.to_toml()), (to_first, first.to_toml())];
+    for key in document.keys().into_iter().filter(|key| key.starts_with("limit.")) {
+        let Some(now) = document.leaf(&key)? else { continue };
+        let renamed = renamed(&now, names);
+        if renamed != now {
+            lines.push((key, renamed.to_toml()));
+        }
+    }
+    Ok(Some(lines))
+}
+
+/// A value with two names exchanged.
+fn renamed(leaf: &Leaf, [a, b]: [&str; 2]) -> Leaf {
+    match leaf {
+        Leaf::Text(text) if text == a => Leaf::Text(b.into()),
+        Leaf::Text(text) if text == b => Leaf::Text(a.into()),
+        Leaf::List(items) => Leaf::List(items.iter().map(|item| renamed(item, [a, b])).collect()),
+        other => other.clone(),
     }
 }
 

@@ -84,6 +84,11 @@ impl Told<'_> {
         if self.is_constant() { String::new() } else { format!(", {}", self.hypothesis.law_words()) }
     }
 
+    /// When it acts, to end a sentence with, where its law says that; nothing for others.
+    pub fn when(&self) -> String {
+        if self.hypothesis.law.is_of_when() { self.law() } else { String::new() }
+    }
+
     /// The number with its unit and 90 % interval.
     pub fn range(&self, unit: &str) -> String {
         let (x, y) = (self.form.of(self.interval.0), self.form.of(self.interval.1));

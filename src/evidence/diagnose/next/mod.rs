@@ -14,6 +14,7 @@ use super::predictor::Predictor;
 use super::{Explanation, Problem, Verdict};
 use crate::describe::machine::Condition;
 use crate::error::Result;
+use crate::solve::sensitivity::Study;
 use outlook::Outlook;
 use proposed::Proposed;
 use worth::Stakes;
@@ -28,6 +29,8 @@ const MOST: usize = 6;
 const PROPOSED: usize = 3;
 /// Of each kind, tests whose worth is found: those that set the explanations furthest apart for their cost.
 const JUDGED: usize = 12;
+/// Cells that tests are ranked on: what is found in one is fitted on the machine's own mesh.
+const CELLS: usize = 2500;
 /// Least distance worth a test, in standard deviations.
 const TELLING: f64 = 1.0;
 /// Drops in a probability that differ by less than this are the same: they are means of draws.
@@ -83,6 +86,8 @@ pub(super) fn next(predictor: &Predictor<'_>, problem: &Problem, verdict: Verdic
     if alive.len() < 2 {
         return Ok(Vec::new());
     }
+    let coarse = coarse(problem);
+    let problem = coarse.as_ref().unwrap_or(problem);
     let with = proposed::with_proposed(problem, &alive)?;
     let (problem, proposed) = with.as_ref().map_or((problem, &[][..]), |(p, new)| (p, new.as_slice()));
     let predictor = Predictor { study: &problem.study, ..*predictor };
@@ -97,6 +102,13 @@ pub(super) fn next(predictor: &Predictor<'_>, problem: &Problem, verdict: Verdic
         found.sort_by(in_order);
     }
     Ok(found)
+}
+
+/// The problem on a coarser mesh, where its own is finer than what tests are ranked by needs.
+fn coarse(problem: &Problem) -> Option<Problem> {
+    let fine = &problem.study;
+    let study = (fine.model.mesh.cells > CELLS).then(|| Study::new(fine.document().clone(), Some(CELLS)).ok())??;
+    (study.model.mesh.cells < fine.model.mesh.cells).then(|| Problem { study, ..problem.clone() })
 }
 
 /// The more a test settles for its cost the earlier; of equals, what sets the explanations further apart.
