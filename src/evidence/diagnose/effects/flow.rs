@@ -136,6 +136,11 @@ impl Family for Flow {
         matches!(self, Self::Inlet(_) | Self::Rate(_) | Self::BoundaryFilm(_))
     }
 
+    /// A flow that changes at once sends fronts through the water, which the screen of logs follows to a twentieth only.
+    fn follows_time(&self) -> bool {
+        self.says_when() && !matches!(self, Self::Rate(_))
+    }
+
     fn quantity(&self, _law: Law) -> Quantity {
         match self {
             Self::Film(_) | Self::Rate(_) | Self::BoundaryFilm(_) => Quantity::factor("factor"),

@@ -154,6 +154,11 @@ trait Family {
     fn says_when(&self) -> bool {
         false
     }
+
+    /// Whether it can also set in or grow in the course of a log.
+    fn follows_time(&self) -> bool {
+        self.says_when()
+    }
 }
 
 /// Factors of the model's discrepancy that many effects share.
@@ -409,8 +414,8 @@ pub fn under_rarer_laws(catalogue: &[Hypothesis], machine: &Machine, scales: &Sc
         if h.law != h.effect.usual_law() {
             return Vec::new();
         }
-        let says_when = h.effect.family().says_when();
-        let of_when = times.iter().filter(|_| says_when).map(|law| h.clone().under_of(*law, scales));
+        let (says_when, follows_time) = (h.effect.family().says_when(), h.effect.family().follows_time());
+        let of_when = times.iter().filter(|_| follows_time).map(|law| h.clone().under_of(*law, scales));
         let of_count = counts.iter().filter(|_| says_when).map(|(law, number)| h.under_found(*law, number.clone(), scales));
         let of_power = powers.iter().filter(|_| matches!(h.effect, Effect::Heat(_))).map(|law| h.clone().under_of(*law, scales));
         of_when.chain(of_count).chain(of_power).collect()

@@ -30,7 +30,7 @@ const PROPOSED: usize = 3;
 /// Of each kind, tests whose worth is found: those that set the explanations furthest apart for their cost.
 const JUDGED: usize = 12;
 /// Cells that tests are ranked on: what is found in one is fitted on the machine's own mesh.
-const CELLS: usize = 2500;
+const CELLS: usize = 1000;
 /// Least distance worth a test, in standard deviations.
 const TELLING: f64 = 1.0;
 /// Drops in a probability that differ by less than this are the same: they are means of draws.
