@@ -15,6 +15,7 @@ mod pages;
 pub mod refit;
 pub mod service;
 mod usual;
+pub mod vtu_series;
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;

@@ -35,7 +35,7 @@ impl Table {
         let own = in_our_form(text, units).map_err(|e| e.in_file(file))?;
         let mut table = Table::from_csv(&own, file)?;
         for (name, unit) in units {
-            express(&mut table, name, unit).map_err(|e| e.in_file(file))?;
+            table.express(name, unit).map_err(|e| e.in_file(file))?;
         }
         if !inputs.is_empty() {
             table.make_inputs(&inputs.iter().map(String::as_str).collect::<Vec<_>>()).map_err(|e| e.in_file(file))?;
@@ -61,6 +61,38 @@ impl Table {
     pub fn to_openturns(&self) -> Result<String> {
         let names: Vec<String> = self.columns.iter().map(|c| format!("\"{} [{}]\"", c.name, c.unit)).collect();
         self.numbers(&|_: &[String]| names.join(";"), &|_, cells: &[String]| cells.join(";"))
+    }
+
+    /// Brings a column into a unit.
+    ///
+    /// # Errors
+    /// There is no such column, or its unit is of another kind.
+    pub fn express(&mut self, name: &str, unit: &str) -> Result<()> {
+        let wrong = |e: Error| Error::input(e.what()).at_key(format!("--unit {name}={unit}")).help(e.remedy().unwrap_or_default());
+        let mut dimension = units::dimension_of(unit).map_err(wrong)?;
+        let names: Vec<String> =
+            self.columns.iter().map(|c| c.name.clone()).chain(self.texts.iter().map(|t: &TextColumn| t.name.clone())).collect();
+        let Some(column) = self.columns.iter_mut().find(|c| c.name == name) else {
+            let known = names.iter().map(String::as_str);
+            let help = did_you_mean(name, known)
+                .map_or_else(|| format!("columns here: {}", names.join(", ")), |meant| format!("did you mean '{meant}'?"));
+            return Err(Error::input(format!("there is no column '{name}'")).at_key(format!("--unit {name}={unit}")).help(help));
+        };
+        if column.unit == unit {
+            return Ok(());
+        }
+        let Column { unit: before, values, .. } = column;
+        // From kelvin to degrees Celsius, or back, it is a temperature that is meant.
+        if units::dimension_of(before).is_ok_and(|own| own.is_absolute()) && dimension == units::Dimension::DIFFERENCE {
+            dimension = units::Dimension::TEMPERATURE;
+        }
+        for value in values.iter_mut().filter(|value| !value.is_nan()) {
+            let found = units::convert(*value, before, dimension).and_then(|si| units::express(si, unit, dimension)).map_err(wrong)?;
+            // Twelve digits, as conditions have: what the conversion adds is no digit of the value.
+            *value = format!("{found:.11e}").parse().unwrap_or(found);
+        }
+        *before = unit.to_string();
+        Ok(())
     }
 
     fn numbers(&self, header: &dyn Fn(&[String]) -> String, line: &dyn Fn(usize, &[String]) -> String) -> Result<String> {
@@ -183,35 +215,6 @@ fn with_units(text: &str, units: &[UnitOf]) -> String {
         names.collect::<Vec<_>>().join(",") + "\n"
     };
     text.lines().map(&mut line).collect()
-}
-
-/// Brings a column into a unit.
-fn express(table: &mut Table, name: &str, unit: &str) -> Result<()> {
-    let wrong = |e: Error| Error::input(e.what()).at_key(format!("--unit {name}={unit}")).help(e.remedy().unwrap_or_default());
-    let mut dimension = units::dimension_of(unit).map_err(wrong)?;
-    let names: Vec<String> =
-        table.columns.iter().map(|c| c.name.clone()).chain(table.texts.iter().map(|t: &TextColumn| t.name.clone())).collect();
-    let Some(column) = table.columns.iter_mut().find(|c| c.name == name) else {
-        let known = names.iter().map(String::as_str);
-        let help = did_you_mean(name, known)
-            .map_or_else(|| format!("columns here: {}", names.join(", ")), |meant| format!("did you mean '{meant}'?"));
-        return Err(Error::input(format!("there is no column '{name}'")).at_key(format!("--unit {name}={unit}")).help(help));
-    };
-    if column.unit == unit {
-        return Ok(());
-    }
-    let Column { unit: before, values, .. } = column;
-    // From kelvin to degrees Celsius, or back, it is a temperature that is meant.
-    if units::dimension_of(before).is_ok_and(|own| own.is_absolute()) && dimension == units::Dimension::DIFFERENCE {
-        dimension = units::Dimension::TEMPERATURE;
-    }
-    for value in values.iter_mut().filter(|value| !value.is_nan()) {
-        let found = units::convert(*value, before, dimension).and_then(|si| units::express(si, unit, dimension)).map_err(wrong)?;
-        // Twelve digits, as conditions have: what the conversion adds is no digit of the value.
-        *value = format!("{found:.11e}").parse().unwrap_or(found);
-    }
-    *before = unit.to_string();
-    Ok(())
 }
 
 #[cfg(test)]
