@@ -5,6 +5,7 @@ pub mod charts;
 pub mod course;
 pub mod designs;
 pub mod diagnosis;
+pub mod drift_report;
 pub mod figures;
 pub mod fitting;
 pub mod gallery;
