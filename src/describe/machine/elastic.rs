@@ -168,9 +168,14 @@ fn direction(value: &Value<'_>) -> Result<[f64; 3]> {
         return Ok(unit);
     }
     let numbers = value.list()?.iter().map(Value::number).collect::<Result<Vec<f64>>>()?;
-    let length = numbers.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // By the largest first: the square of a number that is no direction yet may be too large or too small.
+    let largest = numbers.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     match numbers[..] {
-        [x, y, z] if length > 0.0 => Ok([x, y, z].map(|c| c / length)),
+        [x, y, z] if largest > 0.0 => {
+            let scaled = [x, y, z].map(|c| c / largest);
+            let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
+            Ok(scaled.map(|c| c / length))
+        }
         _ => Err(value.error("a direction is an axis, or three numbers that are not all zero").help("write \"z\" or [1, 0, 1]")),
     }
 }

@@ -92,6 +92,7 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
     for (name, section) in root.sections("limit")? {
         check_length(&name, &section)?;
         let several = |key: &str| -> Result<Vec<usize>> { section.list(key)?.iter().map(|v| lookup(v, sensors, "sensor")).collect() };
+        let mut turned = None;
         let (kind, maximum) = match section.one_of(&["maximum", "magnitude", "rise", "difference", "spread"])? {
             Some("maximum") => {
                 let point = lookup(&section.value("sensor")?, sensors, "sensor")?;
@@ -105,7 +106,7 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
                         .error_at("sensor", "only the displacements of a machine file have a magnitude")
                         .help("limit its maximum"));
                 };
-                found.push(Limit { name: turned_name(&name), kind: LimitKind::Maximum { point: back }, maximum });
+                turned = Some(Limit { name: turned_name(&name), kind: LimitKind::Maximum { point: back }, maximum });
                 (LimitKind::Maximum { point }, maximum)
             }
             Some("rise") => {
@@ -161,6 +162,7 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
         }
         section.finish()?;
         found.push(Limit { name, kind, maximum });
+        found.extend(turned);
     }
     Ok(found)
 }

@@ -89,7 +89,11 @@ impl History {
             model.sensors.iter().enumerate().filter_map(|(s, name)| Some((s, name, place(name)?))).collect();
         let pairs = own.iter().enumerate().flat_map(|(i, a)| own[i + 1..].iter().map(move |b| (a, b)));
         let tilt = |((i, a, of_a), (j, b, of_b)): (&(usize, &String, &Displacement), &(usize, &String, &Displacement))| {
-            let (apart, about) = lever(of_a, of_b)?;
+            // The axis is told along the machine's own where it is one of them.
+            let ((i, a), (j, b), (apart, about)) = match lever(of_a, of_b)? {
+                (_, about) if about.iter().sum::<f64>() < 0.0 => ((j, b), (i, a), lever(of_b, of_a)?),
+                found => ((i, a), (j, b), found),
+            };
             let way = self.way(&|readings| (readings[*i] - readings[*j]) / apart)?;
             Some(Tilt {
                 of: [(*a).clone(), (*b).clone()],

@@ -29,7 +29,7 @@ impl Table {
     /// where they have a unit. Names in `inputs` become the condition variables.
     ///
     /// # Errors
-    /// It is no such table; a column of `units` or `inputs` is not there, has no unit, or another kind of unit.
+    /// It is no such table, or has no row; a column of `units` or `inputs` is not there, has no unit, or another kind of unit.
     pub fn from_foreign(text: &str, file: impl AsRef<Path>, units: &[UnitOf], inputs: &[String]) -> Result<Table> {
         let file = file.as_ref();
         let own = in_our_form(text, units).map_err(|e| e.in_file(file))?;
@@ -37,8 +37,15 @@ impl Table {
         for (name, unit) in units {
             table.express(name, unit).map_err(|e| e.in_file(file))?;
         }
+        if table.rows() == 0 {
+            return Err(Error::input("the table has a header and no row").in_file(file).help("export it with its results"));
+        }
         if !inputs.is_empty() {
             table.make_inputs(&inputs.iter().map(String::as_str).collect::<Vec<_>>()).map_err(|e| e.in_file(file))?;
+        }
+        // A condition is asked with its unit.
+        for column in table.conditions() {
+            units::dimension_of(&column.unit).map_err(|e| e.at_key(column.header()).in_file(file))?;
         }
         Ok(table)
     }
