@@ -16,8 +16,6 @@ pub struct Matrix {
     blocks: Vec<Matrix3<f64>>,
     /// Inverses of the diagonal blocks.
     inverse: Vec<Matrix3<f64>>,
-    /// Where the diagonal block of each row is.
-    diagonal: Vec<usize>,
 }
 
 /// A vector with three entries for each node.
@@ -49,7 +47,7 @@ impl Matrix {
         }));
         let columns: Vec<u32> = rows.into_iter().flatten().collect();
         let blocks = vec![Matrix3::zeros(); columns.len()];
-        Self { starts, columns, blocks, inverse: Vec::new(), diagonal: Vec::new() }
+        Self { starts, columns, blocks, inverse: Vec::new() }
     }
 
     /// Nodes.
@@ -82,19 +80,22 @@ impl Matrix {
     /// Inverts the diagonal; `None` where a node is stiff in no direction.
     #[must_use]
     pub fn finished(mut self) -> Option<Self> {
-        let place = |row: usize| (self.starts[row]..self.starts[row + 1]).find(|at| self.columns[*at] as usize == row);
-        self.diagonal = (0..self.len()).map(place).collect::<Option<_>>()?;
-        self.inverse = self.diagonal.iter().map(|at| self.blocks[*at].try_inverse()).collect::<Option<_>>()?;
+        let of = |row: usize| self.row(row).find(|(column, _)| *column == row).and_then(|(_, block)| block.try_inverse());
+        self.inverse = (0..self.len()).map(of).collect::<Option<_>>()?;
         Some(self)
     }
 
     /// Blocks of a row with their columns.
     pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, &Matrix3<f64>)> {
-        self.blocks(self.starts[row]..self.starts[row + 1])
+        let own = self.starts[row]..self.starts[row + 1];
+        self.columns[own.clone()].iter().map(|c| *c as usize).zip(&self.blocks[own])
     }
 
-    fn blocks(&self, own: std::ops::Range<usize>) -> impl Iterator<Item = (usize, &Matrix3<f64>)> {
-        self.columns[own.clone()].iter().map(|c| *c as usize).zip(&self.blocks[own])
+    /// y = b - A x
+    pub fn residual(&self, x: &Field, b: &Field, y: &mut Field) {
+        y.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(row, y)| {
+            *y = self.row(row).fold(b[row], |sum, (column, block)| sum - block * x[column]);
+        });
     }
 
     /// y = A x
@@ -104,24 +105,12 @@ impl Matrix {
         });
     }
 
-    /// One forward sweep of Gauss and Seidel by nodes for A x = b that begins with zeros, and what it leaves of b: each reads half of
-    /// the matrix, whose size is what the time goes into.
-    pub fn first_sweep(&self, x: &mut Field, b: &Field, left: &mut Field) {
-        for row in 0..self.len() {
-            let below = self.blocks(self.starts[row]..self.diagonal[row]);
-            x[row] = self.inverse[row] * below.fold(b[row], |sum, (column, block)| sum - block * x[column]);
-        }
-        left.par_iter_mut().with_min_len(CHUNK).enumerate().for_each(|(row, left)| {
-            let above = self.blocks(self.diagonal[row] + 1..self.starts[row + 1]);
-            *left = above.fold(Vector3::zeros(), |sum, (column, block)| sum - block * x[column]);
-        });
-    }
-
-    /// One backward sweep for A x = b.
-    pub fn last_sweep(&self, x: &mut Field, b: &Field) {
-        for row in (0..self.len()).rev() {
-            let beside = self.blocks(self.starts[row]..self.diagonal[row]).chain(self.blocks(self.diagonal[row] + 1..self.starts[row + 1]));
-            x[row] = self.inverse[row] * beside.fold(b[row], |sum, (column, block)| sum - block * x[column]);
-        }
+    /// One sweep of Gauss and Seidel for A x = b, by nodes, forwards or backwards.
+    pub fn sweep(&self, x: &mut Field, b: &Field, forwards: bool) {
+        let mut relax = |row: usize| {
+            let left = self.row(row).filter(|(column, _)| *column != row).fold(b[row], |sum, (column, block)| sum - block * x[column]);
+            x[row] = self.inverse[row] * left;
+        };
+        if forwards { (0..self.len()).for_each(&mut relax) } else { (0..self.len()).rev().for_each(relax) }
     }
 }

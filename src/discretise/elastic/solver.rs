@@ -111,7 +111,9 @@ impl Solver {
 
     /// z = M r with a symmetric M near the inverse of the matrix.
     fn precondition(&self, r: &Field, z: &mut Field, left: &mut Field) {
-        self.matrix.first_sweep(z, r, left);
+        z.fill(Vector3::zeros());
+        self.matrix.sweep(z, r, true);
+        self.matrix.residual(z, r, left);
         let mut coarse = faer::Mat::zeros(6 * self.boxes, 1);
         for ((own, motions), left) in self.motions.iter().zip(left.iter()) {
             let pull = motions.transpose() * left;
@@ -121,7 +123,7 @@ impl Solver {
         for ((own, motions), z) in self.motions.iter().zip(z.iter_mut()) {
             *z += motions * SMatrix::<f64, 6, 1>::from_fn(|m, _| coarse[(6 * *own as usize + m, 0)]);
         }
-        self.matrix.last_sweep(z, r);
+        self.matrix.sweep(z, r, false);
     }
 }
 
