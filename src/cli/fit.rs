@@ -11,7 +11,7 @@ use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::pipeline::fitting::{self, FitRecord};
-use crate::pipeline::{model_text, moving};
+use crate::pipeline::{model_text, moving, unit_of_errors};
 use crate::reduce::ReducedModel;
 use crate::surrogate::fit::{FitOptions, file};
 
@@ -93,7 +93,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         out.note(note);
     }
     // Where all are temperatures it is K.
-    let has_others = fit.points.iter().any(|p| p.unit != "K");
+    let has_others = fit.points.iter().any(|p| unit_of_errors(&p.unit) != "K");
     let rows: Vec<Vec<String>> = (fit.points.iter().enumerate())
         .map(|(i, p)| {
             vec![
@@ -106,7 +106,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
                 significant(p.half_width, 2),
             ]
             .into_iter()
-            .chain(has_others.then(|| p.unit.clone()))
+            .chain(has_others.then(|| unit_of_errors(&p.unit).to_string()))
             .collect()
         })
         .collect();

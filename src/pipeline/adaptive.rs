@@ -9,7 +9,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::designs::{fit_options, is_one_factor};
-use super::fitting;
+use super::{fitting, unit_of_errors};
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{Growth, Purpose, Round, SweepOptions, Swept};
@@ -190,7 +190,7 @@ impl State {
             failed: self.design.len() - self.rows.len(),
             band: widest.map_or(f64::INFINITY, |p| p.half_width),
             point: widest.map_or(String::new(), |p| p.name.clone()),
-            unit: widest.map_or("K".into(), |p| p.unit.clone()),
+            unit: widest.map_or("K", |p| unit_of_errors(&p.unit)).into(),
             predicted,
         }
     }
@@ -215,7 +215,7 @@ impl State {
             conditions,
             error,
             point: self.fit.points[worst].name.clone(),
-            unit: self.fit.points[worst].unit.clone(),
+            unit: unit_of_errors(&self.fit.points[worst].unit).into(),
             share_in_band: inside as f64 / (conditions * errors.len()) as f64,
         })
     }

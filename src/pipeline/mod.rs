@@ -104,6 +104,11 @@ impl Summary {
     }
 }
 
+/// The unit of errors of a point that is given in `unit`.
+pub fn unit_of_errors(unit: &str) -> &str {
+    if unit == "degC" { "K" } else { unit }
+}
+
 /// A fit in one variable, as the paper prints it.
 #[derive(Debug, Clone)]
 pub struct Formula {
@@ -243,7 +248,7 @@ fn point_summaries(fit: &Fit, comparison: &Comparison) -> Vec<PointSummary> {
     let summary = |(i, report): (usize, &PointReport)| PointSummary {
         name: report.name.clone(),
         model: model_text(&fit.surrogate, i),
-        unit: if report.unit == "degC" { "K".into() } else { report.unit.clone() },
+        unit: unit_of_errors(&report.unit).into(),
         leave_one_out: report.chosen.leave_one_out.rms,
         k_fold: report.chosen.k_fold.map(|k| k.rms),
         half_width: report.half_width,
