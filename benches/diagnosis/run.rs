@@ -8,6 +8,7 @@ use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, whiten};
 use coldplate::explore::simulate::Start;
 use coldplate::foundation::progress::Silent;
+use coldplate::units::Measurand;
 use serde::{Deserialize, Serialize};
 
 use crate::draw::{Drawn, Family, draw};
@@ -146,7 +147,7 @@ fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
 fn error(problem: &Problem, sets: &[(String, String)], unseen: &Data) -> Option<f64> {
     let study = problem.study.edited(sets).ok()?;
     let predicted = identify::values(&study, unseen, Start::Steady).ok()?;
-    Some(whiten::rmse(unseen, &predicted))
+    whiten::rmse(&study.model.machine, unseen, &predicted, Measurand::Temperature)
 }
 
 fn show(seed: u64, drawn: &Drawn, found: &Diagnosis) {

@@ -122,7 +122,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 fn table(args: &Args, form: &TableForm, out: Output) -> Result<u8> {
     let table = Table::read(&args.surrogate)?;
     let text = (form.write)(&table).map_err(|e| e.in_file(&args.surrogate))?;
-    let path = args.folder().join(format!("{}{}", args.name(), form.ending));
+    let path = args.folder().join(format!("{}{}", args.file_name()?, form.ending));
     atomic_file::write(&path, text.as_bytes())?;
     let written = vec![WrittenFile { path: path.clone(), bytes: text.len(), remark: None }];
     let record = Record { target: form.key, written, points: Vec::new() };
@@ -143,7 +143,7 @@ fn machine(args: &Args, out: Output) -> Result<u8> {
     let model = MeshedMachine::new(machine, args.cells)?;
     let state = model.steady(&condition)?;
     let deck = InputDeck::new(&model, &condition, &state)?;
-    let path = args.folder().join(format!("{}.inp", args.name()));
+    let path = args.folder().join(format!("{}.inp", args.file_name()?));
     atomic_file::write(&path, deck.text.as_bytes())?;
     let remark = format!("{} nodes, {} elements", deck.nodes, deck.elements);
     let mut text = format!("wrote {} ({} bytes), {remark}\n", path.display(), deck.text.len());
@@ -167,6 +167,15 @@ fn machine_alone(args: &Args) -> Result<()> {
 }
 
 impl Args {
+    /// The same, where it names a file alone: the folder is that of `--out`.
+    fn file_name(&self) -> Result<String> {
+        let name = self.name();
+        if Path::new(&name).file_name().is_some_and(|own| own == name.as_str()) {
+            return Ok(name);
+        }
+        Err(Error::input("this is no name of a file").at_key("--name").read(name).help("state the folder by --out DIR"))
+    }
+
     /// What files and identifiers begin with.
     fn name(&self) -> String {
         let stem = || self.surrogate.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -11,7 +11,7 @@ use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::pipeline::fitting::{self, FitRecord};
-use crate::pipeline::{model_text, moving};
+use crate::pipeline::{model_text, moving, unit_of_errors};
 use crate::reduce::ReducedModel;
 use crate::surrogate::fit::{FitOptions, file};
 
@@ -92,6 +92,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     for note in &fit.notes {
         out.note(note);
     }
+    // Where all are temperatures it is K.
+    let has_others = fit.points.iter().any(|p| unit_of_errors(&p.unit) != "K");
     let rows: Vec<Vec<String>> = (fit.points.iter().enumerate())
         .map(|(i, p)| {
             vec![
@@ -103,14 +105,19 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
                 p.chosen.k_fold.map(|k| significant(k.max, 2)).unwrap_or_default(),
                 significant(p.half_width, 2),
             ]
+            .into_iter()
+            .chain(has_others.then(|| unit_of_errors(&p.unit).to_string()))
+            .collect()
         })
         .collect();
-    let heading = ["point", "model", "rows", "leave-one-out rms", "k-fold rms", "k-fold max", "band +-"];
+    let heading = ["point", "model", "rows", "leave-one-out rms", "k-fold rms", "k-fold max", "band +-", "unit"];
+    let heading = &heading[..heading.len() - usize::from(!has_others)];
     let moves = fit.surrogate.in_time.as_ref().map(|own| {
         let (least, most) = own.errors.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), e| (l.min(*e), m.max(*e)));
-        format!("over time: {} states, points within {} to {} K\n", own.states, significant(least, 2), significant(most, 2))
+        let unit = if has_others { "of their units" } else { "K" };
+        format!("over time: {} states, points within {} to {} {unit}\n", own.states, significant(least, 2), significant(most, 2))
     });
-    let text = format!("{}\n{}wrote {} ({bytes} bytes)\n", table(&heading, &rows), moves.unwrap_or_default(), path.display());
+    let text = format!("{}\n{}wrote {} ({bytes} bytes)\n", table(heading, &rows), moves.unwrap_or_default(), path.display());
     out.report(&text, &FitRecord::of(&fit, &path, bytes, start.elapsed().as_secs_f64()));
     Ok(0)
 }

@@ -67,6 +67,8 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "coldplate import examples/solvers/studies/comsol.csv --input heat --input v_in --unit motor=degC --out out/study.csv",
             "coldplate import examples/solvers/studies/dakota.dat --unit x1=W --unit x2=L/min --unit response_fn_1=degC \
              --input x1 --input x2 --out out/dakota.csv",
+            "coldplate import examples/solvers/studies/vtu --names \"plate_{{coolant_flow:L/min}}_{{heat:W}}.vtu\" \
+             --point \"top=T @ 250 mm, 100 mm, 100 mm\" --unit T=K --unit top=degC --out out/plate.csv",
         ],
     ),
     ("serve", &["coldplate serve out/tutorial/surrogate.cps --listen 127.0.0.1:0"]),
@@ -92,6 +94,10 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "costs",
             "inputs",
             "ignored",
+            "points",
+            "conditions",
+            "names",
+            "length",
             "slopes",
             "followed",
             "dynamics",

@@ -8,14 +8,16 @@ use super::condition::pair_of;
 use super::output::Output;
 use crate::error::{Error, Result};
 use crate::foundation::input;
-use crate::foundation::table::Table;
+use crate::foundation::numbers::significant;
+use crate::foundation::table::{Table, UnitOf};
+use crate::pipeline::vtu_series::{self, Conditions, Names, PointOf, ReadAt};
 
-/// Results of a study in COMSOL, Ansys Workbench, optiSLang or Dakota, or any CSV, as a table with units
+/// Results of a study in COMSOL, Ansys Workbench, optiSLang or Dakota, any CSV, or a series of VTU files, as a table with units
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Table of the other program
-    #[arg(value_name = "FILE")]
-    table: PathBuf,
+    /// Table of the other program; or VTU files, one for each condition, or their folder
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
     /// Table to write, CSV or Parquet
     #[arg(long, value_name = "FILE")]
     out: PathBuf,
@@ -25,6 +27,18 @@ pub struct Args {
     /// Unit of a column that the file states none of, or another to be converted to: motor=degC
     #[arg(long = "unit", value_name = "NAME=UNIT")]
     units: Vec<String>,
+    /// Of VTU files: a measurement point, NAME=FIELD @ PLACE; the place is "100 mm, 20 mm, 5 mm", "point 17" or "cell 3"
+    #[arg(long = "point", value_name = "POINT")]
+    points: Vec<String>,
+    /// Of VTU files: their conditions, as a table with the file's name in a column `file`
+    #[arg(long, value_name = "FILE", conflicts_with = "names")]
+    conditions: Option<PathBuf>,
+    /// Of VTU files: how their names have the conditions, for example "rig_{{coolant_flow:L/min}}.vtu"
+    #[arg(long, value_name = "NAMES")]
+    names: Option<String>,
+    /// Of VTU files: the length unit of their coordinates
+    #[arg(long, value_name = "UNIT", default_value = "m")]
+    length: String,
 }
 
 /// What was written: each field is a key of `coldplate import --json`.
@@ -37,6 +51,9 @@ struct ImportRecord {
     outputs: Vec<String>,
     /// Columns without unit, which are no numbers.
     texts: Vec<String>,
+    /// How measurement points were read in VTU files; left out for tables.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    points: Vec<ReadAt>,
 }
 
 /// Runs the command.
@@ -47,18 +64,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let ending = args.out.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     Table::check_name(&args.out)?;
     let units = args.units.iter().map(|unit| pair_of(unit, "--unit")).collect::<Result<Vec<_>>>()?;
-    if args.table.extension().is_some_and(|e| e.eq_ignore_ascii_case("omdb")) {
-        return Err(Error::input("this is optiSLang's own database, whose form is not published")
-            .in_file(&args.table)
-            .help("export its designs as CSV in optiSLang (the node 'Design Export'), and import that"));
-    }
-    let text = input::text(&args.table).map_err(|e| e.help("check the path"))?;
-    let table = Table::from_foreign(&text, &args.table, &units, &args.inputs)?;
-    if table.columns.is_empty() {
-        return Err(Error::input("no column has a unit, so none is numbers")
-            .in_file(&args.table)
-            .help("state the units: --unit NAME=UNIT, with 1 for pure numbers"));
-    }
+    let (table, points) = if args.files.iter().any(|path| path.is_dir() || vtu_series::is_vtu(path)) {
+        of_vtu(args, &units)?
+    } else {
+        (of_table(args, &units)?, Vec::new())
+    };
     if ending == "parquet" {
         table.write_parquet(&args.out)?
     } else {
@@ -71,10 +81,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         conditions: headers(table.conditions()),
         outputs: headers(table.outputs()),
         texts: table.texts.iter().map(|t| t.name.clone()).collect(),
+        points,
     };
     let list = |names: &[String]| if names.is_empty() { "none".to_string() } else { names.join(", ") };
+    let read_at: String = record.points.iter().map(|at| read_at(at) + "\n").collect();
     let text = format!(
-        "{} rows\nconditions: {}\noutputs: {}\nneither, as they have no unit: {}\nwrote {}\n",
+        "{} rows\nconditions: {}\noutputs: {}\n{read_at}neither, as they have no unit: {}\nwrote {}\n",
         record.rows,
         list(&record.conditions),
         list(&record.outputs),
@@ -83,4 +95,54 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     );
     out.report(&text, &record);
     Ok(0)
+}
+
+/// A table of another program.
+fn of_table(args: &Args, units: &[UnitOf]) -> Result<Table> {
+    let [path] = &args.files[..] else {
+        return Err(Error::input("several tables at once are not read").help("import one after the other"));
+    };
+    let of_series = [("--point", !args.points.is_empty()), ("--conditions", args.conditions.is_some()), ("--names", args.names.is_some())];
+    if let Some((option, _)) = of_series.iter().find(|(_, is_there)| *is_there) {
+        return Err(Error::input("this is asked of VTU files alone").at_key(*option).in_file(path).help("leave it out for a table"));
+    }
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("omdb")) {
+        return Err(Error::input("this is optiSLang's own database, whose form is not published")
+            .in_file(path)
+            .help("export its designs as CSV in optiSLang (the node 'Design Export'), and import that"));
+    }
+    let text = input::text(path).map_err(|e| e.help("check the path"))?;
+    let table = Table::from_foreign(&text, path, units, &args.inputs)?;
+    if table.columns.is_empty() {
+        return Err(Error::input("no column has a unit, so none is numbers")
+            .in_file(path)
+            .help("state the units: --unit NAME=UNIT, with 1 for pure numbers"));
+    }
+    Ok(table)
+}
+
+/// A series of VTU files.
+fn of_vtu(args: &Args, units: &[UnitOf]) -> Result<(Table, Vec<ReadAt>)> {
+    if let Some(input) = args.inputs.first() {
+        let error = Error::input("every column of the conditions of VTU files is a condition variable").at_key("--input").read(input);
+        return Err(error.help("leave it out"));
+    }
+    let points = args.points.iter().map(|text| PointOf::parse(text)).collect::<Result<Vec<_>>>()?;
+    let conditions = match (&args.conditions, &args.names) {
+        (Some(path), _) => Conditions::Table(Box::new(Table::read(path)?), path.clone()),
+        (_, Some(names)) => Conditions::Names(Names::parse(names)?),
+        _ => {
+            let help = "--conditions FILE.csv with a column `file`, or --names \"rig_{{coolant_flow:L/min}}.vtu\"";
+            return Err(Error::input("where the conditions of the files stand is not said").help(help));
+        }
+    };
+    vtu_series::table(&vtu_series::files(&args.files)?, &conditions, &points, units, &args.length)
+}
+
+/// How a measurement point was read, for a reader.
+fn read_at(at: &ReadAt) -> String {
+    match at.nearest_m {
+        None => format!("{}: {}", at.point, at.field),
+        Some(off) => format!("{}: {}, at the nearest point of the mesh, up to {} mm off", at.point, at.field, significant(1e3 * off, 3)),
+    }
 }

@@ -2,12 +2,15 @@
 //! standard error.
 
 use std::io::Write;
+use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
+use crate::error::{Error, Result};
+use crate::foundation::atomic_file;
 use crate::foundation::progress::Progress;
 
 /// Whether progress was asked for as lines, also where standard error is no terminal: one setting of the process, made
@@ -21,6 +24,17 @@ pub struct Output {
     pub json: bool,
     /// No progress, no notes.
     pub quiet: bool,
+}
+
+/// Whether a report can be written there.
+///
+/// # Errors
+/// The name does not end in `.html`, or the place cannot be written.
+pub fn check_page(path: &Path) -> Result<()> {
+    if !path.extension().is_some_and(|e| e == "html" || e == "htm") {
+        return Err(Error::input("a report is an HTML file").in_file(path).at_key("--report").help("end the name in .html"));
+    }
+    atomic_file::check(path).map_err(|e| e.at_key("--report"))
 }
 
 impl Output {

@@ -11,6 +11,7 @@ use crate::evidence::measurement::faults::{self, Fault};
 use crate::evidence::residuals::{PredictRecord, Residuals, Spread};
 use crate::foundation::atomic_file;
 use crate::solve::sensitivity::Study;
+use crate::units::Measurand;
 
 /// A machine beside measured data: prediction, residual, RMSE per test and per sensor; nothing is fitted or judged
 #[derive(Debug, clap::Args)]
@@ -90,27 +91,53 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 
 fn text(found: &Residuals, study: &Study) -> String {
     let mut text = format!("{}\n", study.model.machine.name);
+    let is_mixed = found.measurands.contains(&Measurand::Displacement);
+    // In one table with temperatures displacements say their unit.
+    let unit = |k: usize| if is_mixed { format!(" {}", found.measurands[k].unit_of_differences()) } else { String::new() };
+    let shown = |k: usize, reading: f64| {
+        let own = found.measurands[k];
+        format!("{:.2}{}", own.shown(reading), if is_mixed { format!(" {}", own.unit()) } else { String::new() })
+    };
     if !found.data.is_transient() && found.places.len() <= MOST_SHOWN {
         let row = |(i, (r, k)): (usize, &(usize, usize))| {
             vec![
                 found.data.rows[*r].test.clone(),
                 found.data.names[*k].clone(),
-                format!("{:.2}", found.data.shown(&study.model.machine, *k, found.measured[i])),
-                format!("{:.2}", found.data.shown(&study.model.machine, *k, found.predicted[i])),
-                format!("{:+.2}", found.residual(i)),
+                shown(*k, found.measured[i]),
+                shown(*k, found.predicted[i]),
+                format!("{:+.2}{}", found.residual(i), unit(*k)),
             ]
         };
         text += "\n";
         let rows: Vec<Vec<String>> = found.places.iter().enumerate().map(row).collect();
-        text += &table(&["test", "sensor", "measured degC", "predicted degC", "residual K"], &rows);
+        let heading: &[&str] = match is_mixed {
+            false => &["test", "sensor", "measured degC", "predicted degC", "residual K"],
+            true => &["test", "sensor", "measured", "predicted", "residual"],
+        };
+        text += &table(heading, &rows);
     }
     let of = |(name, s): &(String, Spread)| {
-        vec![name.clone(), s.readings.to_string(), format!("{:.3}", s.rmse_K), format!("{:+.3}", s.mean_K), format!("{:+.3}", s.largest_K)]
+        let kelvins = s.temperatures.as_ref().map(|t| [t.rmse_K, t.mean_K, t.largest_K]);
+        let micrometres = s.displacements.as_ref().map(|d| [d.rmse_um, d.mean_um, d.largest_um]);
+        let cells = |of: Option<[f64; 3]>| {
+            of.map_or(Default::default(), |[rmse, mean, largest]| [format!("{rmse:.3}"), format!("{mean:+.3}"), format!("{largest:+.3}")])
+        };
+        let mut row = vec![name.clone(), s.readings.to_string()];
+        row.extend(cells(kelvins));
+        row.extend(if is_mixed { cells(micrometres).to_vec() } else { Vec::new() });
+        row
+    };
+    let heading = |what| {
+        let kelvins = [what, "readings", "RMSE K", "mean K", "largest K"];
+        if is_mixed { [&kelvins[..], &["RMSE um", "mean um", "largest um"]].concat() } else { kelvins.to_vec() }
     };
     for (what, spreads) in [("test", found.by_test()), ("sensor", found.by_sensor())] {
         text += "\n";
-        text += &table(&[what, "readings", "RMSE K", "mean K", "largest K"], &spreads.iter().map(of).collect::<Vec<_>>());
+        text += &table(&heading(what), &spreads.iter().map(of).collect::<Vec<_>>());
     }
     let all = found.overall();
-    text + &format!("\n{} readings: RMSE {:.3} K, mean {:+.3} K (measured less predicted)\n", all.readings, all.rmse_K, all.mean_K)
+    let kelvins = all.temperatures.map(|t| format!("RMSE {:.3} K, mean {:+.3} K", t.rmse_K, t.mean_K));
+    let micrometres = all.displacements.map(|d| format!("RMSE {:.3} um, mean {:+.3} um", d.rmse_um, d.mean_um));
+    let said: Vec<String> = kelvins.into_iter().chain(micrometres).collect();
+    text + &format!("\n{} readings: {} (measured less predicted)\n", all.readings, said.join("; "))
 }

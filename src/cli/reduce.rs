@@ -14,6 +14,7 @@ use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
 use crate::reduce::{Made, ReducedModel, Settings, reduce};
 use crate::solve::sensitivity::Study;
+use crate::units::Measurand;
 use crate::units::{self, Dimension};
 
 /// Variables that vary where nothing else is said.
@@ -242,20 +243,22 @@ fn text(model: &ReducedModel, record: &Record) -> String {
     text +=
         &format!("size      {} modes for {} nodes, {} of {} conductors\n", record.modes, made.nodes, record.conductors, made.conductors);
     text += &format!("made of   {} conditions solved in full, {:.1} s\n", made.solved, made.seconds);
+    let has_displacements = model.fine.network.measurands.contains(&Measurand::Displacement);
+    let of_readings = |x: f64| significant(x, 2) + if has_displacements { " K (um)" } else { " K" };
     let kelvin = |x: f64| significant(x, 2);
     text += &format!(
-        "checked   at {} further conditions: largest error {} K, largest bound {} K\n",
+        "checked   at {} further conditions: largest error {}, largest bound {}\n",
         made.checks,
-        kelvin(made.largest_error),
-        kelvin(made.largest_bound)
+        of_readings(made.largest_error),
+        of_readings(made.largest_bound)
     );
     if let Some(own) = &record.in_time {
         text += &format!(
-            "in time   made of {} histories in full; at {} further ones: largest error {} K, largest bound {} K\n",
+            "in time   made of {} histories in full; at {} further ones: largest error {}, largest bound {}\n",
             own.histories,
             own.checks,
-            kelvin(own.largest_error_K),
-            kelvin(own.largest_bound_K)
+            of_readings(own.largest_error_K),
+            of_readings(own.largest_bound_K)
         );
     }
     if let Some(own) = &record.field {

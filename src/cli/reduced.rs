@@ -17,7 +17,7 @@ use crate::foundation::document::suggestion;
 use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::reduce::{Answer, ReducedModel};
-use crate::solve::meshed::{MeshedMachine, limit_states};
+use crate::solve::meshed::{LimitState, MeshedMachine, limit_states};
 use crate::units::{Measurand, celsius};
 
 /// As outside programs read it.
@@ -28,6 +28,9 @@ struct Record {
     sensors: BTreeMap<String, f64>,
     /// How far each may be from that of the full model.
     bounds_K: BTreeMap<String, f64>,
+    /// The same of displacements, where there are some.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    bounds_um: BTreeMap<String, f64>,
     coolant: BTreeMap<String, Channel>,
     limits: Vec<Limit>,
     in_range: bool,
@@ -55,7 +58,11 @@ struct Channel {
 #[allow(non_snake_case)]
 struct Limit {
     name: String,
-    margin_K: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    margin_K: Option<f64>,
+    /// Of a displacement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    margin_um: Option<f64>,
     kept: bool,
 }
 
@@ -113,11 +120,21 @@ pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, (vtu, with_hott
         };
         (network.streams[s].name.clone(), own)
     };
+    let bounds = |of: Measurand| {
+        let all = names.iter().zip(measurands).zip(&answer.bounds).filter(|((_, own), _)| **own == of);
+        all.map(|((name, _), bound)| (name.clone(), *bound)).collect()
+    };
+    let limit = |state: &LimitState| {
+        let margin = |of: Measurand| (state.measurand == of).then(|| state.margin());
+        let (kelvins, micrometres) = (margin(Measurand::Temperature), margin(Measurand::Displacement));
+        Limit { name: state.name.clone(), margin_K: kelvins, margin_um: micrometres, kept: state.margin() >= 0.0 }
+    };
     let record = Record {
         sensors: names.iter().cloned().zip(measurands.iter().zip(&answer.readings).map(|(own, t)| own.shown(*t))).collect(),
-        bounds_K: names.iter().cloned().zip(answer.bounds.iter().copied()).collect(),
+        bounds_K: bounds(Measurand::Temperature),
+        bounds_um: bounds(Measurand::Displacement),
         coolant: answer.state.streams.iter().enumerate().map(channel).collect(),
-        limits: states.iter().map(|l| Limit { name: l.name.clone(), margin_K: l.margin(), kept: l.margin() >= 0.0 }).collect(),
+        limits: states.iter().map(limit).collect(),
         in_range: answer.in_range,
         modes: model.coarse.len(),
         newton_iterations: answer.state.steps,
@@ -170,15 +187,21 @@ fn text(model: &ReducedModel, answer: &Answer, record: &Record) -> String {
     let is_mixed = measurands.contains(&Measurand::Displacement);
     let row = |(s, ((name, reading), bound)): (usize, ((&String, &f64), &f64))| {
         let unit = if is_mixed { format!(" {}", measurands[s].unit()) } else { String::new() };
-        vec![name.clone(), format!("{:.4}{unit}", measurands[s].shown(*reading)), significant(*bound, 2)]
+        let more = if is_mixed { format!(" {}", measurands[s].unit_of_differences()) } else { String::new() };
+        vec![name.clone(), format!("{:.4}{unit}", measurands[s].shown(*reading)), significant(*bound, 2) + &more]
     };
     let rows: Vec<Vec<String>> =
         model.fine.network.sensor_names.iter().zip(&answer.readings).zip(&answer.bounds).enumerate().map(row).collect();
-    text += &table(&["sensor", "degC", "+- K"], &rows);
+    text += &table(if is_mixed { &["sensor", "", "+-"] } else { &["sensor", "degC", "+- K"] }, &rows);
     if !record.limits.is_empty() {
-        let row = |l: &Limit| vec![l.name.clone(), format!("{:+.3}", l.margin_K), if l.kept { "kept".into() } else { "broken".into() }];
+        let margin = |l: &Limit| match (l.margin_K, l.margin_um) {
+            (Some(kelvins), _) if is_mixed => format!("{kelvins:+.3} K"),
+            (Some(kelvins), _) => format!("{kelvins:+.3}"),
+            (None, micrometres) => micrometres.map_or_else(String::new, |um| format!("{um:+.3} um")),
+        };
+        let row = |l: &Limit| vec![l.name.clone(), margin(l), if l.kept { "kept".into() } else { "broken".into() }];
         text += "\n";
-        text += &table(&["limit", "margin K", ""], &record.limits.iter().map(row).collect::<Vec<_>>());
+        text += &table(&["limit", if is_mixed { "margin" } else { "margin K" }, ""], &record.limits.iter().map(row).collect::<Vec<_>>());
     }
     let row = |(name, c): (&String, &Channel)| {
         vec![name.clone(), format!("{:.3}", c.outlet_degC), format!("{:.3}", c.flow_m3_s * 6e4), format!("{:.0}", c.h_W_m2K)]

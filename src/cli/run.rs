@@ -69,19 +69,23 @@ fn to_json(summary: &Summary) -> serde_json::Value {
         .points
         .iter()
         .map(|p| {
+            let key = |of: &str| keyed(of, &p.unit);
             json!({
                 "name": p.name,
                 "model": p.model,
                 "unit": p.unit,
-                "leave_one_out_rms_K": p.leave_one_out,
-                "k_fold_rms_K": p.k_fold,
-                "half_width_K": p.half_width,
-                "held_out": p.held_out.map(|(max, rms, inside)| json!({ "max_K": max, "rms_K": rms, "share_in_band": inside })),
+                key("leave_one_out_rms"): p.leave_one_out,
+                key("k_fold_rms"): p.k_fold,
+                key("half_width"): p.half_width,
+                "held_out": p.held_out.map(|(max, rms, inside)| json!({ key("max"): max, key("rms"): rms, "share_in_band": inside })),
             })
         })
         .collect();
     let formulas: Vec<_> = (summary.formulas.iter())
-        .map(|f| json!({ "sweep": f.group, "variable": f.variable, "point": f.point, "formula": f.text, "r_squared": f.r_squared, "rms_K": f.rms }))
+        .map(|f| {
+            let rms = keyed("rms", unit_of(summary, &f.point));
+            json!({ "sweep": f.group, "variable": f.variable, "point": f.point, "formula": f.text, "r_squared": f.r_squared, rms: f.rms })
+        })
         .collect();
     let mut all = json!({
         "folder": summary.folder.display().to_string(),
@@ -100,6 +104,16 @@ fn to_json(summary: &Summary) -> serde_json::Value {
         all.insert("answered".into(), json!(answered));
     }
     all
+}
+
+/// A key that says its unit, where that is of temperatures or displacements; others stand under `unit` alone.
+fn keyed(of: &str, unit: &str) -> String {
+    if matches!(unit, "K" | "um") { format!("{of}_{unit}") } else { of.to_string() }
+}
+
+/// The unit of the errors of a point.
+fn unit_of<'a>(summary: &'a Summary, point: &str) -> &'a str {
+    summary.points.iter().find(|p| p.name == point).map_or("K", |p| p.unit.as_str())
 }
 
 fn text(summary: &Summary) -> String {
@@ -146,9 +160,11 @@ fn text(summary: &Summary) -> String {
     for formula in &summary.formulas {
         if formula.group != group {
             group = &formula.group;
-            text += &format!("\n{group}: y in degC, x is {}\n", formula.variable);
+            let y = if summary.unit_of_errors().is_none_or(|unit| unit == "K") { " in degC" } else { "" };
+            text += &format!("\n{group}: y{y}, x is {}\n", formula.variable);
         }
-        text += &format!("  {:<24} {}   R2 {:.5}, rms {} K\n", formula.point, formula.text, formula.r_squared, significant(formula.rms, 2));
+        let (rms, unit) = (significant(formula.rms, 2), unit_of(summary, &formula.point));
+        text += &format!("  {:<24} {}   R2 {:.5}, rms {rms} {unit}\n", formula.point, formula.text, formula.r_squared);
     }
     let [sweep, fit, drawing] = summary.seconds;
     text += &format!("\nsweep {sweep:.1} s, fit {fit:.1} s, figures and report {drawing:.1} s\n");

@@ -6,21 +6,21 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::condition::{ConditionArgs, pair_of};
-use super::output::Output;
+use super::output::{self, Output};
 use super::text::table;
 use crate::describe::machine::{Machine, Sensor};
 use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
-use crate::explore::simulate::drift::Drift;
+use crate::explore::simulate::drift::{Drift, Tilt};
 use crate::explore::simulate::{self, Crossing, History, Start, Subject, Watch};
 use crate::figures::chart::draw_as;
 use crate::figures::chart::output::check_name;
 use crate::foundation::input;
 use crate::foundation::numbers::{duration, significant};
 use crate::foundation::table::Table;
-use crate::pipeline::course;
 use crate::pipeline::moving::Moving;
+use crate::pipeline::{course, drift_report};
 use crate::reduce::ReducedModel;
 use crate::solve::meshed::MeshedMachine;
 use crate::surrogate::fit::file::open;
@@ -60,6 +60,9 @@ pub struct Args {
     /// Draw the readings over time: .svg or .png
     #[arg(long, value_name = "FILE")]
     chart: Option<PathBuf>,
+    /// Write how far displacements drift, as tests of machine tools report it (ISO 230-3): one HTML file
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
     /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
@@ -95,6 +98,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(path) = &args.chart {
         check_name(path)?;
     }
+    if let Some(path) = &args.report {
+        output::check_page(path)?;
+    }
     if let Some(path) = &args.out {
         Table::check_name(path).map_err(|e| e.at_key("--out"))?;
     }
@@ -111,6 +117,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     let names: Vec<&str> = machine.sensors.iter().map(|s| s.name.as_str()).collect();
     let measurands: Vec<Measurand> = machine.sensors.iter().map(Sensor::measurand).collect();
+    if args.report.is_some() {
+        drift_report::check(&measurands).map_err(|e| e.in_file(&args.machine))?;
+    }
     options.watched = args.passes.iter().map(|text| watch(text, &names, &measurands)).collect::<Result<_>>()?;
     let schedule = Schedule::read(&args.schedule, &machine, &args.condition.values()?, rows(args)?)?;
     notes(&machine, &schedule, out);
@@ -173,6 +182,10 @@ fn tell(model: &Subject<'_>, history: &History, args: &Args, start: Instant, out
     }
     if let Some(path) = &args.chart {
         draw_as(path, &course::figure(model, history, vec![format!("schedule: {}", args.schedule.display())]))?;
+        out.note(&format!("wrote {}", path.display()));
+    }
+    if let Some(path) = &args.report {
+        drift_report::report(model, history, &args.schedule.display().to_string())?.write(path)?;
         out.note(&format!("wrote {}", path.display()));
     }
     let seconds = start.elapsed().as_secs_f64();
@@ -266,6 +279,19 @@ fn drift_row(drift: &Drift) -> Vec<String> {
     ]
 }
 
+/// The drift of an angle, for a reader.
+fn tilt_row(tilt: &Tilt) -> Vec<String> {
+    vec![
+        tilt.of.join(", "),
+        tilt.about.clone(),
+        format!("{:.2}", tilt.range_urad),
+        format!("{:.2}", tilt.first_hour_urad),
+        format!("{:+.2}", tilt.end_urad),
+        tilt.steady_urad.map_or(String::new(), |urad| format!("{urad:+.2}")),
+        tilt.settled_s.map_or("not reached".into(), duration),
+    ]
+}
+
 fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
@@ -273,6 +299,7 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let is_mixed = model.measurands.contains(&Measurand::Displacement);
     // In one table with temperatures displacements say their unit.
     let unit = |s: usize| if is_mixed { format!(" {}", model.measurands[s].unit()) } else { String::new() };
+    let kelvin = if is_mixed { "K (um)" } else { "K" };
     let degrees = |what: &str| if is_mixed { what.to_string() } else { format!("{what} degC") };
     let mut rows = Vec::new();
     for (s, name) in model.sensors.iter().enumerate() {
@@ -286,16 +313,7 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
             history.settled[s].map_or("not reached".into(), duration),
         ]);
     }
-    text += &table(
-        &[
-            "sensor",
-            &degrees("start"),
-            &degrees("end"),
-            &degrees("steady"),
-            &format!("within {near} K{} after", if is_mixed { " (um)" } else { "" }),
-        ],
-        &rows,
-    );
+    text += &table(&["sensor", &degrees("start"), &degrees("end"), &degrees("steady"), &format!("within {near} {kelvin} after")], &rows);
     let row = |(m, meter): (usize, &HeatMeter)| {
         let at = |heats: Option<&Vec<f64>>| heats.map_or(String::new(), |heats| format!("{:+.3}", heats[m]));
         vec![meter.name.clone(), at(history.heat_flows.first()), at(history.heat_flows.last())]
@@ -309,6 +327,11 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     if !drifts.is_empty() {
         text += "\n";
         text += &table(&["drift um", "range", "first hour", "to the end", "to steady", "within 10 % after"], &drifts);
+    }
+    let tilts: Vec<Vec<String>> = history.tilts(model).iter().map(tilt_row).collect();
+    if !tilts.is_empty() {
+        text += "\n";
+        text += &table(&["tilt urad", "about", "range", "first hour", "to the end", "to steady", "within 10 % after"], &tilts);
     }
     text += "\n";
     let pass = |c: &Crossing| {
@@ -326,18 +349,18 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     text += &match (&history.steady, history.settled_overall()) {
         (Err(reason), _) => format!("the last condition has no steady state to reach: {reason}\n"),
         (_, Some(after)) => {
-            format!("every sensor stays within {near} K of the steady state of the last condition after {}\n", duration(after))
+            format!("every sensor stays within {near} {kelvin} of the steady state of the last condition after {}\n", duration(after))
         }
         (_, None) => {
             let late = history.settled.iter().filter(|s| s.is_none()).count();
             let of = history.settled.len();
-            format!("not reached: {late} of {of} sensors do not stay within {near} K of the steady state of the last condition\n")
+            format!("not reached: {late} of {of} sensors do not stay within {near} {kelvin} of the steady state of the last condition\n")
         }
     };
     if let Some(bounds) = &history.bounds {
         let largest = bounds.iter().flatten().fold(0.0, |most: f64, b| most.max(*b));
         let cells = if model.cells > 0 { format!(" on {} cells", model.cells) } else { String::new() };
-        text += &format!("largest bound {} K, against the full model{cells}\n", significant(largest, 2));
+        text += &format!("largest bound {} {kelvin}, against the full model{cells}\n", significant(largest, 2));
         return text + &format!("{} time steps, {:.3} s\n", history.steps, seconds);
     }
     let energy = &history.energy;

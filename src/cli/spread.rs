@@ -17,7 +17,7 @@ use crate::foundation::numbers::significant;
 use crate::reduce::{ReducedModel, Slopes};
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::sensitivity::OpenParameter;
-use crate::units;
+use crate::units::{self, Measurand};
 
 /// How many draws, of which seed, and whether each is solved in full.
 #[derive(Debug, Clone, Copy)]
@@ -44,8 +44,12 @@ struct Record {
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case)]
 struct Reading {
-    degC: f64,
-    /// Per variable and parameter, K per its unit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    degC: Option<f64>,
+    /// Of a displacement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    um: Option<f64>,
+    /// Per variable and parameter, K or um per its unit.
     slopes: BTreeMap<String, f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     spread: Option<Spread>,
@@ -53,13 +57,12 @@ struct Reading {
 
 #[derive(Debug, Serialize)]
 #[allow(non_snake_case)]
-struct Spread {
-    mean_degC: f64,
-    deviation_K: f64,
-    /// Where 95 % of the draws lie.
-    low_degC: f64,
-    high_degC: f64,
-    bound_K: f64,
+#[serde(untagged)]
+enum Spread {
+    /// Of a temperature; low and high are where 95 % of the draws lie.
+    Temperature { mean_degC: f64, deviation_K: f64, low_degC: f64, high_degC: f64, bound_K: f64 },
+    /// Of a displacement.
+    Displacement { mean_um: f64, deviation_um: f64, low_um: f64, high_um: f64, bound_um: f64 },
 }
 
 /// Slopes at one condition, and draws where some are asked for; of all sensors where none are named.
@@ -85,15 +88,25 @@ pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, (draws, sensors
     let (names, network) = (names(&model, &slopes_at)?, &model.fine.network);
     let reading = |s: usize| {
         let shown = |x: f64| network.measurands[s].shown(x);
-        let spread = spreads.as_ref().map(|all| &all.readings[s]).map(|own| Spread {
-            mean_degC: shown(own.mean),
-            deviation_K: own.deviation,
-            low_degC: shown(own.interval.0),
-            high_degC: shown(own.interval.1),
-            bound_K: own.bound,
+        let own = network.measurands[s];
+        let spread = spreads.as_ref().map(|all| &all.readings[s]).map(|of| {
+            let [mean, low, high] = [of.mean, of.interval.0, of.interval.1].map(shown);
+            let (deviation, bound) = (of.deviation, of.bound);
+            match own {
+                Measurand::Temperature => {
+                    Spread::Temperature { mean_degC: mean, deviation_K: deviation, low_degC: low, high_degC: high, bound_K: bound }
+                }
+                Measurand::Displacement => {
+                    Spread::Displacement { mean_um: mean, deviation_um: deviation, low_um: low, high_um: high, bound_um: bound }
+                }
+            }
         });
+        let value = |of: Measurand| (own == of).then(|| shown(slopes_at.readings[s]));
         let slopes = names.iter().map(|own| (own.name.clone(), own.slopes[s])).collect();
-        (network.sensor_names[s].clone(), Reading { degC: shown(slopes_at.readings[s]), slopes, spread })
+        (
+            network.sensor_names[s].clone(),
+            Reading { degC: value(Measurand::Temperature), um: value(Measurand::Displacement), slopes, spread },
+        )
     };
     let record = Record {
         readings: (0..known.len()).filter(|s| sensors.is_empty() || sensors.iter().any(|name| *name == known[*s])).map(reading).collect(),
@@ -144,13 +157,13 @@ fn text(model: &ReducedModel, record: &Record, names: &[Follows]) -> String {
     let mut text = format!("{}\n", model.machine.name);
     for (s, name) in model.fine.network.sensor_names.iter().enumerate() {
         let Some(own) = record.readings.get(name) else { continue };
-        text += &format!("\n{name}: {:.3}", own.degC);
+        let unit = if own.um.is_some() { " um" } else { "" };
+        text += &format!("\n{name}: {:.3}{unit}", own.degC.or(own.um).unwrap_or(f64::NAN));
         if let Some(spread) = &own.spread {
-            let [deviation, bound] = [spread.deviation_K, spread.bound_K].map(|x| significant(x, 3));
-            text += &format!(
-                ", mean {:.3}, deviation {deviation}, 95 % within {:.3} to {:.3}, each draw known within {bound}",
-                spread.mean_degC, spread.low_degC, spread.high_degC
-            );
+            let (Spread::Temperature { mean_degC: mean, deviation_K: deviation, low_degC: low, high_degC: high, bound_K: bound }
+            | Spread::Displacement { mean_um: mean, deviation_um: deviation, low_um: low, high_um: high, bound_um: bound }) = spread;
+            let [deviation, bound] = [*deviation, *bound].map(|x| significant(x, 3));
+            text += &format!(", mean {mean:.3}, deviation {deviation}, 95 % within {low:.3} to {high:.3}, each draw known within {bound}");
         }
         let row = |of: &Follows| vec![of.name.clone(), significant(of.slopes[s], 5), format!("per {}", of.unit)];
         text += "\n";

@@ -25,31 +25,63 @@ pub struct Residuals {
     pub measured: Vec<f64>,
     /// Likewise the predictions, K.
     pub predicted: Vec<f64>,
+    /// What each sensor of the data reads.
+    pub measurands: Vec<Measurand>,
 }
 
-/// How far some readings lie from their predictions.
+/// How far some readings lie from their predictions: temperatures by themselves, and displacements.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-#[allow(non_snake_case)]
 pub struct Spread {
     /// How many readings.
     pub readings: usize,
-    /// Root mean square of the residuals, K.
+    /// Of temperatures; nothing where all readings are displacements.
+    #[serde(flatten)]
+    pub temperatures: Option<InKelvin>,
+    /// Of displacements; nothing where there is none.
+    #[serde(flatten)]
+    pub displacements: Option<InMicrometres>,
+}
+
+/// Residuals of temperatures.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[allow(non_snake_case)]
+pub struct InKelvin {
+    /// Root mean square, K.
     pub rmse_K: f64,
-    /// Their mean, K.
+    /// Mean, K.
     pub mean_K: f64,
     /// The one farthest from zero, K.
     pub largest_K: f64,
 }
 
+/// Residuals of displacements.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct InMicrometres {
+    /// Root mean square, um.
+    pub rmse_um: f64,
+    /// Mean, um.
+    pub mean_um: f64,
+    /// The one farthest from zero, um.
+    pub largest_um: f64,
+}
+
 impl Spread {
-    fn of(residuals: impl Iterator<Item = f64>) -> Self {
-        let all: Vec<f64> = residuals.collect();
-        let count = all.len().max(1) as f64;
+    /// Of residuals with what they are of.
+    fn of(residuals: &[(Measurand, f64)]) -> Self {
+        let one = |measurand: Measurand| {
+            let own: Vec<f64> = residuals.iter().filter(|(of, _)| *of == measurand).map(|(_, r)| *r).collect();
+            let count = own.len().max(1) as f64;
+            let rmse = (own.iter().map(|r| r * r).sum::<f64>() / count).sqrt();
+            let largest = own.iter().copied().fold(0.0, |most: f64, r| if r.abs() > most.abs() { r } else { most });
+            (own.len(), rmse, own.iter().sum::<f64>() / count, largest)
+        };
+        let (kelvins, micrometres) = (one(Measurand::Temperature), one(Measurand::Displacement));
+        let in_kelvin = |(_, rmse, mean, largest)| InKelvin { rmse_K: rmse, mean_K: mean, largest_K: largest };
+        let in_micrometres = |(_, rmse, mean, largest)| InMicrometres { rmse_um: rmse, mean_um: mean, largest_um: largest };
         Self {
-            readings: all.len(),
-            rmse_K: (all.iter().map(|r| r * r).sum::<f64>() / count).sqrt(),
-            mean_K: all.iter().sum::<f64>() / count,
-            largest_K: all.iter().copied().fold(0.0, |most: f64, r| if r.abs() > most.abs() { r } else { most }),
+            readings: residuals.len(),
+            temperatures: (kelvins.0 > 0 || micrometres.0 == 0).then(|| in_kelvin(kelvins)),
+            displacements: (micrometres.0 > 0).then(|| in_micrometres(micrometres)),
         }
     }
 }
@@ -61,7 +93,8 @@ impl Residuals {
     /// The machine cannot be solved at a condition, or a log cannot be run.
     pub fn of(study: &Study, data: Data, start: Start) -> Result<Self> {
         let predicted = identify::values(study, &data, start)?;
-        Ok(Self { places: whiten::places(&data), measured: whiten::readings(&data), predicted, data })
+        let measurands = data.measurands(&study.model.machine);
+        Ok(Self { places: whiten::places(&data), measured: whiten::readings(&data), predicted, measurands, data })
     }
 
     /// Measured less predicted, K.
@@ -70,7 +103,8 @@ impl Residuals {
     }
 
     fn spread(&self, keep: impl Fn(usize, usize) -> bool) -> Spread {
-        Spread::of(self.places.iter().enumerate().filter(|(_, (r, k))| keep(*r, *k)).map(|(i, _)| self.residual(i)))
+        let kept = self.places.iter().enumerate().filter(|(_, (r, k))| keep(*r, *k));
+        Spread::of(&kept.map(|(i, (_, k))| (self.measurands[*k], self.residual(i))).collect::<Vec<_>>())
     }
 
     /// Of all readings.

@@ -10,3 +10,4 @@ pub mod numbers;
 pub mod progress;
 pub mod random;
 pub mod table;
+pub mod vtu;

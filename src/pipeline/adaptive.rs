@@ -9,7 +9,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::designs::{fit_options, is_one_factor};
-use super::fitting;
+use super::{fitting, unit_of_errors};
 use crate::error::Result;
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::{Growth, Purpose, Round, SweepOptions, Swept};
@@ -45,6 +45,9 @@ pub struct RoundRecord {
     pub band: f64,
     /// The point that has it.
     pub point: String,
+    /// Unit of its band, where that is not K.
+    #[serde(skip_serializing_if = "is_kelvin")]
+    pub unit: String,
     /// What the fit of the round before said of the conditions that this round added.
     pub predicted: Option<Predicted>,
 }
@@ -59,8 +62,16 @@ pub struct Predicted {
     pub error: f64,
     /// The point that has it.
     pub point: String,
+    /// Unit of its error, where that is not K.
+    #[serde(skip_serializing_if = "is_kelvin")]
+    pub unit: String,
     /// Share of all values inside the band stated before.
     pub share_in_band: f64,
+}
+
+/// Whether a unit goes without saying.
+fn is_kelvin(unit: &String) -> bool {
+    unit == "K"
 }
 
 impl Adaptation {
@@ -73,13 +84,16 @@ impl Adaptation {
     pub fn sentence(&self) -> String {
         let Some(last) = self.rounds.last() else { return String::new() };
         let (asked, band) = (self.accuracy, significant(last.band, 2));
-        let error = last.predicted.as_ref().map(|p| significant(p.error, 2));
-        let error = error.map_or_else(String::new, |e| format!("; the last conditions added were predicted within {e} K"));
+        let error = last.predicted.as_ref().map(|p| significant(p.error, 2) + " " + &p.unit);
+        let error = error.map_or_else(String::new, |e| format!("; the last conditions added were predicted within {e}"));
         let runs = last.runs;
         if self.reached {
-            return format!("accuracy of {asked} K reached with {runs} of at most {} runs: band {band} K{error}", self.max_runs);
+            return format!(
+                "accuracy of {asked} K reached with {runs} of at most {} runs: band {band} {}{error}",
+                self.max_runs, last.unit
+            );
         }
-        format!("the accuracy of {asked} K was NOT reached with {runs} runs (max_runs): band {band} K ({}){error}", last.point)
+        format!("the accuracy of {asked} K was NOT reached with {runs} runs (max_runs): band {band} {} ({}){error}", last.unit, last.point)
     }
 }
 
@@ -89,13 +103,14 @@ impl RoundRecord {
         let failed = if self.failed > 0 { format!(" ({} failed)", self.failed) } else { String::new() };
         let predicted = self.predicted.as_ref().map_or_else(String::new, |p| {
             format!(
-                "; {} conditions predicted before they were solved, largest error {} K ({})",
+                "; {} conditions predicted before they were solved, largest error {} {} ({})",
                 p.conditions,
                 significant(p.error, 2),
+                p.unit,
                 p.point
             )
         });
-        format!("{} runs{failed}: band {} K ({}){predicted}", self.runs, significant(self.band, 2), self.point)
+        format!("{} runs{failed}: band {} {} ({}){predicted}", self.runs, significant(self.band, 2), self.unit, self.point)
     }
 }
 
@@ -175,6 +190,7 @@ impl State {
             failed: self.design.len() - self.rows.len(),
             band: widest.map_or(f64::INFINITY, |p| p.half_width),
             point: widest.map_or(String::new(), |p| p.name.clone()),
+            unit: widest.map_or("K", |p| unit_of_errors(&p.unit)).into(),
             predicted,
         }
     }
@@ -199,6 +215,7 @@ impl State {
             conditions,
             error,
             point: self.fit.points[worst].name.clone(),
+            unit: unit_of_errors(&self.fit.points[worst].unit).into(),
             share_in_band: inside as f64 / (conditions * errors.len()) as f64,
         })
     }

@@ -5,6 +5,7 @@ pub mod charts;
 pub mod course;
 pub mod designs;
 pub mod diagnosis;
+pub mod drift_report;
 pub mod figures;
 pub mod fitting;
 pub mod gallery;
@@ -15,6 +16,7 @@ mod pages;
 pub mod refit;
 pub mod service;
 mod usual;
+pub mod vtu_series;
 
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -100,6 +102,11 @@ impl Summary {
     pub fn worst_held_out(&self) -> Option<f64> {
         self.points.iter().filter(|p| p.unit == "K").filter_map(|p| p.held_out).map(|h| h.0).reduce(f64::max)
     }
+}
+
+/// The unit of errors of a point that is given in `unit`.
+pub fn unit_of_errors(unit: &str) -> &str {
+    if unit == "degC" { "K" } else { unit }
 }
 
 /// A fit in one variable, as the paper prints it.
@@ -241,7 +248,7 @@ fn point_summaries(fit: &Fit, comparison: &Comparison) -> Vec<PointSummary> {
     let summary = |(i, report): (usize, &PointReport)| PointSummary {
         name: report.name.clone(),
         model: model_text(&fit.surrogate, i),
-        unit: if report.unit == "degC" { "K".into() } else { report.unit.clone() },
+        unit: unit_of_errors(&report.unit).into(),
         leave_one_out: report.chosen.leave_one_out.rms,
         k_fold: report.chosen.k_fold.map(|k| k.rms),
         half_width: report.half_width,

@@ -289,6 +289,7 @@ impl<'a> Moving<'a> {
             meters: &[],
             cells: cells.unwrap_or(0),
             nodes: self.surrogate.in_time().map_or(0, |own| own.states()),
+            machine: None,
         }
     }
 

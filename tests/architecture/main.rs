@@ -22,6 +22,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("foundation::document", &["error", "units", "foundation::input"]),
     ("foundation::formula", &["error", "units", "foundation::document"]),
     ("foundation::table", &["error", "units", "foundation::atomic_file", "foundation::input"]),
+    ("foundation::vtu", &["error", "foundation::input"]),
     ("physics", &["error", "units"]),
     // The names of an imported mesh are checked with the machine file, so its reader lies below the machine.
     ("describe::gmsh", &["error", "foundation::input"]),

@@ -2,6 +2,7 @@
 //! program's solution of the same structure.
 
 mod calculix;
+mod figures;
 mod measured;
 mod pipeline;
 

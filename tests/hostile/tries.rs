@@ -189,4 +189,4 @@ macro_rules! kinds {
     };
 }
 
-kinds! { arguments files machines sweeps tables }
+kinds! { arguments displacements files imports machines sweeps tables }

@@ -9,6 +9,7 @@ use coldplate::evidence::identify::{Estimate, Free, IdentifyOptions, Problem, id
 use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, whiten};
 use coldplate::explore::simulate::Start;
 use coldplate::solve::sensitivity::Study;
+use coldplate::units::Measurand;
 
 use super::common::{Normal, SERIES, coldplate, condition, json, problem, scratch, study, table, write};
 
@@ -100,7 +101,7 @@ fn unseen(file: &Study, found: &Estimate, data: &Data) -> f64 {
     let parameters: Vec<_> = FREE.iter().map(|name| file.parameter(name).unwrap()).collect();
     let pairs: Vec<_> = parameters.iter().zip(found.values.iter().copied()).collect();
     let machine = file.with(&pairs).unwrap();
-    whiten::rmse(data, &values(&machine, data, Start::Uniform(ROOM)).unwrap())
+    whiten::rmse(&machine.model.machine, data, &values(&machine, data, Start::Uniform(ROOM)).unwrap(), Measurand::Temperature).unwrap()
 }
 
 #[test]

@@ -91,6 +91,32 @@ fn calculix_is_swept() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
+#[test]
+fn code_saturne_is_swept() {
+    if std::process::Command::new("code_saturne").arg("help").output().is_err() {
+        println!("skipped: there is no code_saturne (scripts/clients installs it)");
+        return;
+    }
+    let folder = folder("code_saturne");
+    let sweep = root().join("examples/solvers/code_saturne/sweep.toml");
+    let ran = json(&folder, &["sweep", sweep.to_str().unwrap(), "--out", "out/bar"]);
+    assert_eq!((&ran["conditions"], &ran["failed"]), (&50.into(), &0.into()), "{ran}");
+    let table = Table::read(folder.join("out/bar/sweep.csv")).unwrap();
+    let column = |name: &str| &table.column(name).unwrap().values;
+    for row in 0..table.rows() {
+        // Along the bar the temperature is linear, k = 45 W/(m K): what volumes find in their middles is exact.
+        let (flux, film) = (column("heat_flux")[row], column("film")[row]);
+        for (point, at) in [("foot end", 0.005), ("heater end", 0.195)] {
+            let exact = column("coolant_temperature")[row] + flux / film + flux * at / 45.0;
+            // Its file has eight digits, and its own iterations end before them.
+            assert!((column(point)[row] - exact).abs() < 1e-5 * exact, "row {row}, {point}: {} and {exact}", column(point)[row]);
+        }
+    }
+    let solver = table.provenance.iter().find(|(key, _)| key == "solver").unwrap();
+    assert!(solver.1.starts_with("code_saturne, version Code_Saturne version: "), "{solver:?}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
 /// Programs that cannot be tried here: their sweep files and templates are at least read, and it is told that they are missing.
 #[test]
 fn files_of_programs_that_are_not_here_are_read() {

@@ -9,6 +9,7 @@ mod parts;
 mod refused;
 mod slurm;
 mod stopped;
+mod vtu;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

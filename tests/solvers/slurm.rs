@@ -126,8 +126,37 @@ fn nothing_is_lost_or_done_twice() {
     assert_eq!(tables(&folder.join("whole")), tables(&shared));
 
     stuck(&slurm, &folder);
+    full_disk(&slurm, &folder);
     drop(slurm);
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// The disk of one node is full: its parts are run on the others, and no condition is lost or counts as failed.
+fn full_disk(slurm: &Slurm, folder: &Path) {
+    std::fs::remove_dir_all(folder.join("out")).unwrap();
+    std::fs::create_dir(folder.join("local")).unwrap();
+    assert!(slurm.here("kill-node", &["1"]).status.success());
+    if !slurm.here("start-node", &["1", folder.join("local").to_str().unwrap()]).status.success() {
+        println!("skipped: no node can have a small disk here");
+        return;
+    }
+    let begin = Instant::now();
+    while !slurm.ask("sinfo", &["-h", "-n", "node1", "-o", "%T"]).starts_with("idle") {
+        assert!(begin.elapsed() < Duration::from_secs(60), "node1 does not come back: {}", slurm.ask("sinfo", &["-Nl"]));
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    let script = "dd if=/dev/zero of=big bs=1024 count=1000 2> /dev/null || exit 1\nsleep 0.05\necho \"t = $x\"";
+    shell(folder, 40, &format!("scratch = '{}'", folder.join("local").display()), script);
+    // Every node gets some of as many parts as there are processors.
+    let ended = slurm.sweep(folder, 12).output().unwrap();
+    assert!(ended.status.success(), "{}", said(&ended));
+    let told: serde_json::Value = serde_json::from_slice(&ended.stdout).unwrap();
+    assert_eq!((&told["conditions"], &told["failed"]), (&40.into(), &0.into()), "{told}");
+    let rounds = told["slurm"]["rounds"].as_array().unwrap();
+    assert!(rounds.len() == 2 && rounds[1]["avoided"] == serde_json::json!(["node1"]), "{told}");
+    assert!(said(&ended).contains("tasks failed on node1"), "{}", said(&ended));
+    let rows: Vec<usize> = journal_lines(folder).iter().map(|line| line.split('\t').next().unwrap().parse().unwrap()).collect();
+    assert_eq!((rows.len(), rows.iter().collect::<std::collections::BTreeSet<_>>().len()), (40, 40));
 }
 
 /// Where tasks cannot write, it is told why after three rounds, and goes on once that is mended.

@@ -79,21 +79,43 @@ fn a_run_that_is_told_first_has_not_crashed() {
     std::fs::remove_dir_all(&folder).unwrap();
 }
 
-/// The terminate signal, as Ctrl-C, ends the runs with the sweep: nothing goes on behind its back.
+/// The terminate signal and a terminal that is closed, as Ctrl-C, end the runs with the sweep: nothing goes on behind its back.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_sweep_that_is_asked_to_end_takes_its_runs_with_it() {
+    for signal in ["-TERM", "-HUP"] {
+        ended_by(signal);
+    }
+}
+
+#[cfg(target_os = "linux")]
+fn ended_by(signal: &str) {
     let folder = folder("ended");
     let mark = format!("37.{}", std::process::id());
     shell(&folder, 4, "at_once = 2", &format!("if [ $x != 0 ]; then sleep {mark}; fi\necho \"t = $x\""));
     let process = started(&folder);
     wait_for(&folder, 3);
-    assert!(Command::new("kill").args(["-TERM", &process.id().to_string()]).status().unwrap().success());
+    assert!(Command::new("kill").args([signal, &process.id().to_string()]).status().unwrap().success());
     let ended = process.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(2));
     let processes = std::fs::read_dir("/proc").unwrap().filter_map(|entry| std::fs::read(entry.unwrap().path().join("cmdline")).ok());
     assert_eq!(processes.filter(|line| String::from_utf8_lossy(line).contains(&mark)).count(), 0);
     let journal = std::fs::read_to_string(folder.join("out/sweep.journal")).unwrap();
     assert_eq!(journal.lines().count(), 2, "{journal}");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// Whoever says that a closed terminal is to be outlived (nohup) is believed.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_sweep_that_is_to_outlive_its_terminal_does() {
+    let folder = folder("nohup");
+    shell(&folder, 6, "at_once = 1", "sleep 0.05\necho \"t = $x\"");
+    let line = "trap '' HUP; exec \"$0\" sweep sweep.toml --out out --quiet";
+    let process = Command::new("sh").args(["-c", line, env!("CARGO_BIN_EXE_coldplate")]).current_dir(&folder).spawn().unwrap();
+    wait_for(&folder, 2);
+    assert!(Command::new("kill").args(["-HUP", &process.id().to_string()]).status().unwrap().success());
+    assert!(process.wait_with_output().unwrap().status.success());
+    assert_eq!(runs(&folder).len(), 6);
     std::fs::remove_dir_all(&folder).unwrap();
 }

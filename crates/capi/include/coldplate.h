@@ -105,6 +105,10 @@ int coldplate_limit_name(const coldplate_surrogate *surrogate, size_t index, col
 /* The values of all points at the condition x, one value per variable. Outside the fitted range they are extrapolated. */
 int coldplate_evaluate(const coldplate_surrogate *surrogate, const double *x, size_t variables, double *values, size_t points);
 
+/* What a controller adds at the condition x to be where it is meant to be: every displacement with the opposite sign, 0 for
+ * points that are none. */
+int coldplate_offset(const coldplate_surrogate *surrogate, const double *x, size_t variables, double *offsets, size_t points);
+
 /* The derivatives of a point's value along each variable, into one place per variable. */
 int coldplate_gradient(const coldplate_surrogate *surrogate, const double *x, size_t variables, size_t point, double *gradient);
 

@@ -233,6 +233,27 @@ pub unsafe extern "C" fn coldplate_evaluate(
     if own.0.evaluate(x, values).is_ok() { DONE } else { LENGTH }
 }
 
+/// What a controller adds: every displacement with the opposite sign, 0 for other points.
+///
+/// # Safety
+/// As [`coldplate_evaluate`].
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn coldplate_offset(
+    handle: *const Handle,
+    x: *const f64,
+    variables: usize,
+    offsets: *mut f64,
+    points: usize,
+) -> c_int {
+    // SAFETY: the caller promises what the pointers point to.
+    let (Some(own), Some(x), Some(offsets)) =
+        (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }, unsafe { places(offsets, points) })
+    else {
+        return NULL;
+    };
+    if own.0.offset(x, offsets).is_ok() { DONE } else { LENGTH }
+}
+
 /// The derivatives of a point's value along each variable.
 ///
 /// # Safety

@@ -36,6 +36,13 @@ pub(crate) struct Point {
     pub(crate) half_width: f64,
 }
 
+impl Point {
+    /// Whether it tells how far a place moves, as the runtime has it.
+    pub(crate) fn is_displacement(&self) -> bool {
+        self.unit == "um"
+    }
+}
+
 pub(crate) struct Limit {
     pub(crate) name: String,
     pub(crate) kind: LimitKind<Vec<usize>>,

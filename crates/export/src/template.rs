@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 
 use coldplate_runtime::{Kernel, Transform};
 
-use crate::content::Content;
+use crate::content::{Content, Point};
 
 /// What a template depends on.
 #[derive(Debug, Default)]
@@ -31,6 +31,7 @@ impl Filling {
             ("limits", has_limits),
             ("uncertain", is_uncertain),
             ("moving", content.in_time.is_some()),
+            ("displaced", content.points.iter().any(Point::is_displacement)),
             ("known", content.uncertainty.as_ref().is_some_and(|own| own.known.is_some())),
             ("reciprocal", has_transform(Transform::Reciprocal)),
             ("log", has_transform(Transform::Log)),

@@ -81,6 +81,24 @@ impl Surrogate<'_> {
         Ok(())
     }
 
+    /// What a controller adds at condition `x` to be where it is meant to be, into one place per point: the displacement of the point
+    /// with the opposite sign, in its unit, and 0 for a point that is no displacement.
+    ///
+    /// # Errors
+    /// As [`Surrogate::evaluate`].
+    pub fn offset(&self, x: &[f64], offsets: &mut [f64]) -> Result<(), ShapeError> {
+        self.evaluate(x, offsets)?;
+        for (point, value) in offsets.iter_mut().enumerate() {
+            *value = if self.is_displacement(point) { -*value } else { 0.0 };
+        }
+        Ok(())
+    }
+
+    /// Whether a point tells how far a place moves: its unit is the micrometre, in which this program has displacements.
+    pub fn is_displacement(&self, point: usize) -> bool {
+        self.point(point).is_some_and(|own| own.unit == "um")
+    }
+
     /// The same without what is known of the parameters.
     pub(crate) fn evaluate_fit(&self, x: &[f64], values: &mut [f64]) -> Result<(), ShapeError> {
         check("number of variables", self.variables.len(), x.len())?;

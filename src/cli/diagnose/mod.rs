@@ -6,8 +6,8 @@ use std::path::PathBuf;
 
 use super::condition::pair_of;
 use super::measured;
-use super::output::Output;
-use crate::error::{Error, Result};
+use super::output::{self, Output};
+use crate::error::Result;
 use crate::evidence::diagnose::Problem;
 use crate::figures::chart::draw_as;
 use crate::figures::chart::output::check_name;
@@ -78,10 +78,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let machine = &study.model.machine;
     let path = measured::goal(args.out.as_deref(), &args.machine, machine, "extended")?;
     if let Some(report) = &args.report {
-        if !report.extension().is_some_and(|e| e == "html" || e == "htm") {
-            return Err(Error::input("a report is an HTML file").in_file(report).at_key("--report").help("end the name in .html"));
-        }
-        atomic_file::check(report).map_err(|e| e.at_key("--report"))?;
+        output::check_page(report)?;
     }
     if let Some(chart) = &args.chart {
         check_name(chart).and_then(|()| atomic_file::check(chart)).map_err(|e| e.at_key("--chart"))?;

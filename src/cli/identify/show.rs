@@ -9,6 +9,7 @@ use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
 use crate::evidence::measurement::faults::{self, Fault};
 use crate::evidence::measurement::{Data, whiten};
 use crate::foundation::numbers::significant;
+use crate::units::Measurand;
 
 /// A sensor whose own error comes out larger than this many of its stated deviations is named.
 const TOLD: f64 = 2.0;
@@ -100,11 +101,14 @@ impl Found<'_> {
         let rows = reading_rows(&problem.study.model.machine, &problem.data, &estimate.predictions.0, &estimate.predictions.1);
         text += &table(&["test", "sensor", "measured degC", "before", "after", "difference K"], &rows);
         if let Some(HeldOut { data: others, before, after }) = &self.held_out {
-            text += &format!(
-                "\nnot used, predicted untouched (root mean square difference {:.3} K, {:.3} K before)\n\n",
-                whiten::rmse(others, after),
-                whiten::rmse(others, before)
-            );
+            let machine = &problem.study.model.machine;
+            let rmse = |measurand: Measurand| {
+                let [after, before] = [after, before].map(|predicted| whiten::rmse(machine, others, predicted, measurand));
+                let unit = measurand.unit_of_differences();
+                Some(format!("{:.3} {unit}, {:.3} {unit} before", after?, before?))
+            };
+            let said: Vec<String> = [Measurand::Temperature, Measurand::Displacement].into_iter().filter_map(rmse).collect();
+            text += &format!("\nnot used, predicted untouched (root mean square difference {})\n\n", said.join("; "));
             text += &table(
                 &["test", "sensor", "measured degC", "before", "after", "difference K"],
                 &reading_rows(&self.problem.study.model.machine, others, before, after),

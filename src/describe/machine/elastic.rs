@@ -136,6 +136,29 @@ pub(super) fn displacements(root: &Section<'_>, index: &Index<'_>, sensors: &[Se
     Ok(found)
 }
 
+/// Displacements whose magnitude is limited, in the other sense: what is small in both is small.
+pub(super) fn turned(root: &Section<'_>, sensors: &[Sensor]) -> Result<Vec<Sensor>> {
+    let mut found: Vec<Sensor> = Vec::new();
+    for (_, section) in root.sections("limit")?.into_iter().filter(|(_, section)| section.has("magnitude")) {
+        let Some(value) = section.opt("sensor") else { continue };
+        let named = value.text()?;
+        let Some((own, Reading::Displacement(reads))) = sensors.iter().find(|s| s.name == named).map(|own| (own, &own.reads)) else {
+            continue;
+        };
+        let name = turned_name(&own.name);
+        if sensors.iter().chain(&found).all(|other| other.name != name) {
+            let reads = Reading::Displacement(Displacement { direction: reads.direction.map(|x| -x), ..reads.clone() });
+            found.push(Sensor { name, reads, shows: own.shows });
+        }
+    }
+    Ok(found)
+}
+
+/// The name of a displacement, or of its limit, in the other sense.
+pub(super) fn turned_name(name: &str) -> String {
+    format!("-{name}")
+}
+
 /// A unit vector: along an axis, or of three numbers.
 fn direction(value: &Value<'_>) -> Result<[f64; 3]> {
     if value.is_text() {
@@ -145,9 +168,14 @@ fn direction(value: &Value<'_>) -> Result<[f64; 3]> {
         return Ok(unit);
     }
     let numbers = value.list()?.iter().map(Value::number).collect::<Result<Vec<f64>>>()?;
-    let length = numbers.iter().map(|x| x * x).sum::<f64>().sqrt();
+    // By the largest first: the square of a number that is no direction yet may be too large or too small.
+    let largest = numbers.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
     match numbers[..] {
-        [x, y, z] if length > 0.0 => Ok([x, y, z].map(|c| c / length)),
+        [x, y, z] if largest > 0.0 => {
+            let scaled = [x, y, z].map(|c| c / largest);
+            let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
+            Ok(scaled.map(|c| c / length))
+        }
         _ => Err(value.error("a direction is an axis, or three numbers that are not all zero").help("write \"z\" or [1, 0, 1]")),
     }
 }

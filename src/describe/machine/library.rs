@@ -109,6 +109,10 @@ fn material(name: String, section: Section<'_>, known: &[Material]) -> Result<Ma
     Ok(Material { name, conductivity, density, specific_heat, elastic, source })
 }
 
+/// Largest coefficient of expansion, 1/K, and the moduli of what counts as a solid, Pa.
+const LARGEST_EXPANSION: f64 = 1e-2;
+const MODULI: std::ops::RangeInclusive<f64> = 1e3..=1e13;
+
 /// Expansion and stiffness, where they are given; else those of the base.
 fn elastic(section: &Section<'_>, base: Elastic) -> Result<Elastic> {
     let given = |key: &Key, base: Option<f64>| if section.has(key.name) { key.read(section).map(Some) } else { Ok(base) };
@@ -117,7 +121,18 @@ fn elastic(section: &Section<'_>, base: Elastic) -> Result<Elastic> {
         let what = format!("Poisson's ratio lies between 0 and {LARGEST_POISSON_RATIO}");
         return Err(section.error_at(POISSON_RATIO.name, what).help("metals have 0.25 to 0.35"));
     }
-    Ok(Elastic { expansion: given(&EXPANSION, base.expansion)?, modulus: given(&YOUNGS_MODULUS, base.modulus)?, poisson })
+    let (expansion, modulus) = (given(&EXPANSION, base.expansion)?, given(&YOUNGS_MODULUS, base.modulus)?);
+    if expansion.is_some_and(|alpha| alpha.abs() > LARGEST_EXPANSION) {
+        return Err(section
+            .error_at(EXPANSION.name, "a solid expands by less than a hundredth per kelvin")
+            .help("metals have 1e-6 to 30e-6 1/K, polymers up to 300e-6 1/K"));
+    }
+    if modulus.is_some_and(|modulus| !MODULI.contains(&modulus)) {
+        return Err(section
+            .error_at(YOUNGS_MODULUS.name, "no solid is that soft or that stiff")
+            .help("rubber has some MPa, steel 210 GPa, diamond 1200 GPa"));
+    }
+    Ok(Elastic { expansion, modulus, poisson })
 }
 
 /// One conductivity, or three along the axes.

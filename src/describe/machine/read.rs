@@ -6,7 +6,7 @@ use super::channels::channels;
 use super::circuits::{branches, circuits};
 use super::condition::Symbols;
 use super::contacts::{boundaries, contacts, default_contact, radiation_links};
-use super::elastic::{displacements, elasticity};
+use super::elastic::{displacements, elasticity, turned};
 use super::enclosures::enclosures;
 use super::fluids::Fluids;
 use super::geometry::{check_length, parts};
@@ -110,6 +110,7 @@ fn machine(document: &Document) -> Result<Machine> {
     let sources = sources(&root, &index, &symbols)?;
     let mut sensors = sensors(&root, &index)?;
     sensors.extend(displacements(&root, &index, &sensors)?);
+    sensors.extend(turned(&root, &sensors)?);
     let elasticity = elasticity(&root, &index)?;
     let heat_flows = heat_flows(&root, &index, &contacts, &boundaries)?;
     let limited: Vec<(String, Dimension)> = sensors.iter().map(|sensor| (sensor.name.clone(), sensor.measurand().dimension())).collect();

@@ -2,6 +2,7 @@
 
 use super::channels::absolute;
 use super::condition::Symbols;
+use super::elastic::turned_name;
 use super::geometry::{check_length, check_name, emissivity};
 use super::keys::bodies::CAPACITY;
 use super::keys::outputs::{GAIN, LAG, OFFSET};
@@ -91,10 +92,22 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
     for (name, section) in root.sections("limit")? {
         check_length(&name, &section)?;
         let several = |key: &str| -> Result<Vec<usize>> { section.list(key)?.iter().map(|v| lookup(v, sensors, "sensor")).collect() };
-        let (kind, maximum) = match section.one_of(&["maximum", "rise", "difference", "spread"])? {
+        let mut turned = None;
+        let (kind, maximum) = match section.one_of(&["maximum", "magnitude", "rise", "difference", "spread"])? {
             Some("maximum") => {
                 let point = lookup(&section.value("sensor")?, sensors, "sensor")?;
                 (LimitKind::Maximum { point }, section.quantity("maximum", points[point].1)?)
+            }
+            Some("magnitude") => {
+                let (value, maximum) = (section.value("sensor")?, section.positive("magnitude", Dimension::LENGTH)?);
+                let point = lookup(&value, sensors, "sensor")?;
+                let Some(back) = sensors.iter().position(|other| *other == turned_name(&sensors[point])) else {
+                    return Err(section
+                        .error_at("sensor", "only the displacements of a machine file have a magnitude")
+                        .help("limit its maximum"));
+                };
+                turned = Some(Limit { name: turned_name(&name), kind: LimitKind::Maximum { point: back }, maximum });
+                (LimitKind::Maximum { point }, maximum)
             }
             Some("rise") => {
                 let point = lookup(&section.value("sensor")?, sensors, "sensor")?;
@@ -134,7 +147,8 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
                 (LimitKind::Spread(all), spread)
             }
             None => {
-                let help = "give sensor and maximum = \"30 degC\" or rise = \"3 K\", between and difference, or sensors and spread";
+                let help = "give sensor and maximum = \"30 degC\", rise = \"3 K\" or magnitude = \"20 um\", between and difference, or \
+                            sensors and spread";
                 return Err(section.error("this limit limits nothing").help(help));
             }
         };
@@ -148,6 +162,7 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
         }
         section.finish()?;
         found.push(Limit { name, kind, maximum });
+        found.extend(turned);
     }
     Ok(found)
 }

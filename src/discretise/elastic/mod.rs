@@ -101,9 +101,25 @@ impl<'a> Structure<'a> {
     }
 
     fn weights(&self, thermal: &Mesh, wanted: &[&Displacement]) -> Result<Vec<Weights>> {
-        let solved: Vec<(Field, usize)> =
-            wanted.par_iter().map(|displacement| self.solver.solve(&self.forces(displacement))).collect::<Result<_>>()?;
-        Ok(solved.into_iter().map(|(field, iterations)| Weights { cells: self.pull(thermal, &field), iterations }).collect())
+        // What moves against another displacement has its weights with the other sign.
+        let is_solved = |i: usize| !wanted[..i].iter().any(|other| is_turned(wanted[i], other));
+        let turned = |i: usize| (0..i).find(|j| is_turned(wanted[i], wanted[*j]) && is_solved(*j));
+        let own: Vec<Option<Weights>> = (wanted.par_iter().enumerate())
+            .map(|(i, displacement)| {
+                if turned(i).is_some() {
+                    return Ok(None);
+                }
+                let (field, iterations) = self.solver.solve(&self.forces(displacement))?;
+                Ok(Some(Weights { cells: self.pull(thermal, &field), iterations }))
+            })
+            .collect::<Result<_>>()?;
+        let of = |i: usize| match turned(i).map(|other| &own[other]) {
+            Some(Some(other)) => {
+                Some(Weights { cells: other.cells.iter().map(|(cell, weight)| (*cell, -weight)).collect(), iterations: 0 })
+            }
+            _ => own[i].clone(),
+        };
+        Ok((0..wanted.len()).filter_map(of).collect())
     }
 
     /// Unit forces at the point along its direction, and against it at the point that it is counted from, N.
@@ -155,6 +171,11 @@ impl<'a> Structure<'a> {
 
 /// What parts without a part in it are made of.
 const NOTHING: Solid = Solid { modulus: 0.0, poisson: 0.0, expansion: 0.0 };
+
+/// Whether two displacements are of the same points, in opposite senses.
+fn is_turned(a: &Displacement, b: &Displacement) -> bool {
+    a.of == b.of && a.relative_to == b.relative_to && a.direction == b.direction.map(|x| -x)
+}
 
 /// Whether all cells of a grid have one size and shape.
 fn is_uniform(grid: &Grid) -> bool {

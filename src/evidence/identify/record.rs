@@ -6,9 +6,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{Advice, Estimate, Free, Problem, Profile};
+use crate::describe::machine::Machine;
 use crate::evidence::measurement::faults::FaultRecord;
 use crate::evidence::measurement::{Data, whiten};
-use crate::units::celsius;
+use crate::units::Measurand;
 
 /// What was found.
 #[derive(Debug, Clone, Serialize)]
@@ -132,17 +133,34 @@ pub struct ReadingRecord {
     pub test: String,
     pub time_s: Option<f64>,
     pub sensor: String,
-    pub measured_degC: f64,
-    pub before_degC: f64,
-    pub after_degC: f64,
+    #[serde(flatten)]
+    pub compared: BeforeAfter,
+}
+
+/// A reading beside its predictions, before and after.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+#[serde(untagged)]
+pub enum BeforeAfter {
+    /// A temperature.
+    Temperature { measured_degC: f64, before_degC: f64, after_degC: f64 },
+    /// A displacement.
+    Displacement { measured_um: f64, before_um: f64, after_um: f64 },
 }
 
 /// Tests that took no part.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct HeldOutRecord {
-    pub rmse_before_K: f64,
-    pub rmse_after_K: f64,
+    /// Of temperatures; left out where there is none, as those of displacements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_before_K: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_after_K: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_before_um: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_after_um: Option<f64>,
     pub readings: Vec<ReadingRecord>,
 }
 
@@ -169,6 +187,7 @@ pub struct HeldOut {
 impl Estimate {
     /// The estimate for other programs, with the profiles and tests that were computed for it.
     pub fn record(&self, problem: &Problem, profiles: &[Profile], advice: &[Advice], held_out: Option<&HeldOut>) -> IdentifyRecord {
+        let machine = &problem.study.model.machine;
         let parameter = |k: usize| {
             let p = &problem.free[k].parameter;
             let profile = profiles.iter().find(|f| f.parameter == k).map(|f| ProfileRecord {
@@ -222,11 +241,16 @@ impl Estimate {
             undetermined: open
                 .map(|u| UndeterminedRecord { text: u.text.clone(), weights: u.weights.clone(), deviation: u.deviation })
                 .collect(),
-            readings: readings(&problem.data, &self.predictions.0, &self.predictions.1),
-            held_out: held_out.map(|h| HeldOutRecord {
-                rmse_before_K: whiten::rmse(&h.data, &h.before),
-                rmse_after_K: whiten::rmse(&h.data, &h.after),
-                readings: readings(&h.data, &h.before, &h.after),
+            readings: readings(machine, &problem.data, &self.predictions.0, &self.predictions.1),
+            held_out: held_out.map(|h| {
+                let rmse = |predicted: &[f64], of: Measurand| whiten::rmse(machine, &h.data, predicted, of);
+                HeldOutRecord {
+                    rmse_before_K: rmse(&h.before, Measurand::Temperature),
+                    rmse_after_K: rmse(&h.after, Measurand::Temperature),
+                    rmse_before_um: rmse(&h.before, Measurand::Displacement),
+                    rmse_after_um: rmse(&h.after, Measurand::Displacement),
+                    readings: readings(machine, &h.data, &h.before, &h.after),
+                }
             }),
             next_tests: advice.iter().take(5).map(next).collect(),
             starts: self.ends.clone(),
@@ -238,15 +262,20 @@ impl Estimate {
     }
 }
 
-fn readings(data: &Data, before: &[f64], after: &[f64]) -> Vec<ReadingRecord> {
-    let measured = whiten::readings(data);
+fn readings(machine: &Machine, data: &Data, before: &[f64], after: &[f64]) -> Vec<ReadingRecord> {
+    let (measured, measurands) = (whiten::readings(data), data.measurands(machine));
+    let compared = |i: usize, own: Measurand| {
+        let [measured, before, after] = [measured[i], before[i], after[i]].map(|reading| own.shown(reading));
+        match own {
+            Measurand::Temperature => BeforeAfter::Temperature { measured_degC: measured, before_degC: before, after_degC: after },
+            Measurand::Displacement => BeforeAfter::Displacement { measured_um: measured, before_um: before, after_um: after },
+        }
+    };
     let of = |(i, (r, k)): (usize, &(usize, usize))| ReadingRecord {
         test: data.rows[*r].test.clone(),
         time_s: data.rows[*r].time,
         sensor: data.names[*k].clone(),
-        measured_degC: celsius(measured[i]),
-        before_degC: celsius(before[i]),
-        after_degC: celsius(after[i]),
+        compared: compared(i, measurands[*k]),
     };
     whiten::places(data).iter().enumerate().map(of).collect()
 }

@@ -218,6 +218,10 @@ impl<'a> Search<'a> {
 
     /// The same; where it comes to an end of another start it has come to that one.
     pub fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point]) -> Point {
+        // What does not move was predicted without its slopes.
+        if (0..here.coordinates.len()).all(|k| self.frozen.contains(&k)) {
+            return here;
+        }
         let mut damping = 1e-4;
         for _ in 0..MOST_STEPS {
             let (matrix, right) = self.normal(&here, whitener);
@@ -282,6 +286,9 @@ pub(super) fn square(v: &[f64]) -> f64 {
 
 /// Inverse where there is information, infinite variance where there is none.
 pub(super) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    if matrix.is_empty() {
+        return matrix.clone();
+    }
     let scale: Vec<f64> = matrix.diagonal().iter().map(|d| if *d > 0.0 { d.sqrt() } else { 1.0 }).collect();
     let unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] / (scale[i] * scale[j]));
     let eigen = SymmetricEigen::new(unit);

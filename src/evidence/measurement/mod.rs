@@ -259,6 +259,11 @@ impl Data {
         machine.sensors[self.sensors[column]].measurand().shown(reading)
     }
 
+    /// What each column reads.
+    pub fn measurands(&self, machine: &Machine) -> Vec<Measurand> {
+        self.sensors.iter().map(|s| machine.sensors[*s].measurand()).collect()
+    }
+
     fn checked(mut self) -> Result<Self> {
         // Rows without any reading say nothing, except in a log what the conditions were.
         let before = self.rows.len();

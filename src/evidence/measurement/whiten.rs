@@ -4,6 +4,8 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::filter::{Filter, Wandering};
 use super::{Data, Uncertainty};
+use crate::describe::machine::Machine;
+use crate::units::Measurand;
 
 /// The inverse square root of a covariance D + U Uᵀ: D of independent noise, and of errors that wander along series of readings;
 /// U of few columns.
@@ -166,10 +168,13 @@ pub fn places(data: &Data) -> Vec<(usize, usize)> {
     data.rows.iter().enumerate().flat_map(of_row).collect()
 }
 
-/// Root mean square of predictions (K, one per reading) less readings, K.
-pub fn rmse(data: &Data, predicted: &[f64]) -> f64 {
-    let readings = readings(data);
-    (readings.iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum::<f64>() / readings.len().max(1) as f64).sqrt()
+/// Root mean square of predictions (one per reading) less readings, K or um, of all sensors that read `measurand`; nothing where
+/// none does.
+pub fn rmse(machine: &Machine, data: &Data, predicted: &[f64], measurand: Measurand) -> Option<f64> {
+    let measurands = data.measurands(machine);
+    let of = places(data).into_iter().zip(readings(data)).zip(predicted).filter(|(((_, k), _), _)| measurands[*k] == measurand);
+    let (sum, count) = of.fold((0.0, 0_usize), |(sum, count), ((_, r), p)| (sum + (r - p).powi(2), count + 1));
+    (count > 0).then(|| (sum / count as f64).sqrt())
 }
 
 /// The readings themselves in that order, K.

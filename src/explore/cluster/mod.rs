@@ -5,7 +5,7 @@
 
 mod slurm;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -60,6 +60,9 @@ pub struct Round {
     pub incomplete: BTreeMap<String, usize>,
     /// Conditions that it brought.
     pub brought: usize,
+    /// Nodes that it was kept away from, as tasks had failed there; left out where there is none.
+    #[serde(skip_serializing_if = "BTreeSet::is_empty")]
+    pub avoided: BTreeSet<String>,
 }
 
 /// What is under way, on the disk.
@@ -108,6 +111,7 @@ impl<'a> Campaign<'a> {
         let (mut rounds, mut idle) = (Vec::new(), 0);
         let mut merged = self.merged()?;
         let mut retry = self.options.retry_failed;
+        let mut avoided = BTreeSet::new();
         loop {
             let under_way = self.under_way()?;
             let parts = under_way.as_ref().map_or(self.options.parts, |found| found.parts);
@@ -115,7 +119,7 @@ impl<'a> Campaign<'a> {
             let UnderWay { job, .. } = match under_way {
                 Some(found) => found,
                 None if tasks.is_empty() => break,
-                None => self.submit(&tasks, parts, retry)?,
+                None => self.submit(&tasks, parts, retry, &avoided)?,
             };
             retry = false;
             let before = self.known(&merged);
@@ -131,7 +135,12 @@ impl<'a> Campaign<'a> {
             for (how, count) in &incomplete {
                 self.progress.say(&format!("job {job}: {count} of {} tasks ended before their parts were done: {how}", ended.len()));
             }
-            rounds.push(Round { job, tasks: tasks.len(), incomplete, brought });
+            rounds.push(Round { job, tasks: tasks.len(), incomplete, brought, avoided: avoided.clone() });
+            let more = failed_nodes(&ended, &lacking);
+            if let Some(first) = more.iter().find(|node| !avoided.contains(*node)) {
+                self.progress.say(&format!("tasks failed on {first}: what they left is run on other nodes"));
+            }
+            avoided.extend(more);
             idle = if brought > 0 || lacking.is_empty() { 0 } else { idle + 1 };
             if idle == MOST_IDLE {
                 return Err(self.stuck(&lacking, rounds.last()));
@@ -160,13 +169,15 @@ impl<'a> Campaign<'a> {
         open
     }
 
-    fn submit(&self, tasks: &[usize], parts: usize, retry: bool) -> Result<UnderWay> {
+    fn submit(&self, tasks: &[usize], parts: usize, retry: bool, avoided: &BTreeSet<String>) -> Result<UnderWay> {
         let script = self.own.join("part.sh");
         let again = if retry { " --retry-failed" } else { "" };
         let shard = format!("--shard \"$SLURM_ARRAY_TASK_ID/{parts}\"");
         let text = format!("#!/bin/sh\nexec {} {shard} --threads \"${{SLURM_CPUS_PER_TASK:-1}}\" --quiet{again}\n", self.options.command);
         atomic_file::write(&script, text.as_bytes())?;
-        let job = slurm::submit(&script, &self.own.join("%a.log"), tasks, &self.options.sbatch)?;
+        let away = (!avoided.is_empty()).then(|| format!("--exclude={}", avoided.iter().cloned().collect::<Vec<_>>().join(",")));
+        let options: Vec<String> = away.into_iter().chain(self.options.sbatch.iter().cloned()).collect();
+        let job = slurm::submit(&script, &self.own.join("%a.log"), tasks, &options)?;
         self.progress.say(&format!("job {job}: {} of {parts} parts", tasks.len()));
         let found = UnderWay { job, parts };
         let json = serde_json::to_string(&found).unwrap_or_default();
@@ -244,6 +255,14 @@ impl<'a> Campaign<'a> {
             .fold(error, |error, log| error.in_file(log))
             .help("mend what the log says and start it again: what is solved is kept")
     }
+}
+
+/// Nodes on which tasks failed whose parts lack conditions, such as by a full disk; none where there is no other that did better.
+fn failed_nodes(ended: &[Task], lacking: &[usize]) -> BTreeSet<String> {
+    let (bad, good): (Vec<&Task>, Vec<&Task>) =
+        ended.iter().filter(|task| !task.node.is_empty()).partition(|task| task.has_failed() && lacking.contains(&task.number));
+    let bad: BTreeSet<String> = bad.into_iter().map(|task| task.node.clone()).collect();
+    if good.iter().any(|task| !bad.contains(&task.node)) { bad } else { BTreeSet::new() }
 }
 
 /// How many conditions journals hold, read again only where they have grown.

@@ -33,6 +33,11 @@ impl Task {
         HELD.contains(&self.reason.as_str())
     }
 
+    /// Whether it ended with an error of its own.
+    pub(super) fn has_failed(&self) -> bool {
+        self.state == "FAILED"
+    }
+
     pub(super) fn is_running(&self) -> bool {
         self.state == "RUNNING"
     }

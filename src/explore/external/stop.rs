@@ -1,4 +1,4 @@
-//! Ctrl-C and the terminate signal while programs run: they are ended with us, and nothing is recorded of them.
+//! Ctrl-C, the terminate signal and a closed terminal while programs run: they are ended with us, and nothing is recorded of them.
 
 use std::io;
 use std::path::Path;
@@ -17,16 +17,26 @@ static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 /// From now on the first signal to end is noted; the second ends the process at once.
 #[cfg(unix)]
 pub(super) fn listen() {
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
     STOP.get_or_init(|| {
         let flag = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM] {
+        // A terminal that is closed ends us too, unless we were told to outlive it (nohup).
+        let hangup = hears_hangup().then_some(SIGHUP);
+        for signal in [SIGINT, SIGTERM].into_iter().chain(hangup) {
             // In this order: the flag of the first signal arms the second. A signal that cannot be caught ends us as it always did.
             let _ = signal_hook::flag::register_conditional_default(signal, Arc::clone(&flag));
             let _ = signal_hook::flag::register(signal, Arc::clone(&flag));
         }
         flag
     });
+}
+
+/// Whether a closed terminal is known to end this process, and not ignored: the first of the bits that the system tells.
+#[cfg(unix)]
+fn hears_hangup() -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).and_then(|bits| u64::from_str_radix(bits.trim(), 16).ok());
+    ignored.is_some_and(|bits| bits & 1 == 0)
 }
 
 /// Elsewhere signals end the process as they always do.

@@ -101,6 +101,8 @@ pub struct Subject<'a> {
     pub cells: usize,
     /// Unknowns.
     pub nodes: usize,
+    /// The machine, where it is known.
+    pub machine: Option<&'a Machine>,
 }
 
 impl<'a> Subject<'a> {
@@ -114,6 +116,7 @@ impl<'a> Subject<'a> {
             meters: &network.meters,
             cells,
             nodes: network.nodes,
+            machine: Some(machine),
         }
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use super::drift::Drift;
+use super::drift::{Drift, Tilt};
 use super::{Crossing, History, Subject};
 use crate::units::Measurand;
 
@@ -16,19 +16,28 @@ pub struct HistoryRecord {
     pub sensors: BTreeMap<String, CourseRecord>,
     /// How near to the steady state of the last condition counts as settled.
     pub within_K: f64,
+    /// The same of displacements; left out where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub within_um: Option<f64>,
     /// When all sensors have settled.
     pub within_s: Option<f64>,
     /// `time_s`, and readings by sensor, degC.
     pub series: BTreeMap<String, Vec<f64>>,
-    /// How far each reading may be from that of the full model; of reduced models alone.
+    /// How far each temperature may be from that of the full model; of reduced models alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bounds_K: Option<BTreeMap<String, Vec<f64>>>,
+    /// The same of displacements, where there are some.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds_um: Option<BTreeMap<String, Vec<f64>>>,
     /// Heat by heat-flow sensor, W, at the same times; left out where there is none.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub heat_flows: BTreeMap<String, Vec<f64>>,
     /// How far displacements drift; left out where there is none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub drifts: Vec<Drift>,
+    /// How far angles drift that two displacements tell; left out where there is none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub tilts: Vec<Tilt>,
     /// When the temperatures that were waited for were passed first.
     pub passes: Vec<PassRecord>,
     pub steps: usize,
@@ -57,7 +66,12 @@ pub enum CourseRecord {
 #[allow(missing_docs, non_snake_case)]
 pub struct PassRecord {
     pub sensor: String,
-    pub value_degC: f64,
+    /// Of a temperature.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value_degC: Option<f64>,
+    /// Of a displacement.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value_um: Option<f64>,
     /// First time from below.
     pub rising_s: Option<f64>,
     /// First time from above.
@@ -92,23 +106,33 @@ impl History {
         let shown = |s: usize| self.readings.iter().map(|r| model.measurands[s].shown(r[s])).collect();
         let mut series: BTreeMap<String, Vec<f64>> = names().map(|(s, name)| (name.clone(), shown(s))).collect();
         series.entry("time_s".into()).or_insert_with(|| self.times.clone());
+        let watched = |c: &Crossing, of: Measurand| (model.measurands[c.watch.sensor] == of).then(|| of.shown(c.watch.value));
+        let has_displacements = model.measurands.contains(&Measurand::Displacement);
+        let bounds = |of: Measurand| {
+            let all = self.bounds.as_ref()?;
+            let own = names().filter(|(s, _)| model.measurands[*s] == of);
+            Some(own.map(|(s, name)| (name.clone(), all.iter().map(|row| row[s]).collect())).collect())
+        };
         let pass = |c: &Crossing| PassRecord {
             sensor: model.sensors[c.watch.sensor].clone(),
-            value_degC: model.measurands[c.watch.sensor].shown(c.watch.value),
+            value_degC: watched(c, Measurand::Temperature),
+            value_um: watched(c, Measurand::Displacement),
             rising_s: c.rising,
             falling_s: c.falling,
         };
         HistoryRecord {
             sensors: names().map(course).collect(),
             within_K: self.within,
+            within_um: has_displacements.then_some(self.within),
             within_s: self.settled_overall(),
             series,
-            bounds_K: (self.bounds.as_ref())
-                .map(|all| names().map(|(s, name)| (name.clone(), all.iter().map(|row| row[s]).collect())).collect()),
+            bounds_K: bounds(Measurand::Temperature),
+            bounds_um: bounds(Measurand::Displacement).filter(|_| has_displacements),
             heat_flows: (model.meters.iter().enumerate())
                 .map(|(m, meter)| (meter.name.clone(), self.heat_flows.iter().map(|heats| heats[m]).collect()))
                 .collect(),
             drifts: self.drifts(model),
+            tilts: self.tilts(model),
             passes: self.passes.iter().map(pass).collect(),
             steps: self.steps,
             rejected: self.rejected,

@@ -29,16 +29,23 @@ impl Table {
     /// where they have a unit. Names in `inputs` become the condition variables.
     ///
     /// # Errors
-    /// It is no such table; a column of `units` or `inputs` is not there, has no unit, or another kind of unit.
+    /// It is no such table, or has no row; a column of `units` or `inputs` is not there, has no unit, or another kind of unit.
     pub fn from_foreign(text: &str, file: impl AsRef<Path>, units: &[UnitOf], inputs: &[String]) -> Result<Table> {
         let file = file.as_ref();
         let own = in_our_form(text, units).map_err(|e| e.in_file(file))?;
         let mut table = Table::from_csv(&own, file)?;
         for (name, unit) in units {
-            express(&mut table, name, unit).map_err(|e| e.in_file(file))?;
+            table.express(name, unit).map_err(|e| e.in_file(file))?;
+        }
+        if table.rows() == 0 {
+            return Err(Error::input("the table has a header and no row").in_file(file).help("export it with its results"));
         }
         if !inputs.is_empty() {
             table.make_inputs(&inputs.iter().map(String::as_str).collect::<Vec<_>>()).map_err(|e| e.in_file(file))?;
+        }
+        // A condition is asked with its unit.
+        for column in table.conditions() {
+            units::dimension_of(&column.unit).map_err(|e| e.at_key(column.header()).in_file(file))?;
         }
         Ok(table)
     }
@@ -61,6 +68,38 @@ impl Table {
     pub fn to_openturns(&self) -> Result<String> {
         let names: Vec<String> = self.columns.iter().map(|c| format!("\"{} [{}]\"", c.name, c.unit)).collect();
         self.numbers(&|_: &[String]| names.join(";"), &|_, cells: &[String]| cells.join(";"))
+    }
+
+    /// Brings a column into a unit.
+    ///
+    /// # Errors
+    /// There is no such column, or its unit is of another kind.
+    pub fn express(&mut self, name: &str, unit: &str) -> Result<()> {
+        let wrong = |e: Error| Error::input(e.what()).at_key(format!("--unit {name}={unit}")).help(e.remedy().unwrap_or_default());
+        let mut dimension = units::dimension_of(unit).map_err(wrong)?;
+        let names: Vec<String> =
+            self.columns.iter().map(|c| c.name.clone()).chain(self.texts.iter().map(|t: &TextColumn| t.name.clone())).collect();
+        let Some(column) = self.columns.iter_mut().find(|c| c.name == name) else {
+            let known = names.iter().map(String::as_str);
+            let help = did_you_mean(name, known)
+                .map_or_else(|| format!("columns here: {}", names.join(", ")), |meant| format!("did you mean '{meant}'?"));
+            return Err(Error::input(format!("there is no column '{name}'")).at_key(format!("--unit {name}={unit}")).help(help));
+        };
+        if column.unit == unit {
+            return Ok(());
+        }
+        let Column { unit: before, values, .. } = column;
+        // From kelvin to degrees Celsius, or back, it is a temperature that is meant.
+        if units::dimension_of(before).is_ok_and(|own| own.is_absolute()) && dimension == units::Dimension::DIFFERENCE {
+            dimension = units::Dimension::TEMPERATURE;
+        }
+        for value in values.iter_mut().filter(|value| !value.is_nan()) {
+            let found = units::convert(*value, before, dimension).and_then(|si| units::express(si, unit, dimension)).map_err(wrong)?;
+            // Twelve digits, as conditions have: what the conversion adds is no digit of the value.
+            *value = format!("{found:.11e}").parse().unwrap_or(found);
+        }
+        *before = unit.to_string();
+        Ok(())
     }
 
     fn numbers(&self, header: &dyn Fn(&[String]) -> String, line: &dyn Fn(usize, &[String]) -> String) -> Result<String> {
@@ -183,35 +222,6 @@ fn with_units(text: &str, units: &[UnitOf]) -> String {
         names.collect::<Vec<_>>().join(",") + "\n"
     };
     text.lines().map(&mut line).collect()
-}
-
-/// Brings a column into a unit.
-fn express(table: &mut Table, name: &str, unit: &str) -> Result<()> {
-    let wrong = |e: Error| Error::input(e.what()).at_key(format!("--unit {name}={unit}")).help(e.remedy().unwrap_or_default());
-    let mut dimension = units::dimension_of(unit).map_err(wrong)?;
-    let names: Vec<String> =
-        table.columns.iter().map(|c| c.name.clone()).chain(table.texts.iter().map(|t: &TextColumn| t.name.clone())).collect();
-    let Some(column) = table.columns.iter_mut().find(|c| c.name == name) else {
-        let known = names.iter().map(String::as_str);
-        let help = did_you_mean(name, known)
-            .map_or_else(|| format!("columns here: {}", names.join(", ")), |meant| format!("did you mean '{meant}'?"));
-        return Err(Error::input(format!("there is no column '{name}'")).at_key(format!("--unit {name}={unit}")).help(help));
-    };
-    if column.unit == unit {
-        return Ok(());
-    }
-    let Column { unit: before, values, .. } = column;
-    // From kelvin to degrees Celsius, or back, it is a temperature that is meant.
-    if units::dimension_of(before).is_ok_and(|own| own.is_absolute()) && dimension == units::Dimension::DIFFERENCE {
-        dimension = units::Dimension::TEMPERATURE;
-    }
-    for value in values.iter_mut().filter(|value| !value.is_nan()) {
-        let found = units::convert(*value, before, dimension).and_then(|si| units::express(si, unit, dimension)).map_err(wrong)?;
-        // Twelve digits, as conditions have: what the conversion adds is no digit of the value.
-        *value = format!("{found:.11e}").parse().unwrap_or(found);
-    }
-    *before = unit.to_string();
-    Ok(())
 }
 
 #[cfg(test)]

@@ -160,15 +160,14 @@ impl Table {
     pub fn check(&self) -> Result<()> {
         let rows = self.rows();
         let lengths = self.texts.iter().map(|t| (&t.name, t.values.len())).chain(self.columns.iter().map(|c| (&c.name, c.values.len())));
-        let mut names: Vec<&str> = Vec::new();
+        let mut names = std::collections::HashSet::new();
         for (name, length) in lengths {
             if length != rows {
                 return Err(Error::input(format!("the column has {length} rows where the others have {rows}")).at_key(name.as_str()));
             }
-            if names.contains(&name.as_str()) {
+            if !names.insert(name.as_str()) {
                 return Err(Error::input(format!("two columns are called '{name}'")).at_key(name.as_str()).help("rename one of them"));
             }
-            names.push(name);
         }
         Ok(())
     }

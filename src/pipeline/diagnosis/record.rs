@@ -159,8 +159,15 @@ pub struct DiscrepancyRecord {
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, non_snake_case)]
 pub struct GainRecord {
-    pub rmse_before_K: f64,
-    pub rmse_after_K: f64,
+    /// Of temperatures; left out where there is none, as those of displacements.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_before_K: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_after_K: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_before_um: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rmse_after_um: Option<f64>,
     /// Lower end of the 90 % interval of the gain, K.
     pub low: f64,
     /// Upper end, K.
@@ -257,13 +264,13 @@ impl Findings<'_> {
             certainty: diagnosis.certainties.iter().map(LevelRecord::of).collect(),
             probabilities: OtherwiseRecord { nothing: diagnosis.others.nothing, something_else: diagnosis.others.something_else },
             causes: diagnosis.explanations.first().filter(|_| has_cause).map(|e| causes(self, e)).unwrap_or_default(),
-            rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(rung, self.problem.data.is_transient())).collect(),
+            rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(self, rung)).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
                 others: Some(others.iter().map(|n| NextRecord::of(machine, n, costs)).collect()),
                 ..NextRecord::of(machine, best, costs)
             }),
-            gain: diagnosis.gain.as_ref().map(GainRecord::of),
+            gain: diagnosis.gain.as_ref().map(|gain| GainRecord::of(self, gain)),
             extended_machine: self.extended.as_ref().map(|e| e.path.display().to_string()),
             changes: self.extended.as_ref().map(|e| e.changes.clone()),
             surrogate: self.refitted.as_ref().and_then(|r| r.fit.as_ref()).map(SurrogateRecord::of),
@@ -287,10 +294,24 @@ impl Findings<'_> {
 }
 
 impl GainRecord {
-    fn of(g: &Gain) -> Self {
+    fn of(found: &Findings<'_>, g: &Gain) -> Self {
+        let (data, residuals) = (&found.problem.data, &found.diagnosis.residuals);
+        let (measured, measurands) = (whiten::readings(data), data.measurands(&found.problem.study.model.machine));
+        let has_displacements = measurands.contains(&Measurand::Displacement);
+        let rmse = |of: Measurand, share: f64| {
+            if !has_displacements {
+                return (of == Measurand::Temperature).then_some(if share > 0.0 { g.after } else { g.before });
+            }
+            let own = whiten::places(data).into_iter().enumerate().filter(|(_, (_, k))| measurands[*k] == of);
+            let left = own.map(|(i, _)| measured[i] - residuals.predicted[i] - share * g.readings[i].change);
+            let (sum, count) = left.fold((0.0, 0_usize), |(sum, count), r| (sum + r * r, count + 1));
+            (count > 0).then(|| (sum / count as f64).sqrt())
+        };
         Self {
-            rmse_before_K: g.before,
-            rmse_after_K: g.after,
+            rmse_before_K: rmse(Measurand::Temperature, 0.0),
+            rmse_after_K: rmse(Measurand::Temperature, 1.0),
+            rmse_before_um: rmse(Measurand::Displacement, 0.0),
+            rmse_after_um: rmse(Measurand::Displacement, 1.0),
             low: g.low,
             high: g.high,
             noise_floor_K: g.noise_floor,
@@ -300,7 +321,8 @@ impl GainRecord {
 }
 
 impl RungRecord {
-    fn of(rung: &Rung, is_log: bool) -> Self {
+    fn of(found: &Findings<'_>, rung: &Rung) -> Self {
+        let is_log = found.problem.data.is_transient();
         let Level { wandering, memory, between_tests, numbers } = rung.left;
         Self {
             causes: rung.causes.iter().map(RungCauseRecord::of).collect(),
@@ -311,7 +333,7 @@ impl RungRecord {
             where_left: rung.where_left.as_ref().map(|left| left.sensor.clone()),
             where_left_share: rung.where_left.as_ref().map(|left| left.share),
             discrepancy: DiscrepancyRecord { wandering_K: wandering, memory, between_tests, numbers },
-            gain: rung.gain.as_ref().map(GainRecord::of),
+            gain: rung.gain.as_ref().map(|gain| GainRecord::of(found, gain)),
             text: format!("{}; {}", ladder::words(rung), ladder::left(rung, is_log)),
         }
     }

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::File;
-use crate::content::Content;
+use crate::content::{Content, Point};
 use crate::name::{comment, distinct};
 use crate::template::{Filling, wrapped};
 
@@ -88,6 +88,10 @@ impl Tables<'_> {
         self.numbers("high", content.variables.iter().map(|v| v.high));
         self.text.push_str("\n/* Half widths of the points' bands of 95 %, by the fit. */\n");
         self.numbers("half_widths", content.points.iter().map(|p| p.half_width));
+        if content.points.iter().any(Point::is_displacement) {
+            self.text.push_str("\n/* Which points are displacements. */\n");
+            self.bytes("displaced", &content.points.iter().map(|p| u8::from(p.is_displacement())).collect::<Vec<_>>());
+        }
 
         self.text.push_str("\n/* u = (g - low) * factor + offset, with g = x (0), 1/x (1) or ln x (2). */\n");
         let _ = writeln!(

@@ -1162,6 +1162,17 @@ void surrogate_evaluate(const double x[SURROGATE_VARIABLES], double values[SURRO
     }
 //? end
 }
+//? displaced
+
+void surrogate_offset(const double x[SURROGATE_VARIABLES], double offsets[SURROGATE_POINTS])
+{
+    int point;
+    surrogate_evaluate(x, offsets);
+    for (point = 0; point < SURROGATE_POINTS; point++) {
+        offsets[point] = surrogate_displaced[point] ? -offsets[point] : 0.0;
+    }
+}
+//? end
 
 int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gradient[SURROGATE_VARIABLES])
 {

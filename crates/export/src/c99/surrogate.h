@@ -77,6 +77,12 @@ int surrogate_in_domain(const double x[SURROGATE_VARIABLES]);
 /* The values of all points. Outside the fitted range the functions extrapolate. */
 void surrogate_evaluate(const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS]);
 
+//? displaced
+/* What a controller adds to be where it is meant to be: every displacement with the opposite sign, 0 for other points. Of a
+ * machine that moves, what its state reads, with the opposite sign, is the same over time. */
+void surrogate_offset(const double x[SURROGATE_VARIABLES], double offsets[SURROGATE_POINTS]);
+
+//? end
 /* The derivatives of one point's value along each variable. Returns 0, or -1 if there is no such point. */
 int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gradient[SURROGATE_VARIABLES]);
 

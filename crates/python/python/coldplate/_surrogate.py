@@ -133,6 +133,16 @@ class Surrogate:
         values = self._native.evaluate(array)
         return values[0] if single else values
 
+    def offset(self, conditions: Any) -> np.ndarray:
+        """What a controller adds to be where it is meant to be, (n, points): every displacement with the opposite sign, in um, and 0
+        for points that are none. Conditions as in a call.
+
+        >>> Surrogate.read("crates/runtime/fixtures/uncertain.cps").offset([8.0, 20.0, 21.0]).tolist()
+        [0.0, 0.0]
+        """
+        values = self(conditions)
+        return np.where([self.units[point] == "um" for point in self.points], -values, 0.0)
+
     def gradient(self, conditions: Any) -> np.ndarray:
         """Derivatives (n, points, variables) in closed form, in a point's unit per unit of the variable.
 

@@ -68,13 +68,14 @@ pub(super) const LIMIT: Table = Table {
     keys: &[&[
         report("sensor", Form::Name("sensor"), "with `maximum` or `rise`: the sensor"),
         report("maximum", LARGEST, "the sensor is not hotter: `\"45 degC\"`; a displacement not larger: `\"20 um\"`").also(&["max"]),
+        report("magnitude", Form::Quantity(MICROMETRES), "a displacement is in neither sense larger: `\"20 um\"`").positive(),
         report("rise", Form::Quantity(KELVIN), "nor more than that above `ambient_temperature`: `\"5 K\"`"),
         report("between", Form::List(&Form::Name("sensor"), Some(2)), "with `difference`: two sensors, `[\"a\", \"b\"]`"),
         report("difference", APART, "the first minus the second is not larger"),
         report("sensors", Form::List(&Form::Name("sensor"), None), "with `spread`: two or more sensors"),
         report("spread", APART, "largest minus smallest is not larger").positive(),
     ]],
-    one_of: &["maximum", "rise", "difference", "spread"],
+    one_of: &["maximum", "magnitude", "rise", "difference", "spread"],
 };
 
 /// `[measurement.NAME]`
