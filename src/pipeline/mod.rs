@@ -12,7 +12,9 @@ pub mod info;
 pub mod measured;
 pub mod moving;
 mod pages;
+pub mod reduced;
 pub mod refit;
+pub mod sensitivity;
 pub mod service;
 mod usual;
 

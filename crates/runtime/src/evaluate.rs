@@ -48,6 +48,7 @@ pub(crate) fn check(argument: &'static str, expected: usize, found: usize) -> Re
 
 impl Transform {
     /// g(x)
+    #[inline(always)]
     pub(crate) fn apply(self, x: f64) -> f64 {
         match self {
             Self::Identity => x,

@@ -80,7 +80,8 @@ impl Tables<'_> {
         let upper = self.name.to_uppercase();
         let name = self.name;
         let limits = !content.limits.is_empty();
-        for (what, count) in [("POLYNOMIALS", content.polynomials.len()), ("BASES", content.bases.len())] {
+        let models = [("POLYNOMIALS", content.polynomials.len()), ("BASES", content.bases.len())];
+        for (what, count) in models.into_iter().filter(|(what, count)| *count > 0 || *what == "POLYNOMIALS") {
             let _ = writeln!(self.text, "#define {upper}_{what} {count}");
         }
         self.text.push_str("\n/* Fitted ranges. */\n");

@@ -20,14 +20,18 @@
 #define SURROGATE_TINY 2.2250738585072014e-308
 /* Half the width of the interval that holds 95 % of a normal distribution. */
 #define SURROGATE_NINETY_FIVE 1.959963984540054
+//? limits uncertain
 /* Probability with which a verdict is said where none is asked for. */
 #define SURROGATE_CONFIDENCE 0.95
+//? end
 /* Terms and centres are added up in blocks of this many. */
 #define SURROGATE_BLOCK 128
 /* Places for the powers 0 to 12 of a scaled variable. */
 #define SURROGATE_POWERS 13
+//? limits uncertain
 /* Limits whose dependence on each other is followed. */
 #define SURROGATE_MOST_LIMITS 8
+//? end
 
 //? finite
 static int surrogate_is_finite(double x)
@@ -35,6 +39,11 @@ static int surrogate_is_finite(double x)
     return ((x - x) == 0.0) ? 1 : 0;
 }
 //? end
+
+static int surrogate_is_place(int place, int count)
+{
+    return ((place >= 0) && (place < count)) ? 1 : 0;
+}
 
 /* ln 2 cut to 38 binary places, and the rest. */
 #define SURROGATE_LN2_HIGH 0.6931471805582987
@@ -413,12 +422,15 @@ static void surrogate_direct(const surrogate_here *here, int first, int second, 
             const int point = (end == 0) ? first : second;
             const double sign = (end == 0) ? 1.0 : -1.0;
             if (point >= 0) {
-                double slopes[SURROGATE_SLOPES] = {0.0};
+                double slopes[SURROGATE_SLOPES];
                 direction->state[end] = SURROGATE_PARAMETERS + point;
                 direction->sign[end] = sign;
                 direction->own[end] = surrogate_missed_own[point];
                 direction->fit[end] = surrogate_fit_variance(point);
                 direction->common = direction->common + (sign * surrogate_missed_common[point]);
+                for (k = 0; k < SURROGATE_SLOPES; k++) {
+                    slopes[k] = 0.0;
+                }
                 for (t = 0; t < SURROGATE_SLOPE_TERM_COUNT; t++) {
                     for (k = 0; k < SURROGATE_PARAMETERS; k++) {
                         slopes[k] = slopes[k] + (here->monomials[t] * surrogate_slope_table[(((point * SURROGATE_SLOPE_TERM_COUNT) + t) * SURROGATE_PARAMETERS) + k]);
@@ -489,9 +501,12 @@ static double surrogate_by_states(const surrogate_direction *a, const surrogate_
             towards = towards + (other * surrogate_known(state_b, state_a));
         }
 //? else
-        const int is_parameter = (i < SURROGATE_PARAMETERS) ? 1 : 0;
-        const int first = (is_parameter != 0) ? i : SURROGATE_PARAMETERS;
-        const int last = (is_parameter != 0) ? (i + 1) : to;
+        int first = SURROGATE_PARAMETERS;
+        int last = to;
+        if (i < SURROGATE_PARAMETERS) {
+            first = i;
+            last = i + 1;
+        }
         for (j = first; j < last; j++) {
             const double other = surrogate_weight(b, j, &state_b);
             if (state_a == state_b) {
@@ -596,7 +611,10 @@ static double surrogate_limited(int limit, const double x[SURROGATE_VARIABLES], 
             high = surrogate_greater(next, high);
             sum = sum + next;
         }
-        value = (surrogate_is_finite(sum) != 0) ? (high - low) : (sum - sum);
+        value = high - low;
+        if (surrogate_is_finite(sum) == 0) {
+            value = sum - sum;
+        }
     }
     return value;
 }
@@ -765,7 +783,7 @@ static double surrogate_density_of_two(double a, double b, double r, double left
 static double surrogate_missing(double a, double b, double r)
 {
     const double end = sqrt((1.0 - r) * (1.0 + r));
-    const double apart = (a > b) ? (a - b) : (b - a);
+    const double apart = surrogate_greater(a, b) - surrogate_lesser(a, b);
     double result = 0.0;
     int k;
     if ((apart <= (8.0 * end)) && (end > 0.0)) {
@@ -844,6 +862,8 @@ static double surrogate_three(const surrogate_breaking *own, double correlation[
         first = j;
         second = i;
         third = k;
+    } else {
+        /* as they stand */
     }
     if (surrogate_size(correlation[second][third]) <= (1.0 - 1e-9)) {
         const double a = own->bound[first];
@@ -883,15 +903,16 @@ static double surrogate_least_kept(const surrogate_breaking *own, double correla
     int round;
     int k;
     for (k = 0; k < SURROGATE_MOST_LIMITS; k++) {
-        is_in[k] = (k == 0) ? 1 : 0;
+        is_in[k] = 0;
         first[k] = 0;
         second[k] = -1;
     }
+    is_in[0] = 1;
     for (round = 1; round < count; round++) {
-        int next = -1;
+        int next = 0;
         double alone;
         for (k = 0; k < count; k++) {
-            if ((is_in[k] == 0) && ((next < 0) || (own->both[k][first[k]] > (own->both[next][first[next]] + 1e-9)))) {
+            if ((is_in[k] == 0) && ((is_in[next] != 0) || (own->both[k][first[k]] > (own->both[next][first[next]] + 1e-9)))) {
                 next = k;
             }
         }
@@ -910,6 +931,8 @@ static double surrogate_least_kept(const surrogate_breaking *own, double correla
                 first[k] = next;
             } else if ((second[k] < 0) || (own->both[k][next] > (own->both[k][second[k]] + 1e-9))) {
                 second[k] = next;
+            } else {
+                /* nearer ones are known */
             }
         }
     }
@@ -946,7 +969,10 @@ static double surrogate_one_by_one(const surrogate_critical *limits, int count, 
                         same[j] = 1;
                     } else {
                         const double left = 1.0 - ((r * r) * loss);
-                        slack[j] = (left > 1e-12) ? ((slack[j] + (r * a)) / sqrt(left)) : (slack[j] + (r * a));
+                        slack[j] = slack[j] + (r * a);
+                        if (left > 1e-12) {
+                            slack[j] = slack[j] / sqrt(left);
+                        }
                     }
                 }
                 for (j = i + 1; j < count; j++) {
@@ -1165,7 +1191,7 @@ void surrogate_evaluate(const double x[SURROGATE_VARIABLES], double values[SURRO
 
 int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gradient[SURROGATE_VARIABLES])
 {
-    const int exists = ((point >= 0) && (point < SURROGATE_POINTS)) ? 1 : 0;
+    const int exists = surrogate_is_place(point, SURROGATE_POINTS);
     double u[SURROGATE_VARIABLES];
     double slopes[SURROGATE_VARIABLES];
     int model;
@@ -1311,7 +1337,6 @@ int surrogate_limit(int limit, const double x[SURROGATE_VARIABLES], const double
         if ((own->kind == 3) && (surrogate_is_finite(out->value) != 0)) {
             surrogate_spread_ends(own, values, &out->low, &out->high);
         }
-        out->state = SURROGATE_UNCERTAIN;
         if ((out->high <= out->maximum) && (out->low > -HUGE_VAL)) {
             out->state = SURROGATE_ACCEPTABLE;
         } else if (out->low > out->maximum) {
@@ -1403,17 +1428,12 @@ void surrogate_query(const double x[SURROGATE_VARIABLES], double values[SURROGAT
 #define SURROGATE_TIME_TOLERANCE 1e-4
 #define SURROGATE_SHORTEST 1e-6
 
-static int surrogate_is_number(double x)
-{
-    return ((x - x) == 0.0) ? 1 : 0;
-}
-
 static int surrogate_is_condition(const double x[SURROGATE_VARIABLES])
 {
     int v;
     int all = 1;
     for (v = 0; v < SURROGATE_VARIABLES; v++) {
-        if (surrogate_is_number(x[v]) == 0) {
+        if (surrogate_is_finite(x[v]) == 0) {
             all = 0;
         }
     }
@@ -1557,7 +1577,7 @@ int surrogate_at_rest(const double x[SURROGATE_VARIABLES], surrogate_state *stat
 int surrogate_at_temperature(double temperature, surrogate_state *state)
 {
     int result = -1;
-    if (surrogate_is_number(temperature) != 0) {
+    if (surrogate_is_finite(temperature) != 0) {
         int k;
         for (k = 0; k < SURROGATE_TIME_STATES; k++) {
             state->states[k] = surrogate_uniform[k] + (surrogate_uniform[SURROGATE_TIME_STATES + k] * temperature);
@@ -1568,7 +1588,8 @@ int surrogate_at_temperature(double temperature, surrogate_state *state)
     return result;
 }
 
-int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, surrogate_state *state)
+/* The states that readings tell, each with its share of the surprise. */
+static void surrogate_tell(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, double states[SURROGATE_TIME_STATES])
 {
     double covariance[SURROGATE_TIME_STATES][SURROGATE_TIME_STATES];
     double terms[SURROGATE_MOVING_TERMS];
@@ -1577,9 +1598,6 @@ int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double read
     int point;
     int i;
     int j;
-    if ((surrogate_is_condition(x) == 0) || (surrogate_is_number(deviation) == 0) || !(deviation > 0.0)) {
-        return -1;
-    }
     surrogate_evaluate(x, steady);
     surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
     for (i = 0; i < SURROGATE_TIME_STATES; i++) {
@@ -1594,31 +1612,40 @@ int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double read
         double gain[SURROGATE_TIME_STATES];
         double variance;
         double surprise;
-        if (surrogate_is_number(readings[point]) == 0) {
-            continue;
-        }
-        surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
-        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-            gain[i] = surrogate_dot(covariance[i], row);
-        }
-        variance = surrogate_dot(row, gain) + ((deviation * deviation) + (surrogate_time_errors[point] * surrogate_time_errors[point]));
-        surprise = (readings[point] - steady[point]) - surrogate_dot(row, away);
-        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-            away[i] = away[i] + ((gain[i] * surprise) / variance);
-            for (j = 0; j < SURROGATE_TIME_STATES; j++) {
-                covariance[i][j] = covariance[i][j] - ((gain[i] * gain[j]) / variance);
+        if (surrogate_is_finite(readings[point]) != 0) {
+            surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
+            for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+                gain[i] = surrogate_dot(covariance[i], row);
+            }
+            variance = surrogate_dot(row, gain) + ((deviation * deviation) + (surrogate_time_errors[point] * surrogate_time_errors[point]));
+            surprise = (readings[point] - steady[point]) - surrogate_dot(row, away);
+            for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+                away[i] = away[i] + ((gain[i] * surprise) / variance);
+                for (j = 0; j < SURROGATE_TIME_STATES; j++) {
+                    covariance[i][j] = covariance[i][j] - ((gain[i] * gain[j]) / variance);
+                }
             }
         }
     }
-    surrogate_steady_states(x, state->states);
-    state->length = 0.0;
+    surrogate_steady_states(x, states);
     for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-        state->states[i] = state->states[i] + away[i];
+        states[i] = states[i] + away[i];
     }
-    return 0;
 }
 
-int surrogate_step(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES])
+int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, surrogate_state *state)
+{
+    int result = -1;
+    if ((surrogate_is_condition(x) != 0) && (surrogate_is_finite(deviation) != 0) && (deviation > 0.0)) {
+        surrogate_tell(x, readings, deviation, state->states);
+        state->length = 0.0;
+        result = 0;
+    }
+    return result;
+}
+
+/* The states after a step, which is cut where its error asks for it. */
+static void surrogate_advance(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES])
 {
     const double first = 1.0 / SURROGATE_POLE;
     const double second = 0.5 / (SURROGATE_POLE * SURROGATE_POLE);
@@ -1634,9 +1661,6 @@ int surrogate_step(surrogate_state *state, double duration, const double x[SURRO
     double left = duration;
     double next;
     int k;
-    if ((surrogate_is_condition(x) == 0) || (surrogate_is_number(duration) == 0) || (duration < 0.0)) {
-        return -1;
-    }
     surrogate_steady_states(x, steady);
     surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
     for (k = 0; k < SURROGATE_TIME_STATES; k++) {
@@ -1644,10 +1668,13 @@ int surrogate_step(surrogate_state *state, double duration, const double x[SURRO
     }
     next = (state->length > 0.0) ? state->length : duration;
     while (left > 0.0) {
-        const int is_last = (next >= (left * (1.0 - 1e-9))) ? 1 : 0;
-        const double length = (is_last != 0) ? left : next;
+        double length = next;
         double error = 0.0;
-        double grown;
+        int is_last = 0;
+        if (next >= (left * (1.0 - 1e-9))) {
+            length = left;
+            is_last = 1;
+        }
         if (known != length) {
             surrogate_factorise(terms, length, &factors);
             known = length;
@@ -1663,20 +1690,34 @@ int surrogate_step(surrogate_state *state, double duration, const double x[SURRO
         error = SURROGATE_ESTIMATE * error;
         if ((error > SURROGATE_TIME_TOLERANCE) && (length > (SURROGATE_SHORTEST * duration))) {
             next = 0.5 * length;
-            continue;
+        } else {
+            double grown = length;
+            for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+                away[k] = ((first_weight * solves[0][k]) + (second_weight * solves[1][k])) + (third_weight * solves[2][k]);
+            }
+            left = left - length;
+            if (error < (0.05 * SURROGATE_TIME_TOLERANCE)) {
+                grown = 2.0 * length;
+            }
+            if ((is_last == 0) || (next <= grown)) {
+                next = grown;
+            }
         }
-        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
-            away[k] = ((first_weight * solves[0][k]) + (second_weight * solves[1][k])) + (third_weight * solves[2][k]);
-        }
-        left = (is_last != 0) ? 0.0 : (left - length);
-        grown = (error < (0.05 * SURROGATE_TIME_TOLERANCE)) ? (2.0 * length) : length;
-        next = ((is_last != 0) && (next > grown)) ? next : grown;
     }
     for (k = 0; k < SURROGATE_TIME_STATES; k++) {
         state->states[k] = steady[k] + away[k];
     }
     state->length = next;
-    return 0;
+}
+
+int surrogate_step(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES])
+{
+    int result = -1;
+    if ((surrogate_is_condition(x) != 0) && (surrogate_is_finite(duration) != 0) && (duration >= 0.0)) {
+        surrogate_advance(state, duration, x);
+        result = 0;
+    }
+    return result;
 }
 
 int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS])
@@ -1687,20 +1728,21 @@ int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIAB
     double row[SURROGATE_TIME_STATES];
     int point;
     int k;
-    if (surrogate_is_condition(x) == 0) {
-        return -1;
+    int result = -1;
+    if (surrogate_is_condition(x) != 0) {
+        surrogate_evaluate(x, values);
+        surrogate_steady_states(x, steady);
+        surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+            away[k] = state->states[k] - steady[k];
+        }
+        for (point = 0; point < SURROGATE_POINTS; point++) {
+            surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
+            values[point] = values[point] + surrogate_dot(row, away);
+        }
+        result = 0;
     }
-    surrogate_evaluate(x, values);
-    surrogate_steady_states(x, steady);
-    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
-    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
-        away[k] = state->states[k] - steady[k];
-    }
-    for (point = 0; point < SURROGATE_POINTS; point++) {
-        surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
-        values[point] = values[point] + surrogate_dot(row, away);
-    }
-    return 0;
+    return result;
 }
 
 int surrogate_slopes(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double slopes[SURROGATE_TIME_STATES])
@@ -1710,28 +1752,29 @@ int surrogate_slopes(const surrogate_state *state, const double x[SURROGATE_VARI
     int i;
     int k;
     int t;
-    if (surrogate_is_condition(x) == 0) {
-        return -1;
-    }
-    surrogate_steady_states(x, steady);
-    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
-    for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-        slopes[i] = 0.0;
-    }
-    for (t = 0; t < SURROGATE_MOVING_TERMS; t++) {
-        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
-            const double away = terms[t] * (state->states[k] - steady[k]);
-            for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-                slopes[i] = slopes[i] - (away * surrogate_rates[(((t * SURROGATE_TIME_STATES) + k) * SURROGATE_TIME_STATES) + i]);
+    int result = -1;
+    if (surrogate_is_condition(x) != 0) {
+        surrogate_steady_states(x, steady);
+        surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+            slopes[i] = 0.0;
+        }
+        for (t = 0; t < SURROGATE_MOVING_TERMS; t++) {
+            for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+                const double away = terms[t] * (state->states[k] - steady[k]);
+                for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+                    slopes[i] = slopes[i] - (away * surrogate_rates[(((t * SURROGATE_TIME_STATES) + k) * SURROGATE_TIME_STATES) + i]);
+                }
             }
         }
+        result = 0;
     }
-    return 0;
+    return result;
 }
 
 double surrogate_time_error(int point)
 {
-    return ((point >= 0) && (point < SURROGATE_POINTS)) ? surrogate_time_errors[point] : 0.0;
+    return (surrogate_is_place(point, SURROGATE_POINTS) != 0) ? surrogate_time_errors[point] : 0.0;
 }
 
 //? end
@@ -1746,7 +1789,10 @@ int surrogate_self_test(void)
         surrogate_bands(&surrogate_test_conditions[test * SURROGATE_VARIABLES], values, bands);
         for (point = 0; point < SURROGATE_POINTS; point++) {
             const double expected = surrogate_test_values[(test * SURROGATE_POINTS) + point];
-            int close = (fabs(values[point] - expected) <= (1e-7 * surrogate_greater(fabs(expected), 1.0))) ? 1 : 0;
+            int close = 0;
+            if (fabs(values[point] - expected) <= (1e-7 * surrogate_greater(fabs(expected), 1.0))) {
+                close = 1;
+            }
 //? uncertain
             const double deviation = surrogate_test_deviations[(test * SURROGATE_POINTS) + point];
             if (!(fabs(bands[point].total - deviation) <= (1e-7 * surrogate_greater(deviation, 1.0)))) {

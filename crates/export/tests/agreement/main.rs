@@ -8,6 +8,7 @@ mod fmu;
 mod html;
 mod in_time;
 mod json;
+mod misra;
 mod modelica;
 mod octave;
 mod onnx;

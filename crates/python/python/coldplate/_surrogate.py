@@ -31,6 +31,22 @@ class Record(dict):
         return json.loads(text, object_hook=cls)
 
 
+def rows_of(conditions: Any, variables: Sequence[str]) -> tuple[np.ndarray, bool]:
+    """Conditions as an array (n, variables), and whether it was one alone; columns of a mapping or data frame go by their names."""
+    if isinstance(conditions, Mapping) or hasattr(conditions, "columns"):
+        plain = {str(name).partition("[")[0].strip(): conditions[name] for name in conditions}
+        missing = [name for name in variables if name not in plain]
+        if missing:
+            raise InputError(f"'{missing[0]}' is missing\n help: conditions are made of {', '.join(variables)}")
+        conditions = np.stack(np.broadcast_arrays(*(np.asarray(plain[name], dtype=float) for name in variables)), axis=-1)
+    array = np.asarray(conditions, dtype=float)
+    single = array.ndim == 1
+    array = np.atleast_2d(array)
+    if array.ndim != 2:
+        raise InputError(f"conditions have shape (n, {len(variables)}), these {array.shape}")
+    return np.ascontiguousarray(array), single
+
+
 @dataclass(frozen=True)
 class Answers:
     """Answers to n conditions."""
@@ -112,18 +128,7 @@ class Surrogate:
         return type(self), (self.content,), {name: value for name, value in vars(self).items() if name == "fit"}
 
     def _conditions(self, conditions: Any) -> tuple[np.ndarray, bool]:
-        if isinstance(conditions, Mapping) or hasattr(conditions, "columns"):
-            plain = {str(name).partition("[")[0].strip(): conditions[name] for name in conditions}
-            missing = [name for name in self.variables if name not in plain]
-            if missing:
-                raise InputError(f"'{missing[0]}' is missing\n help: this surrogate asks for {', '.join(self.variables)}")
-            conditions = np.stack(np.broadcast_arrays(*(np.asarray(plain[name], dtype=float) for name in self.variables)), axis=-1)
-        array = np.asarray(conditions, dtype=float)
-        single = array.ndim == 1
-        array = np.atleast_2d(array)
-        if array.ndim != 2:
-            raise InputError(f"conditions have shape (n, {len(self.variables)}), these {array.shape}")
-        return np.ascontiguousarray(array), single
+        return rows_of(conditions, self.variables)
 
     def __call__(self, conditions: Any) -> np.ndarray:
         """Values (n, points) at conditions (n, variables), in the units of the file; one condition gives (points,). A mapping or
