@@ -2,6 +2,7 @@
 
 mod browser;
 mod c99;
+mod c99_single;
 mod ecos;
 mod examples;
 mod fmu;

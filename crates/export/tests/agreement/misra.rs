@@ -34,8 +34,11 @@ fn the_c_keeps_the_rules_of_misra_but_for_what_the_page_says() {
     }
     let folder = folder("misra");
     // What is looked for is found where it is.
-    std::fs::write(folder.join("wrong.c"), "int first(int x);\nint first(int x)\n{\n    if (x > 0) goto end;\n    x = 2;\nend:\n    return x;\n}\n")
-        .expect("the folder can be written to");
+    std::fs::write(
+        folder.join("wrong.c"),
+        "int first(int x);\nint first(int x)\n{\n    if (x > 0) goto end;\n    x = 2;\nend:\n    return x;\n}\n",
+    )
+    .expect("the folder can be written to");
     let found = said(&folder, &["wrong.c"]);
     assert!(found.iter().any(|(id, _)| id == "misra-c2012-15.6"), "{found:?}");
 
