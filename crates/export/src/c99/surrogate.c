@@ -64,16 +64,13 @@ static int surrogate_is_place(int place, int count)
     return ((place >= 0) && (place < count)) ? 1 : 0;
 }
 
+/* ln 2 cut to few binary places, and the rest. */
 //? single
-/* ln 2 cut to 9 binary places, and the rest; from where on exp(-x) is zero. */
 #define SURROGATE_LN2_HIGH 0.693359375
 #define SURROGATE_LN2_LOW -2.1219444005469057e-4
-#define SURROGATE_FAR 87.0
 //? else
-/* ln 2 cut to 38 binary places, and the rest; from where on exp(-x) is zero. */
 #define SURROGATE_LN2_HIGH 0.6931471805582987
 #define SURROGATE_LN2_LOW 1.6465949582897082e-12
-#define SURROGATE_FAR 708.0
 //? end
 
 //? ln
@@ -116,6 +113,13 @@ static double surrogate_ln(double x)
 //? end
 
 //? exp
+/* From where on exp(-x) is zero. */
+//? single
+#define SURROGATE_FAR 87.0
+//? else
+#define SURROGATE_FAR 708.0
+//? end
+
 /* exp(-x) for x >= 0. */
 static double surrogate_exp_minus(double x)
 {

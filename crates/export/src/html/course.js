@@ -129,9 +129,10 @@ function course(s, answers, motion, page) {
     });
     for (const label of apart(labels, TOP + 6, HEIGHT - BOTTOM)) {
       const edge = WIDTH - RIGHT;
-      const own = label.colour === undefined ? { line: {}, text: {} } : { line: { style: `stroke: ${label.colour}` }, text: { style: `fill: ${label.colour}` } };
-      svg.append(shape("line", { x1: edge, x2: edge + 10, y1: label.end, y2: label.y, class: `leader ${label.class || ""}`, ...own.line }));
-      const text = shape("text", { x: edge + 13, y: label.y + 4, class: label.class || "", ...own.text }, label.name.length > 20 ? `${label.name.slice(0, 19)}…` : label.name);
+      const colour = label.colour || "var(--not_acceptable)";
+      svg.append(shape("line", { x1: edge, x2: edge + 10, y1: label.end, y2: label.y, class: "leader", style: `stroke: ${colour}` }));
+      const written = label.name.length > 20 ? `${label.name.slice(0, 19)}…` : label.name;
+      const text = shape("text", { x: edge + 13, y: label.y + 4, class: label.class || "", style: label.class ? "" : `fill: ${colour}` }, written);
       if (label.name.length > 20) text.append(shape("title", {}, label.name));
       svg.append(text);
     }
