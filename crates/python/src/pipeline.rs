@@ -111,6 +111,7 @@ impl Machine {
 
     /// A reduced model: the bytes of its file, and how it was made as JSON.
     #[pyo3(signature = (accuracy, vary, ranges, settings, cells, progress))]
+    #[allow(clippy::too_many_arguments)]
     fn reduce(
         &self,
         py: Python<'_>,

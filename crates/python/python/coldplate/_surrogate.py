@@ -39,6 +39,8 @@ def rows_of(conditions: Any, variables: Sequence[str]) -> tuple[np.ndarray, bool
         if missing:
             raise InputError(f"'{missing[0]}' is missing\n help: conditions are made of {', '.join(variables)}")
         conditions = np.stack(np.broadcast_arrays(*(np.asarray(plain[name], dtype=float) for name in variables)), axis=-1)
+    if np.iscomplexobj(conditions):
+        raise InputError("conditions are real numbers, these are complex")
     array = np.asarray(conditions, dtype=float)
     single = array.ndim == 1
     array = np.atleast_2d(array)
@@ -157,7 +159,10 @@ class Surrogate:
         """
         array, _ = self._conditions(conditions)
         values, half, verdicts, probabilities, margins, inside = self._native.assess(array, confidence)
-        return Answers(values, values - half, values + half, VERDICTS[verdicts], probabilities, margins, inside)
+        # Far outside, values and bands may both be infinite: the ends are then no numbers, and that is said by these alone.
+        with np.errstate(invalid="ignore"):
+            low, high = values - half, values + half
+        return Answers(values, low, high, VERDICTS[verdicts], probabilities, margins, inside)
 
     def follow(self, seconds: Any, conditions: Any, start: Any = "steady", deviation: float = 0.1) -> Course:
         """Values after each of n steps of so many seconds (n), each at a condition that holds all that time (n, variables). It
@@ -175,6 +180,8 @@ class Surrogate:
         if isinstance(start, str):
             if start != "steady":
                 raise InputError("a course begins \"steady\", with a temperature, with readings or with a state")
+            if not first:
+                raise InputError("a course without steps begins with a temperature, readings or another course")
             state = self._native.at_rest(first)
         elif isinstance(start, Course):
             state = start.state.tolist()
