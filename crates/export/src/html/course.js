@@ -36,7 +36,7 @@ function* follow(s, motion, answers, x, at, begin, duration, count) {
 function course(s, answers, motion, page) {
   const { byId, make, short, later, shape, ticks } = page;
   const SAMPLES = 200;
-  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "var(--ink)", "#d55e00", "#56b4e9", "#cc79a7"];
+  const COLOURS = ["var(--blue)", "#e69f00", "#009e73", "var(--ink)", "#d55e00", "#56b4e9", "#cc79a7"];
   const DASHES = ["", "9 5", "10 4 2 4", "2 4", "5 3"];
   const MOST = 10;
   const ambient = s.variables.findIndex((v) => v.name === "ambient_temperature");
