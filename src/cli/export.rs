@@ -42,6 +42,9 @@ pub struct Args {
     /// of a table: dakota (a tabular file), openturns (a sample); of a machine: calculix (an input deck at one condition)
     #[arg(long, value_name = "TARGET")]
     to: String,
+    /// In single precision, for processors that have no other (c99); says what that costs
+    #[arg(long)]
+    single: bool,
     /// Folder to write into (default: beside the surrogate)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -88,13 +91,22 @@ struct WrittenFile {
 /// Bad input, a target that does not exist, or a file that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(form) = TABLES.iter().find(|form| form.key == args.to) {
+        surrogate_alone(args)?;
         machine_alone(args)?;
         return table(args, form, out);
     }
     if args.to == CALCULIX {
+        surrogate_alone(args)?;
         return machine(args, out);
     }
-    let target = target(&args.to)?;
+    let target = match (target(&args.to)?, args.single) {
+        (Target::C99, true) => Target::C99Single,
+        (_, true) => {
+            let error = Error::input(format!("'{}' is written in double precision alone", args.to)).at_key("--single");
+            return Err(error.help("leave it out, or write --to c99"));
+        }
+        (target, false) => target,
+    };
     machine_alone(args)?;
     let bytes = input::read(&args.surrogate)?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
@@ -153,6 +165,16 @@ fn machine(args: &Args, out: Output) -> Result<u8> {
     let written = vec![WrittenFile { path, bytes: deck.text.len(), remark: Some(remark) }];
     out.report(&text, &Record { target: CALCULIX, written, points: deck.points });
     Ok(0)
+}
+
+/// Refuses an option that only says something of a surrogate.
+fn surrogate_alone(args: &Args) -> Result<()> {
+    if !args.single {
+        return Ok(());
+    }
+    Err(Error::input(format!("this option is for surrogates, and '{}' is written of none", args.to))
+        .at_key("--single")
+        .help("leave it out"))
 }
 
 /// Refuses options that only say something of a machine.

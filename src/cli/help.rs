@@ -58,6 +58,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         "export",
         &[
             "coldplate export out/tutorial/surrogate.cps --to c99 --out out/embed --name cooling",
+            "coldplate export out/tutorial/surrogate.cps --to c99 --single --out out/embed --name cooling_single",
             "coldplate export machines/rig.toml --to calculix --motor-speed \"2500 rpm\" --out out/deck",
         ],
     ),
@@ -160,6 +161,7 @@ const HEADINGS: &[(&str, &[&str])] = &[
             "export.to",
             "units",
             "export.name",
+            "single",
         ],
     ),
 ];

@@ -2,23 +2,18 @@
 
 use std::path::PathBuf;
 
-use serde::Serialize;
-
 use super::condition::pair_of;
 use super::output::Output;
-use crate::describe::machine::Variable;
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
-use crate::foundation::document::{Document, suggestion};
+use crate::foundation::document::Document;
 use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
+use crate::pipeline::reduced::{MadeRecord, ranges};
 use crate::reduce::{Made, ReducedModel, Settings, reduce};
 use crate::solve::sensitivity::Study;
 use crate::units::Measurand;
 use crate::units::{self, Dimension};
-
-/// Variables that vary where nothing else is said.
-const USUAL: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
 
 /// A reduced model: any condition of the ranges in milliseconds, with a bound on every reading
 #[derive(Debug, clap::Args)]
@@ -62,53 +57,6 @@ pub struct Args {
     cells: Option<usize>,
 }
 
-/// As outside programs read it.
-#[derive(Debug, Serialize)]
-#[allow(non_snake_case)]
-struct Record {
-    file: String,
-    bytes: usize,
-    modes: usize,
-    modes_of_the_bound: usize,
-    conductors: usize,
-    conductors_of_the_machine: usize,
-    cells: usize,
-    nodes: usize,
-    solved: usize,
-    failed: usize,
-    checks: usize,
-    accuracy_K: f64,
-    reached: bool,
-    largest_error_K: f64,
-    largest_bound_K: f64,
-    varied: Vec<String>,
-    parameters: Vec<String>,
-    parameters_left_out: Vec<String>,
-    /// In time, where the model was made for that.
-    in_time: Option<TimeRecord>,
-    /// The temperatures of all cells, where the model has them.
-    field: Option<FieldRecord>,
-    seconds: f64,
-}
-
-/// How the temperatures of all cells do.
-#[derive(Debug, Serialize)]
-#[allow(non_snake_case)]
-struct FieldRecord {
-    bytes: usize,
-    largest_error_K: f64,
-}
-
-/// How it does in time.
-#[derive(Debug, Serialize)]
-#[allow(non_snake_case)]
-struct TimeRecord {
-    histories: usize,
-    checks: usize,
-    largest_error_K: f64,
-    largest_bound_K: f64,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -132,8 +80,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let progress = out.progress();
     progress.at("meshing");
     let study = Study::new(document, args.cells)?;
-    let variables = &study.model.machine.variables;
-    let ranges = ranges(args, variables)?;
+    let stated = args.range.iter().map(|text| pair_of(text, "--range")).collect::<Result<Vec<_>>>()?;
+    let ranges = ranges(&study.model.machine.variables, args.vary.as_deref(), &stated).map_err(|e| e.in_file(&args.machine))?;
     let settings = Settings {
         accuracy,
         ranges,
@@ -147,94 +95,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     drop(progress);
     let bytes = model.to_bytes(study.document())?;
     atomic_file::write(&path, &bytes)?;
-    let varied = variables.iter().zip(&model.ranges).filter(|(_, (low, high))| high > low).map(|(v, _)| v.name.clone()).collect();
-    let made = &model.made;
-    let record = Record {
-        file: path.display().to_string(),
-        bytes: bytes.len(),
-        modes: model.coarse.len(),
-        modes_of_the_bound: model.fine.len(),
-        conductors: model.fine.patterns.ncols(),
-        conductors_of_the_machine: made.conductors,
-        cells: made.cells,
-        nodes: made.nodes,
-        solved: made.solved,
-        failed: made.failed,
-        checks: made.checks,
-        accuracy_K: accuracy,
-        reached: made.largest_bound <= accuracy,
-        largest_error_K: made.largest_error,
-        largest_bound_K: made.largest_bound,
-        varied,
-        parameters: model.parameters.iter().map(|p| p.name.clone()).collect(),
-        parameters_left_out: model.left_out.clone(),
-        in_time: model.in_time.as_ref().map(|own| TimeRecord {
-            histories: own.histories,
-            checks: own.checks,
-            largest_error_K: own.largest_error,
-            largest_bound_K: own.largest_bound,
-        }),
-        field: model.field.as_ref().map(|own| FieldRecord {
-            bytes: (own.modes.len() * size_of::<f32>() + size_of::<f64>()) * own.center.len(),
-            largest_error_K: own.largest_error,
-        }),
-        seconds: made.seconds,
-    };
+    let record = MadeRecord::of(&model, path.display().to_string(), bytes.len(), accuracy);
     out.report(&text(&model, &record), &record);
     Ok(0)
 }
 
-/// The range of every variable; those that do not vary have one value.
-fn ranges(args: &Args, variables: &[Variable]) -> Result<Vec<(f64, f64)>> {
-    let names: Vec<&str> = variables.iter().map(|v| v.name.as_str()).collect();
-    let known = |name: &str, option: &str| match names.iter().position(|n| *n == name) {
-        Some(at) => Ok(at),
-        None => {
-            let error = Error::input(format!("'{name}' is not a variable of this machine")).at_key(option);
-            Err(error.help(suggestion(name, &names)))
-        }
-    };
-    let mut varies: Vec<bool> = match args.vary.as_deref() {
-        None => names.iter().map(|n| USUAL.contains(n)).collect(),
-        Some("all") => vec![true; names.len()],
-        Some(list) => {
-            let mut varies = vec![false; names.len()];
-            for name in list.split(',') {
-                varies[known(name.trim(), "--vary")?] = true;
-            }
-            varies
-        }
-    };
-    let mut given: Vec<Option<(f64, f64)>> = vec![None; names.len()];
-    for text in &args.range {
-        let (name, value) = pair_of(text, "--range")?;
-        let at = known(&name, "--range")?;
-        let fail =
-            |what: &str| Error::input(what).at_key(format!("--range {name}")).read(&value).help("write LOW .. HIGH, both with their unit");
-        let (low, high) = value.split_once("..").ok_or_else(|| fail("two values are needed"))?;
-        let parse = |text: &str| units::parse(text.trim(), variables[at].dimension).map_err(|e| e.at_key(format!("--range {name}")));
-        let (low, high) = (parse(low)?, parse(high)?);
-        if high.partial_cmp(&low) != Some(std::cmp::Ordering::Greater) {
-            return Err(fail("the second value must be above the first"));
-        }
-        (given[at], varies[at]) = (Some((low, high)), true);
-    }
-    let one = |(i, variable): (usize, &Variable)| {
-        let range = given[i].or(variable.range);
-        match (varies[i], range, variable.default) {
-            (true, Some(range), _) => Ok(range),
-            (_, _, Some(value)) => Ok((value, value)),
-            (_, Some(range), None) => Ok(range),
-            (_, None, None) => Err(Error::input(format!("'{}' has neither range nor default", variable.name))
-                .in_file(&args.machine)
-                .at_key(format!("variables.{}", variable.name))
-                .help(format!("state its range: --range {}=\"LOW .. HIGH\"", variable.name))),
-        }
-    };
-    variables.iter().enumerate().map(one).collect()
-}
-
-fn text(model: &ReducedModel, record: &Record) -> String {
+fn text(model: &ReducedModel, record: &MadeRecord) -> String {
     let made: &Made = &model.made;
     let mut text = format!("{}\n\n", model.machine.name);
     let mut varied = record.varied.clone();

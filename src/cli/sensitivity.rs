@@ -3,16 +3,14 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use serde_json::{Map, Value, json};
-
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
 use super::spread::Draws;
 use super::text::table;
 use crate::error::{Error, Result};
 use crate::foundation::numbers::significant;
-use crate::solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, Target, UNEVEN};
-use crate::units::{Celsius, Kelvin};
+use crate::pipeline::sensitivity::{Row, Sensitivities};
+use crate::solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, UNEVEN};
 
 /// Derivatives of readings with respect to conditions and numbers of the machine file
 #[derive(Debug, clap::Args)]
@@ -48,14 +46,6 @@ pub struct Args {
     full: bool,
 }
 
-/// One target with its name, value and derivatives.
-struct Row {
-    target: Target,
-    name: String,
-    value: f64,
-    is_absolute: bool,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -74,19 +64,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
     let study = Study::read(&args.machine, &sets, args.cells)?;
     let condition = args.condition.condition(&study.model.machine)?;
-    let parameters = if args.to.is_empty() {
-        study.usual_parameters()
-    } else {
-        args.to.iter().map(|name| study.parameter(name)).collect::<Result<Vec<_>>>()?
-    };
-    let at = study.at(&condition)?;
-    let targets = if args.sensor.is_empty() {
-        study.sensors()
-    } else {
-        args.sensor.iter().map(|name| at.target(name)).collect::<Result<Vec<_>>>()?
-    };
-    let found = at.jacobian(&targets, &parameters)?;
-    let rows: Vec<Row> = targets.iter().map(|target| row(&at, *target)).collect();
+    let all = Sensitivities::of(&study, &condition, &args.sensor, &args.to)?;
+    let Sensitivities { at, rows, parameters, found } = &all;
     for (parameter, (idle, uneven)) in parameters.iter().zip(found.idle.iter().zip(&found.uneven)) {
         if *idle {
             out.note(&format!("note: nothing depends on '{}' at this condition", parameter.name));
@@ -98,78 +77,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
     }
     let seconds = start.elapsed().as_secs_f64();
-    out.report(&text(&at, &rows, &parameters, &found, args.top, seconds), &to_json(&at, &rows, &parameters, &found, seconds));
+    out.report(&text(at, rows, parameters, found, args.top, seconds), &all.record(seconds));
     Ok(0)
-}
-
-fn row(at: &Derivatives<'_>, target: Target) -> Row {
-    let (model, state) = (&at.study.model, &at.state);
-    match target {
-        Target::Sensor(s) => {
-            let value = model.network.measurands[s].shown(model.network.sensors[s].read(&state.solution.temperatures, &state.load));
-            Row { target, name: model.network.sensor_names[s].clone(), value, is_absolute: true }
-        }
-        Target::Outlet(s) => {
-            let stream = &model.network.streams[s];
-            let value = Celsius::from(Kelvin(state.solution.temperatures[stream.outlet() as usize])).0;
-            Row { target, name: format!("outlet of {}", stream.name), value, is_absolute: true }
-        }
-        Target::Limit(l) => {
-            let limit = &model.limits(state)[l];
-            let value = limit.shown(limit.value);
-            Row { target, name: format!("limit {}", limit.name), value, is_absolute: limit.is_absolute }
-        }
-    }
-}
-
-fn kind(parameter: &Parameter) -> &'static str {
-    match parameter.kind {
-        Kind::Condition => "condition",
-        Kind::Quantity => "quantity",
-        Kind::Factor => "factor",
-        Kind::Offset => "offset",
-    }
-}
-
-fn to_json(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Jacobian, seconds: f64) -> Value {
-    let described: Map<String, Value> = parameters
-        .iter()
-        .zip(found.idle.iter().zip(&found.uneven))
-        .map(|(p, (idle, uneven))| {
-            let value = at.value_of(p);
-            let entry = json!({
-                "kind": kind(p),
-                "value": p.shown(value),
-                "unit": p.unit,
-                "value_SI": value,
-                "idle": idle,
-                "at_a_kink": *uneven > UNEVEN,
-            });
-            (p.name.clone(), entry)
-        })
-        .collect();
-    let of_row = |(row, slopes): (&Row, &Vec<f64>)| {
-        let slopes: Map<String, Value> = parameters
-            .iter()
-            .zip(slopes)
-            .map(|(p, slope)| {
-                let entry = json!({
-                    "K_per_unit": p.per_unit(*slope),
-                    "K_per_SI_unit": slope,
-                    "K_per_percent": p.per_percent(*slope, at.value_of(p)),
-                });
-                (p.name.clone(), entry)
-            })
-            .collect();
-        let what = match row.target {
-            Target::Sensor(_) => "sensor",
-            Target::Outlet(_) => "outlet",
-            Target::Limit(_) => "limit",
-        };
-        (row.name.clone(), json!({ "is": what, if row.is_absolute { "degC" } else { "K" }: row.value, "slopes": slopes }))
-    };
-    let readings: Map<String, Value> = rows.iter().zip(&found.slopes).map(of_row).collect();
-    json!({ "readings": readings, "parameters": described, "unknowns": at.study.model.network.nodes, "seconds": { "total": seconds } })
 }
 
 fn text(at: &Derivatives<'_>, rows: &[Row], parameters: &[Parameter], found: &Jacobian, top: usize, seconds: f64) -> String {

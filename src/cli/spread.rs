@@ -8,12 +8,12 @@ use serde::Serialize;
 
 use super::condition::ConditionArgs;
 use super::output::Output;
-use super::reduced;
 use super::text::table;
 use crate::discretise::network::Network;
 use crate::error::{Error, Result};
 use crate::foundation::document::suggestion;
 use crate::foundation::numbers::significant;
+use crate::pipeline::reduced::place;
 use crate::reduce::{ReducedModel, Slopes};
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::sensitivity::OpenParameter;
@@ -71,7 +71,7 @@ enum Spread {
 /// The file is damaged, the condition is bad or states a parameter, no steady state is found, or there is nothing to draw.
 pub fn run(path: &Path, bytes: &[u8], condition: &ConditionArgs, (draws, sensors): (Draws, &[String]), out: Output) -> Result<u8> {
     let model = ReducedModel::from_bytes(bytes).map_err(|e| e.in_file(path))?;
-    let (condition, parameters) = reduced::place(&model, condition)?;
+    let (condition, parameters) = place(&model, condition.values()?)?;
     if !parameters.is_empty() {
         let error = Error::input("slopes and draws are about the file's values of all parameters").at_key("--at");
         return Err(error.help("state variables alone"));

@@ -36,6 +36,8 @@ pub enum Target {
     Json,
     /// A source file and a header in C99, which compile as C++ too.
     C99,
+    /// The same in single precision.
+    C99Single,
     /// A function file for Octave and MATLAB.
     Octave,
     /// A page with sliders, in one file.
@@ -53,7 +55,7 @@ pub enum Target {
 }
 
 impl Target {
-    /// Every target, in the order in which they are listed for users.
+    /// Every target but those in another precision, in the order in which they are listed for users.
     pub const ALL: [Self; 9] =
         [Self::C99, Self::Fmu2, Self::Fmu3, Self::Html, Self::Json, Self::Modelica, Self::Octave, Self::Onnx, Self::St];
 
@@ -62,7 +64,7 @@ impl Target {
     pub fn key(self) -> &'static str {
         match self {
             Self::Json => "json",
-            Self::C99 => "c99",
+            Self::C99 | Self::C99Single => "c99",
             Self::Octave => "octave",
             Self::Html => "html",
             Self::Onnx => "onnx",
@@ -99,12 +101,15 @@ pub enum ExportError {
     Name(String),
     /// The files do not fit into an archive; says why.
     Archive(String),
+    /// Numbers of the surrogate are too large for single precision.
+    Single,
 }
 
 impl std::fmt::Display for ExportError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Name(name) => write!(f, "no identifier can be made of the name '{name}': it has no letter from a to z and no digit"),
+            Self::Single => write!(f, "numbers of this surrogate are too large for single precision"),
             Self::Archive(reason) => write!(f, "the files do not fit into an archive: {reason}"),
         }
     }
@@ -123,6 +128,7 @@ pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<V
     Ok(match target {
         Target::Json => vec![File::new(format!("{identifier}.json"), json::write(surrogate, &content).into_bytes())],
         Target::C99 => c99::write(&content, &identifier),
+        Target::C99Single => c99::write_single(surrogate, &content, &identifier)?,
         Target::Octave => octave::write(&content, &identifier),
         Target::Html => html::write(surrogate, &content, &identifier),
         Target::Onnx => onnx::write(surrogate, &content, &identifier),

@@ -40,7 +40,7 @@ impl Filling {
             ("multiquadric", has_kernel(Kernel::Multiquadric)),
             ("gaussian", has_kernel(Kernel::Gaussian)),
             ("ln", has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
-            ("finite", has_limits || has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
+            ("finite", has_limits || content.in_time.is_some() || has_kernel(Kernel::ThinPlate) || has_transform(Transform::Log)),
             ("exp", has_limits || has_kernel(Kernel::Gaussian)),
             ("widths", has_limits || is_uncertain),
         ] {

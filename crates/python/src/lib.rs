@@ -5,6 +5,7 @@
 
 mod errors;
 mod pipeline;
+mod reduced;
 mod surrogate;
 mod table;
 mod work;
@@ -17,6 +18,7 @@ fn _coldplate(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     module.add_class::<surrogate::Surrogate>()?;
     module.add_class::<pipeline::Machine>()?;
+    module.add_class::<reduced::Reduced>()?;
     module.add_function(wrap_pyfunction!(pipeline::sweep, module)?)?;
     module.add_function(wrap_pyfunction!(pipeline::fit, module)?)?;
     module.add_function(wrap_pyfunction!(pipeline::identify, module)?)?;

@@ -1,20 +1,24 @@
 //! From machine file to diagnosis: each function is a command, and gives what its JSON says.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use coldplate::cli::measured;
 use coldplate::evidence::diagnose::Problem as Diagnosed;
 use coldplate::evidence::identify::{Free, IdentifyOptions, Problem as Identified, identify_and_learn, write_machine};
 use coldplate::explore::schedule::{Schedule, ScheduleOptions};
-use coldplate::explore::simulate::{self, SimulateOptions, Start, Subject};
+use coldplate::explore::simulate::record::HistoryRecord;
+use coldplate::explore::simulate::{self, History, SimulateOptions, Start, Subject};
 use coldplate::figures::chart::output::to_svg_string;
 use coldplate::foundation::atomic_file;
 use coldplate::foundation::table::Table;
 use coldplate::pipeline::diagnosis::examine;
 use coldplate::pipeline::fitting::{self, FitRecord};
 use coldplate::pipeline::info::Info;
+use coldplate::pipeline::reduced::{self, MadeRecord};
+use coldplate::pipeline::sensitivity::Sensitivities;
 use coldplate::pipeline::{adaptive, course};
+use coldplate::reduce::{Settings, reduce};
 use coldplate::units::{Dimension, parse};
 use coldplate::{FitOptions, MeshedMachine, Progress, Study, Sweep, SweepOptions};
 use pyo3::prelude::*;
@@ -24,7 +28,14 @@ use crate::table::{Columns, Given, given, taken};
 use crate::work;
 
 /// Names and values with units.
-type Pairs = Vec<(String, String)>;
+pub type Pairs = Vec<(String, String)>;
+
+/// Of a reduced model: whether open parameters vary, whether it keeps its field, most conditions solved in full, histories, seed.
+type Reduction = (bool, bool, usize, usize, u64);
+
+fn borrowed(pairs: &Pairs) -> Vec<(&str, &str)> {
+    pairs.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect()
+}
 
 /// A machine file, read and checked.
 #[pyclass(frozen, module = "coldplate._coldplate")]
@@ -64,8 +75,7 @@ impl Machine {
     fn solve(&self, py: Python<'_>, condition: Pairs, cells: Option<usize>, progress: Option<&Bound<'_, PyAny>>) -> PyResult<String> {
         let record = work::run(py, progress, |heard| {
             let began = Instant::now();
-            let given: Vec<(&str, &str)> = condition.iter().map(|(name, value)| (name.as_str(), value.as_str())).collect();
-            let condition = self.machine.condition(&given)?;
+            let condition = self.machine.condition(&borrowed(&condition))?;
             heard.at("meshing");
             let model = MeshedMachine::new(self.machine.clone(), cells)?;
             let solver = model.solver_heard(&condition, heard)?;
@@ -75,6 +85,60 @@ impl Machine {
             Ok(record)
         })?;
         json(py, &record)
+    }
+
+    /// What readings owe to variables and numbers of the file at a condition, as JSON.
+    #[pyo3(signature = (condition, by, readings, cells, progress))]
+    fn sensitivity(
+        &self,
+        py: Python<'_>,
+        condition: Pairs,
+        by: Vec<String>,
+        readings: Vec<String>,
+        cells: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<String> {
+        let record = work::run(py, progress, |heard| {
+            let began = Instant::now();
+            heard.at("meshing");
+            let study = Study::read(&self.path, &self.sets, cells)?;
+            let condition = study.model.machine.condition(&borrowed(&condition))?;
+            heard.at("solving");
+            Ok(Sensitivities::of(&study, &condition, &readings, &by)?.record(began.elapsed().as_secs_f64()))
+        })?;
+        json(py, &record)
+    }
+
+    /// A reduced model: the bytes of its file, and how it was made as JSON.
+    #[pyo3(signature = (accuracy, vary, ranges, settings, cells, progress))]
+    #[allow(clippy::too_many_arguments)]
+    fn reduce(
+        &self,
+        py: Python<'_>,
+        accuracy: &str,
+        vary: Option<&str>,
+        ranges: Pairs,
+        settings: Reduction,
+        cells: Option<usize>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<(Vec<u8>, String)> {
+        let (bytes, record) = work::run(py, progress, |heard| {
+            let kelvin = parse(accuracy, Dimension::DIFFERENCE).map_err(|e| e.at_key("accuracy"))?;
+            if kelvin.is_nan() || kelvin <= 0.0 {
+                let error = coldplate::Error::input("an accuracy is above zero").at_key("accuracy").read(accuracy);
+                return Err(error.help("write for example accuracy=\"0.001 K\""));
+            }
+            heard.at("meshing");
+            let study = Study::read(&self.path, &self.sets, cells)?;
+            let (with_parameters, with_field, most, histories, seed) = settings;
+            let ranges = reduced::ranges(&study.model.machine.variables, vary, &ranges).map_err(|e| e.in_file(&self.path))?;
+            let settings = Settings { accuracy: kelvin, ranges, with_parameters, most, histories, with_field, seed };
+            let model = reduce(&study, &settings, heard)?;
+            let bytes = model.to_bytes(study.document())?;
+            let record = MadeRecord::of(&model, String::new(), bytes.len(), kelvin);
+            Ok((bytes, record))
+        })?;
+        Ok((bytes, json(py, &record)?))
     }
 
     /// A simulation through a schedule: its record as JSON, the readings over time, and a figure.
@@ -93,15 +157,7 @@ impl Machine {
     ) -> PyResult<(String, Given<'py>, String)> {
         let (record, table, figure) = work::run(py, progress, |heard| {
             let began = Instant::now();
-            let options = SimulateOptions {
-                start: match start.trim() {
-                    "steady" => Start::Steady,
-                    text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| e.at_key("start"))?),
-                },
-                within: parse(within, Dimension::DIFFERENCE).map_err(|e| e.at_key("within"))?,
-                every: every.map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("every"))).transpose()?,
-                ..SimulateOptions::default()
-            };
+            let options = simulated(start, within, every)?;
             let rows = ScheduleOptions { hold: false, repeat: 1, until: None };
             let read = Schedule::read(&schedule, &self.machine, &condition, rows)?;
             heard.at("meshing");
@@ -110,13 +166,35 @@ impl Machine {
             let history = simulate::run(&model, &read, &options, &mut |seen| {
                 heard.count((1e3 * (seen.state.time - read.start()) / whole) as usize, 1000, "thousandths of the time");
             })?;
-            let subject = Subject::from(&model);
-            let figure = course::figure(&subject, &history, vec![format!("schedule: {}", schedule.display())]);
-            let record = history.record(&subject, began.elapsed().as_secs_f64());
-            Ok((record, history.table(&subject)?, to_svg_string(&figure)?))
+            told_of(&Subject::from(&model), &history, &schedule, began)
         })?;
         Ok((json(py, &record)?, given(py, table), figure))
     }
+}
+
+/// How a simulation is asked for.
+pub fn simulated(start: &str, within: &str, every: Option<&str>) -> coldplate::Result<SimulateOptions> {
+    Ok(SimulateOptions {
+        start: match start.trim() {
+            "steady" => Start::Steady,
+            text => Start::Uniform(parse(text, Dimension::TEMPERATURE).map_err(|e| e.at_key("start"))?),
+        },
+        within: parse(within, Dimension::DIFFERENCE).map_err(|e| e.at_key("within"))?,
+        every: every.map(|text| parse(text, Dimension::TIME).map_err(|e| e.at_key("every"))).transpose()?,
+        ..SimulateOptions::default()
+    })
+}
+
+/// A history as its record, its table and its figure.
+pub fn told_of(
+    subject: &Subject<'_>,
+    history: &History,
+    schedule: &Path,
+    began: Instant,
+) -> coldplate::Result<(HistoryRecord, Table, String)> {
+    let figure = course::figure(subject, history, vec![format!("schedule: {}", schedule.display())]);
+    let record = history.record(subject, began.elapsed().as_secs_f64());
+    Ok((record, history.table(subject)?, to_svg_string(&figure)?))
 }
 
 /// The conditions of a sweep file, solved into a folder or taken from its journal: the record as JSON, and the table.

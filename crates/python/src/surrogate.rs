@@ -9,12 +9,12 @@ use coldplate::surrogate::fit::file;
 use coldplate::surrogate::verdict::instruments::Instruments;
 use coldplate::surrogate::verdict::question::Question;
 use coldplate::surrogate::verdict::{stated, update};
-use coldplate::units::{Dimension, parse};
+use coldplate::units::{self, parse};
 use coldplate_export::{Target, export};
 use coldplate_runtime::format::MAX_STATES;
 use coldplate_runtime::{Acceptability, Band, Room, ShapeError, State, StepError, Surrogate as Opened};
-use numpy::ndarray::{Array2, Array3};
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::ndarray::{Array2, Array3, Dimension};
+use numpy::{Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pulp::{Arch, Simd, WithSimd};
 use pyo3::prelude::*;
 use rayon::prelude::*;
@@ -169,19 +169,21 @@ impl Surrogate {
         Ok((values.into_pyarray(py), moved.numbers().to_vec()))
     }
 
-    /// Values (n, points) at conditions (n, variables).
+    /// Values (n, points) at conditions (n, variables). numpy takes the memory: it asks the system for large pages.
     fn evaluate<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (x, n, variables) = self.rows(py, &x)?;
         let (opened, points) = (self.opened(), self.opened().point_count());
-        let mut values = Array2::zeros((n, points));
-        if let Some(values) = values.as_slice_mut() {
+        let found = PyArray2::zeros(py, [n, points], false);
+        let mut places = found.try_readwrite().map_err(|e| wrong(py, e.to_string()))?;
+        if let Ok(values) = places.as_slice_mut() {
             py.detach(|| {
                 let (pieces, arch) = (values.par_chunks_mut(PIECE * points).zip(x.par_chunks(PIECE * variables)), Arch::new());
                 pieces.try_for_each_init(Box::<Room>::default, |room, (values, x)| arch.dispatch(Batch { opened, x, values, room }))
             })
             .map_err(|e| wrong(py, e.to_string()))?;
         }
-        Ok(values.into_pyarray(py))
+        drop(places);
+        Ok(found)
     }
 
     /// Derivatives (n, points, variables) at conditions (n, variables).
@@ -215,23 +217,38 @@ impl Surrogate {
             .detach(|| x.par_chunks(PIECE * variables).map(|x| Found::at(opened, x, confidence)).collect::<Result<_, _>>())
             .map_err(|e: ShapeError| wrong(py, e.to_string()))?;
         let table = |columns: usize, of: fn(&Found) -> &[f64]| {
-            let all: Vec<f64> = found.iter().flat_map(of).copied().collect();
-            Array2::from_shape_vec((n, columns), all).map_err(|e| wrong(py, e.to_string()))
+            let table = PyArray2::zeros(py, [n, columns], false);
+            joined(py, &table, columns, &found, of)?;
+            Ok::<_, PyErr>(table)
         };
-        Ok((
-            table(points, |own| &own.values)?.into_pyarray(py),
-            table(points, |own| &own.half_widths)?.into_pyarray(py),
-            found.iter().flat_map(|own| &own.verdicts).copied().collect::<Vec<_>>().into_pyarray(py),
-            found.iter().flat_map(|own| &own.probabilities).copied().collect::<Vec<_>>().into_pyarray(py),
-            table(limits, |own| &own.margins)?.into_pyarray(py),
-            found.iter().flat_map(|own| &own.inside).copied().collect::<Vec<_>>().into_pyarray(py),
-        ))
+        let (values, half_widths) = (table(points, |own| &own.values)?, table(points, |own| &own.half_widths)?);
+        let (verdicts, probabilities, inside) =
+            (PyArray1::zeros(py, n, false), PyArray1::zeros(py, n, false), PyArray1::from_vec(py, vec![false; n]));
+        joined(py, &verdicts, 1, &found, |own| &own.verdicts)?;
+        joined(py, &probabilities, 1, &found, |own| &own.probabilities)?;
+        joined(py, &inside, 1, &found, |own| &own.inside)?;
+        Ok((values, half_widths, verdicts, probabilities, table(limits, |own| &own.margins)?, inside))
     }
+}
+
+/// Puts what was found in pieces into one array, a row of so many columns for each condition.
+fn joined<T: Element + Copy + Send + Sync, D: Dimension>(
+    py: Python<'_>,
+    array: &Bound<'_, PyArray<T, D>>,
+    columns: usize,
+    found: &[Found],
+    of: fn(&Found) -> &[T],
+) -> PyResult<()> {
+    let mut places = array.try_readwrite().map_err(|e| wrong(py, e.to_string()))?;
+    if let (Ok(places), true) = (places.as_slice_mut(), columns > 0) {
+        py.detach(|| places.par_chunks_mut(PIECE * columns).zip(found).for_each(|(to, own)| to.copy_from_slice(of(own))));
+    }
+    Ok(())
 }
 
 /// A standard deviation of readings, K.
 fn deviation(text: &str) -> coldplate::Result<f64> {
-    let kelvin = parse(text, Dimension::DIFFERENCE).map_err(|e| e.at_key("noise"))?;
+    let kelvin = parse(text, units::Dimension::DIFFERENCE).map_err(|e| e.at_key("noise"))?;
     if kelvin > 0.0 {
         return Ok(kelvin);
     }

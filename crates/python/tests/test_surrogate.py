@@ -172,3 +172,35 @@ def test_an_update_is_that_of_the_command_line(tmp_path):
             before.update(readings, noise=noise)
     with pytest.raises(InputError, match="none.csv"):
         before.update("none.csv")
+
+
+def test_strange_conditions_are_refused_or_answered_with_no_number():
+    plate = Surrogate.read("crates/runtime/fixtures/uncertain.cps")
+    for wrong in [[], 5.0, np.zeros((2, 2, 3)), np.ones((1, 3), complex)]:
+        with pytest.raises(InputError):
+            plate(wrong)
+    assert plate(np.zeros((0, 3))).shape == (0, 2) and plate.answers(np.zeros((0, 3))).margins.shape == (0, 4)
+    assert plate.gradient(np.zeros((0, 3))).shape == (0, 2, 3)
+    x = np.arange(60.0).reshape(10, 6) + 1.0
+    for other in [np.asfortranarray(x[:, :3]), x[::-2, ::2], np.broadcast_to([8.0, 20.0, 21.0], (4, 3)), x[:, :3].astype(np.float32)]:
+        np.testing.assert_array_equal(plate(other), plate(np.array(other, dtype=float, order="C")))
+    with np.errstate(all="raise"):
+        far = plate.answers([[np.nan, 20, 21], [np.inf, 1, 1], [0, 0, 0], [-1e308, 1e308, 0]])
+    assert np.isnan(far.values[0]).all() and not far.inside.any() and set(far.verdicts) == {"uncertain"}
+    moving = Surrogate.read("crates/runtime/fixtures/moving.cps")
+    with pytest.raises(InputError, match="without steps"):
+        moving.follow([], np.zeros((0, 4)))
+    assert moving.follow([], np.zeros((0, 4)), start=20.0).values.shape == (0, 3)
+
+
+def test_damaged_files_are_refused():
+    whole = Surrogate.read("crates/runtime/fixtures/uncertain.cps").content
+    random = np.random.default_rng(1)
+    for damaged in [b"", *(whole[:length] for length in (1, 10, 100, len(whole) // 2, len(whole) - 1)), whole + b"\0"]:
+        with pytest.raises(InputError):
+            Surrogate(damaged)
+    for place in random.integers(len(whole), size=200):
+        damaged = bytearray(whole)
+        damaged[place] ^= 1 << random.integers(8)
+        with pytest.raises(InputError):
+            Surrogate(bytes(damaged))

@@ -4,9 +4,9 @@
 //! registers are full whatever the number of points. The order of additions is that of [`Surrogate::evaluate`], so that the values
 //! are the same to the last bit.
 
-use crate::evaluate::{BLOCK, POWERS, Scaled, ShapeError, check, kernel_values};
+use crate::evaluate::{BLOCK, POWERS, ShapeError, TRANSFORMS, check, kernel_values};
 use crate::format::MAX_VARIABLES;
-use crate::surrogate::{Basis, Polynomial, Surrogate};
+use crate::surrogate::{Basis, Polynomial, Scaling, Surrogate};
 
 /// Conditions that go side by side.
 const LANES: usize = 8;
@@ -61,16 +61,28 @@ impl Surrogate<'_> {
         Ok(())
     }
 
+    /// The scaled variables of eight conditions under each transform that some model uses.
+    #[inline(always)]
+    fn scale_eight(&self, x: &[f64], variables: usize) -> [[Lane; MAX_VARIABLES]; 3] {
+        let mut scaled = [[[0.0; LANES]; MAX_VARIABLES]; 3];
+        for (transform, (scaled, scaling)) in TRANSFORMS.into_iter().zip(scaled.iter_mut().zip(&self.scaling)) {
+            for (v, (u, scaling)) in scaled.iter_mut().zip(scaling).enumerate().take(variables) {
+                let Some(Scaling { low, factor, offset }) = scaling else { continue };
+                for (u, x) in u.iter_mut().zip(x.iter().skip(v).step_by(variables)) {
+                    *u = transform.apply(*x);
+                }
+                for u in u {
+                    *u = (*u - low) * factor + offset;
+                }
+            }
+        }
+        scaled
+    }
+
     #[inline(always)]
     fn evaluate_eight(&self, x: &[f64], values: &mut [f64], room: &mut Room) {
         let (variables, points) = (self.variables.len(), self.points.len());
-        let mut scaled = [[[0.0; LANES]; MAX_VARIABLES]; 3];
-        for (lane, x) in x.chunks_exact(variables).enumerate() {
-            let of: [Scaled; 3] = self.scale(x);
-            for (scaled, of) in scaled.iter_mut().zip(&of) {
-                scaled.iter_mut().zip(of).for_each(|(u, value)| u[lane % LANES] = *value);
-            }
-        }
+        let scaled = self.scale_eight(x, variables);
         values.fill(0.0);
         for polynomial in self.polynomials() {
             let u = picked(polynomial.transforms, &scaled);
@@ -81,9 +93,9 @@ impl Surrogate<'_> {
                 let count = BLOCK.min(polynomial.terms - done);
                 let exponents = polynomial.exponents.get(done * bytes..).unwrap_or(&[]);
                 for (bytes, factor) in exponents.chunks_exact(bytes).zip(&mut room.factors[..count]) {
-                    let mut product = [1.0; LANES];
-                    for (byte, table) in bytes.iter().zip(&room.products) {
-                        let entry = &table[usize::from(*byte)];
+                    let mut entries = bytes.iter().zip(&room.products).map(|(byte, table)| &table[usize::from(*byte)]);
+                    let mut product = *entries.next().unwrap_or(&[1.0; LANES]);
+                    for entry in entries {
                         for k in 0..LANES {
                             product[k] *= entry[k];
                         }
@@ -125,17 +137,19 @@ fn products(polynomial: &Polynomial<'_>, u: &[Lane; MAX_VARIABLES], pairs: usize
     for (pair, table) in u.as_chunks::<2>().0.iter().zip(tables).take(pairs) {
         let mut powers = [[1.0; LANES]; POWERS];
         for e in 1..=degree {
+            powers[e] = powers[e - 1];
             for k in 0..LANES {
-                powers[e][k] = powers[e - 1][k] * pair[0][k];
+                powers[e][k] *= pair[0][k];
             }
         }
         let mut odd_power = [1.0; LANES];
         for odd in 0..=degree {
             for even in 0..=degree - odd {
-                let entry = &mut table[odd * POWERS + even];
+                let mut entry = powers[even];
                 for k in 0..LANES {
-                    entry[k] = powers[even][k] * odd_power[k];
+                    entry[k] *= odd_power[k];
                 }
+                table[odd * POWERS + even] = entry;
             }
             for k in 0..LANES {
                 odd_power[k] *= pair[1][k];
@@ -147,16 +161,16 @@ fn products(polynomial: &Polynomial<'_>, u: &[Lane; MAX_VARIABLES], pairs: usize
 /// The kernels of the centres from `start`, as many as there are places.
 #[inline(always)]
 fn kernels(basis: &Basis<'_>, u: &[Lane], start: usize, factors: &mut [Lane]) {
-    factors.fill([0.0; LANES]);
-    for (v, (u, scale)) in u.iter().zip(basis.scales.iter()).enumerate() {
-        let coordinates = basis.centres.0.get(v * basis.count + start..).unwrap_or(&[]);
-        for (factor, coordinate) in factors.iter_mut().zip(coordinates) {
-            let coordinate = f64::from_le_bytes(*coordinate);
+    for (centre, factor) in (start..).zip(factors.iter_mut()) {
+        let mut squares = [0.0; LANES];
+        for (v, (u, scale)) in u.iter().zip(basis.scales.iter()).enumerate() {
+            let coordinate = basis.centres.at(v * basis.count + centre);
             for k in 0..LANES {
                 let d = (u[k] - coordinate) * scale;
-                factor[k] += d * d;
+                squares[k] += d * d;
             }
         }
+        *factor = squares;
     }
     kernel_values(basis.kernel, factors.as_flattened_mut());
 }

@@ -19,17 +19,20 @@ impl<'a> Numbers<'a> {
     }
 
     /// Number `index`, if there is one.
+    #[inline(always)]
     #[must_use]
     pub fn get(self, index: usize) -> Option<f64> {
         self.0.get(index).map(|b| f64::from_le_bytes(*b))
     }
 
     /// All of them in order.
+    #[inline(always)]
     pub fn iter(self) -> impl ExactSizeIterator<Item = f64> + 'a {
         self.0.iter().map(|b| f64::from_le_bytes(*b))
     }
 
     /// Number `index`, which opening has checked to exist.
+    #[inline(always)]
     pub(crate) fn at(self, index: usize) -> f64 {
         self.get(index).unwrap_or(0.0)
     }

@@ -9,7 +9,7 @@ use core::fmt;
 use crate::belief::Known;
 use crate::bytes::Numbers;
 use crate::format::{MAX_DEGREE, MAX_VARIABLES};
-use crate::math::{exp_minus, ln, ln_normal, sqrt};
+use crate::math::{exp_minus, exp_minus_all, ln, ln_normal, sqrt};
 use crate::surrogate::{Basis, Indices, Kernel, Polynomial, Scaling, Surrogate, Transform};
 
 /// Terms or centres worked on at a time.
@@ -17,6 +17,9 @@ pub(crate) const BLOCK: usize = 128;
 /// Places for the powers 0 to 12 of a scaled variable: as many as four bits can name.
 pub(crate) const POWERS: usize = 16;
 const _: () = assert!(MAX_DEGREE < POWERS);
+
+/// In the order of their codes.
+pub(crate) const TRANSFORMS: [Transform; 3] = [Transform::Identity, Transform::Reciprocal, Transform::Log];
 
 pub(crate) type Scaled = [f64; MAX_VARIABLES];
 
@@ -45,6 +48,7 @@ pub(crate) fn check(argument: &'static str, expected: usize, found: usize) -> Re
 
 impl Transform {
     /// g(x)
+    #[inline(always)]
     pub(crate) fn apply(self, x: f64) -> f64 {
         match self {
             Self::Identity => x,
@@ -232,9 +236,7 @@ impl Surrogate<'_> {
     #[inline(always)]
     pub(crate) fn scale(&self, x: &[f64]) -> [Scaled; 3] {
         let mut scaled = [[0.0; MAX_VARIABLES]; 3];
-        for (transform, (scaled, scaling)) in
-            [Transform::Identity, Transform::Reciprocal, Transform::Log].into_iter().zip(scaled.iter_mut().zip(&self.scaling))
-        {
+        for (transform, (scaled, scaling)) in TRANSFORMS.into_iter().zip(scaled.iter_mut().zip(&self.scaling)) {
             for (x, (u, scaling)) in x.iter().zip(scaled.iter_mut().zip(scaling)) {
                 if let Some(Scaling { low, factor, offset }) = scaling {
                     *u = (transform.apply(*x) - low) * factor + offset;
@@ -369,7 +371,7 @@ pub(crate) fn kernel_values(kernel: Kernel, block: &mut [f64]) {
         Kernel::ThinPlate => block.iter_mut().for_each(|s| *s = 0.5 * *s * ln_normal(normal(*s))),
         Kernel::Cubic => block.iter_mut().for_each(|s| *s *= sqrt(*s)),
         Kernel::Multiquadric => block.iter_mut().for_each(|s| *s = sqrt(1.0 + *s)),
-        Kernel::Gaussian => block.iter_mut().for_each(|s| *s = exp_minus(*s)),
+        Kernel::Gaussian => exp_minus_all(block),
     }
 }
 

@@ -61,29 +61,55 @@ pub(crate) fn ln(x: f64) -> f64 {
     }
 }
 
+/// The Taylor series of exp, from its term of order 13 down to that of order 2, in pieces.
+const EXP: f64 = 1.0 / 6_227_020_800.0;
+const EXP_12: [f64; 4] = [1.0 / 479_001_600.0, 1.0 / 39_916_800.0, 1.0 / 3_628_800.0, 1.0 / 362_880.0];
+const EXP_8: [f64; 4] = [1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0];
+const EXP_4: [f64; 3] = [1.0 / 24.0, 1.0 / 6.0, 0.5];
+
 /// exp(-x) for x >= 0; zero beyond 708, where the result would leave the normal range.
 #[inline(always)]
 pub(crate) fn exp_minus(x: f64) -> f64 {
+    let (r, power) = exponent(x);
+    end_of_exp(horner(horner(EXP, r, EXP_12), r, EXP_8), r, power)
+}
+
+/// The same of many numbers, in their places. Each step of a series waits for the one before it, and a processor looks only so far
+/// ahead: it goes over the numbers in turns of few steps, so that it has several of them in hand.
+#[inline(always)]
+pub(crate) fn exp_minus_all(x: &mut [f64]) {
+    for x in x.chunks_mut(TURN) {
+        let (mut r, mut power) = ([0.0; TURN], [0.0; TURN]);
+        for (x, (r, power)) in x.iter_mut().zip(r.iter_mut().zip(&mut power)) {
+            (*r, *power) = exponent(*x);
+        }
+        x.iter_mut().zip(&r).for_each(|(series, r)| *series = horner(EXP, *r, EXP_12));
+        x.iter_mut().zip(&r).for_each(|(series, r)| *series = horner(*series, *r, EXP_8));
+        x.iter_mut().zip(r.iter().zip(&power)).for_each(|(series, (r, power))| *series = end_of_exp(*series, *r, *power));
+    }
+}
+
+/// Numbers that are gone over in turns.
+const TURN: usize = 64;
+
+/// -x = k ln 2 + r with |r| <= ln 2 / 2: r, and 2 to the power of k. The Taylor series of exp r to r^13 leaves 4e-18.
+#[inline(always)]
+fn exponent(x: f64) -> (f64, f64) {
     let clamped = if x > 708.0 { 708.0 } else { x };
-    // -x = k ln 2 + r with |r| <= ln 2 / 2; the Taylor series of exp r to r^13 leaves 4e-18.
     let shifted = ROUNDER - clamped * core::f64::consts::LOG2_E;
     let k = shifted - ROUNDER;
-    let r = (-clamped - k * LN2_HIGH) - k * LN2_LOW;
-    let mut series = 1.0 / 6_227_020_800.0;
-    series = series * r + 1.0 / 479_001_600.0;
-    series = series * r + 1.0 / 39_916_800.0;
-    series = series * r + 1.0 / 3_628_800.0;
-    series = series * r + 1.0 / 362_880.0;
-    series = series * r + 1.0 / 40_320.0;
-    series = series * r + 1.0 / 5_040.0;
-    series = series * r + 1.0 / 720.0;
-    series = series * r + 1.0 / 120.0;
-    series = series * r + 1.0 / 24.0;
-    series = series * r + 1.0 / 6.0;
-    series = series * r + 0.5;
-    let value = 1.0 + (r + r * r * series);
     let power = f64::from_bits((shifted.to_bits() << 52).wrapping_add(ONE));
-    if x > 708.0 { 0.0 } else { value * power }
+    ((-clamped - k * LN2_HIGH) - k * LN2_LOW, if x > 708.0 { 0.0 } else { power })
+}
+
+#[inline(always)]
+fn horner<const N: usize>(series: f64, r: f64, terms: [f64; N]) -> f64 {
+    terms.into_iter().fold(series, |series, term| series * r + term)
+}
+
+#[inline(always)]
+fn end_of_exp(series: f64, r: f64, power: f64) -> f64 {
+    (1.0 + (r + r * r * horner(series, r, EXP_4))) * power
 }
 
 /// sqrt x for x >= 0, zero and infinity included; anything else gives NaN or an unspecified number.

@@ -18,7 +18,7 @@ use crate::error::{Error, Result};
 
 /// A condition, or what is to make it acceptable.
 #[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a question, which is an object")]
 pub struct Question {
     /// Variables, held ones and parameters by name, as `"coolant_flow": "9.42 L/min"` or `"coolant_flow [L/min]": 9.42`.
     #[serde(default, deserialize_with = "given")]

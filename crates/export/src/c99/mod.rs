@@ -1,26 +1,50 @@
 //! One header and one source file in C99: the numbers as tables, and the runtime's arithmetic in the runtime's order.
 
+mod single;
+
 use std::fmt::Write as _;
 
-use crate::File;
+use coldplate_runtime::Surrogate;
+
 use crate::content::{Content, Point};
 use crate::name::{comment, distinct};
 use crate::template::{Filling, wrapped};
+use crate::{ExportError, File};
 
 const HEADER: &str = include_str!("surrogate.h");
 const SOURCE: &str = include_str!("surrogate.c");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
+    let [header, source] = filled(content, name, None);
+    vec![File::new(format!("{name}.h"), header.into_bytes()), File::new(format!("{name}.c"), source.into_bytes())]
+}
+
+/// The same in single precision, with what that costs.
+pub(crate) fn write_single(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Result<Vec<File>, ExportError> {
+    let errors = single::errors(surrogate, content).ok_or(ExportError::Single)?;
+    let largest = errors.iter().copied().fold(0.0, f64::max);
+    let [header, source] = filled(content, name, Some(&errors)).map(|text| single::narrowed(&text).into_bytes());
+    let mut source = File::new(format!("{name}.c"), source);
+    source.remark = Some(format!("values within {largest:.1e} of those in double precision"));
+    Ok(vec![File::new(format!("{name}.h"), header), source])
+}
+
+/// Header and source; `errors` are those of single precision.
+fn filled(content: &Content, name: &str, errors: Option<&[f64]>) -> [String; 2] {
     let mut filling = Filling::of(content);
+    filling.flag("single", errors.is_some());
     filling.block("head", head(content, name));
     filling.block("counts", counts(content, &name.to_uppercase()));
     filling.block("names", names(content, &name.to_uppercase()));
     filling.block("include", format!("#include \"{name}.h\"\n"));
-    filling.block("tables", Tables { name, text: String::new() }.of(content));
-    vec![
-        File::new(format!("{name}.h"), filling.fill(HEADER, name).into_bytes()),
-        File::new(format!("{name}.c"), filling.fill(SOURCE, name).into_bytes()),
-    ]
+    let mut tables = Tables { name, text: String::new() };
+    if let Some(errors) = errors {
+        tables.text.push_str("/* By how much values may be off in single precision. */\n");
+        tables.numbers("value_errors", errors.iter().copied());
+        tables.text.push('\n');
+    }
+    filling.block("tables", tables.of(content));
+    [filling.fill(HEADER, name), filling.fill(SOURCE, name)]
 }
 
 /// What the comment at the top of both files says.
@@ -80,7 +104,8 @@ impl Tables<'_> {
         let upper = self.name.to_uppercase();
         let name = self.name;
         let limits = !content.limits.is_empty();
-        for (what, count) in [("POLYNOMIALS", content.polynomials.len()), ("BASES", content.bases.len())] {
+        let models = [("POLYNOMIALS", content.polynomials.len()), ("BASES", content.bases.len())];
+        for (what, count) in models.into_iter().filter(|(what, count)| *count > 0 || *what == "POLYNOMIALS") {
             let _ = writeln!(self.text, "#define {upper}_{what} {count}");
         }
         self.text.push_str("\n/* Fitted ranges. */\n");

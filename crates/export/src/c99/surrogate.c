@@ -17,17 +17,40 @@
 //! tables
 
 /* Numbers smaller than this are not normal. */
+//? single
+#define SURROGATE_TINY 1.17549435e-38
+//? else
 #define SURROGATE_TINY 2.2250738585072014e-308
+//? end
 /* Half the width of the interval that holds 95 % of a normal distribution. */
 #define SURROGATE_NINETY_FIVE 1.959963984540054
+//? limits uncertain
 /* Probability with which a verdict is said where none is asked for. */
 #define SURROGATE_CONFIDENCE 0.95
+//? end
 /* Terms and centres are added up in blocks of this many. */
 #define SURROGATE_BLOCK 128
 /* Places for the powers 0 to 12 of a scaled variable. */
 #define SURROGATE_POWERS 13
+//? limits
 /* Limits whose dependence on each other is followed. */
 #define SURROGATE_MOST_LIMITS 8
+/* Correlation from which on two limits are of one quantity; probabilities that are alike; variances, shares of one and
+   probabilities that are as good as none. */
+//? single
+#define SURROGATE_SAME 0.99999
+#define SURROGATE_ALIKE 1e-6
+#define SURROGATE_FLAT 1e-6
+#define SURROGATE_NOTHING 1e-6
+#define SURROGATE_NEVER 1e-30
+//? else
+#define SURROGATE_SAME 0.999999999
+#define SURROGATE_ALIKE 1e-9
+#define SURROGATE_FLAT 1e-14
+#define SURROGATE_NOTHING 1e-12
+#define SURROGATE_NEVER 1e-300
+//? end
+//? end
 
 //? finite
 static int surrogate_is_finite(double x)
@@ -36,9 +59,19 @@ static int surrogate_is_finite(double x)
 }
 //? end
 
-/* ln 2 cut to 38 binary places, and the rest. */
+static int surrogate_is_place(int place, int count)
+{
+    return ((place >= 0) && (place < count)) ? 1 : 0;
+}
+
+/* ln 2 cut to few binary places, and the rest. */
+//? single
+#define SURROGATE_LN2_HIGH 0.693359375
+#define SURROGATE_LN2_LOW -2.1219444005469057e-4
+//? else
 #define SURROGATE_LN2_HIGH 0.6931471805582987
 #define SURROGATE_LN2_LOW 1.6465949582897082e-12
+//? end
 
 //? ln
 /* ln x for positive, normal, finite x: x = 2^k m, ln m = 2 atanh((m - 1)/(m + 1)). */
@@ -80,11 +113,18 @@ static double surrogate_ln(double x)
 //? end
 
 //? exp
-/* exp(-x) for x >= 0; zero beyond 708. */
+/* From where on exp(-x) is zero. */
+//? single
+#define SURROGATE_FAR 87.0
+//? else
+#define SURROGATE_FAR 708.0
+//? end
+
+/* exp(-x) for x >= 0. */
 static double surrogate_exp_minus(double x)
 {
     double result = 0.0;
-    if (!(x > 708.0)) {
+    if (!(x > SURROGATE_FAR)) {
         const double k = nearbyint(-(x * 1.4426950408889634));
         const double r = (-x - (k * SURROGATE_LN2_HIGH)) - (k * SURROGATE_LN2_LOW);
         double series = 1.0 / 6227020800.0;
@@ -413,12 +453,15 @@ static void surrogate_direct(const surrogate_here *here, int first, int second, 
             const int point = (end == 0) ? first : second;
             const double sign = (end == 0) ? 1.0 : -1.0;
             if (point >= 0) {
-                double slopes[SURROGATE_SLOPES] = {0.0};
+                double slopes[SURROGATE_SLOPES];
                 direction->state[end] = SURROGATE_PARAMETERS + point;
                 direction->sign[end] = sign;
                 direction->own[end] = surrogate_missed_own[point];
                 direction->fit[end] = surrogate_fit_variance(point);
                 direction->common = direction->common + (sign * surrogate_missed_common[point]);
+                for (k = 0; k < SURROGATE_SLOPES; k++) {
+                    slopes[k] = 0.0;
+                }
                 for (t = 0; t < SURROGATE_SLOPE_TERM_COUNT; t++) {
                     for (k = 0; k < SURROGATE_PARAMETERS; k++) {
                         slopes[k] = slopes[k] + (here->monomials[t] * surrogate_slope_table[(((point * SURROGATE_SLOPE_TERM_COUNT) + t) * SURROGATE_PARAMETERS) + k]);
@@ -489,9 +532,12 @@ static double surrogate_by_states(const surrogate_direction *a, const surrogate_
             towards = towards + (other * surrogate_known(state_b, state_a));
         }
 //? else
-        const int is_parameter = (i < SURROGATE_PARAMETERS) ? 1 : 0;
-        const int first = (is_parameter != 0) ? i : SURROGATE_PARAMETERS;
-        const int last = (is_parameter != 0) ? (i + 1) : to;
+        int first = SURROGATE_PARAMETERS;
+        int last = to;
+        if (i < SURROGATE_PARAMETERS) {
+            first = i;
+            last = i + 1;
+        }
         for (j = first; j < last; j++) {
             const double other = surrogate_weight(b, j, &state_b);
             if (state_a == state_b) {
@@ -596,7 +642,10 @@ static double surrogate_limited(int limit, const double x[SURROGATE_VARIABLES], 
             high = surrogate_greater(next, high);
             sum = sum + next;
         }
-        value = (surrogate_is_finite(sum) != 0) ? (high - low) : (sum - sum);
+        value = high - low;
+        if (surrogate_is_finite(sum) == 0) {
+            value = sum - sum;
+        }
     }
     return value;
 }
@@ -765,7 +814,7 @@ static double surrogate_density_of_two(double a, double b, double r, double left
 static double surrogate_missing(double a, double b, double r)
 {
     const double end = sqrt((1.0 - r) * (1.0 + r));
-    const double apart = (a > b) ? (a - b) : (b - a);
+    const double apart = surrogate_greater(a, b) - surrogate_lesser(a, b);
     double result = 0.0;
     int k;
     if ((apart <= (8.0 * end)) && (end > 0.0)) {
@@ -844,8 +893,10 @@ static double surrogate_three(const surrogate_breaking *own, double correlation[
         first = j;
         second = i;
         third = k;
+    } else {
+        /* as they stand */
     }
-    if (surrogate_size(correlation[second][third]) <= (1.0 - 1e-9)) {
+    if (surrogate_size(correlation[second][third]) <= SURROGATE_SAME) {
         const double a = own->bound[first];
         const double b = own->bound[second];
         const double c = own->bound[third];
@@ -860,7 +911,7 @@ static double surrogate_three(const surrogate_breaking *own, double correlation[
             double left_q;
             const double step_r = surrogate_turned(surrogate_rule[n][0] * to_b, &r, &left_r);
             const double step_q = surrogate_turned(surrogate_rule[n][0] * to_c, &q, &left_q);
-            const double left = surrogate_greater(((left_r - (q * q)) - (p * p)) + (((2.0 * p) * q) * r), 1e-14);
+            const double left = surrogate_greater(((left_r - (q * q)) - (p * p)) + (((2.0 * p) * q) * r), SURROGATE_FLAT);
             const double with_b = (((c * left_r) - ((q - (p * r)) * a)) - ((p - (q * r)) * b)) / sqrt(left_r * left);
             const double with_c = (((b * left_q) - ((r - (p * q)) * a)) - ((p - (q * r)) * c)) / sqrt(left_q * left);
             const double of_b = surrogate_density_of_two(a, b, r, left_r) * surrogate_probability_below(with_b);
@@ -883,15 +934,16 @@ static double surrogate_least_kept(const surrogate_breaking *own, double correla
     int round;
     int k;
     for (k = 0; k < SURROGATE_MOST_LIMITS; k++) {
-        is_in[k] = (k == 0) ? 1 : 0;
+        is_in[k] = 0;
         first[k] = 0;
         second[k] = -1;
     }
+    is_in[0] = 1;
     for (round = 1; round < count; round++) {
-        int next = -1;
+        int next = 0;
         double alone;
         for (k = 0; k < count; k++) {
-            if ((is_in[k] == 0) && ((next < 0) || (own->both[k][first[k]] > (own->both[next][first[next]] + 1e-9)))) {
+            if ((is_in[k] == 0) && ((is_in[next] != 0) || (own->both[k][first[k]] > (own->both[next][first[next]] + SURROGATE_ALIKE)))) {
                 next = k;
             }
         }
@@ -905,11 +957,13 @@ static double surrogate_least_kept(const surrogate_breaking *own, double correla
         kept = kept - surrogate_greater(alone, 0.0);
         is_in[next] = 1;
         for (k = 0; k < count; k++) {
-            if (own->both[k][next] > (own->both[k][first[k]] + 1e-9)) {
+            if (own->both[k][next] > (own->both[k][first[k]] + SURROGATE_ALIKE)) {
                 second[k] = first[k];
                 first[k] = next;
-            } else if ((second[k] < 0) || (own->both[k][next] > (own->both[k][second[k]] + 1e-9))) {
+            } else if ((second[k] < 0) || (own->both[k][next] > (own->both[k][second[k]] + SURROGATE_ALIKE))) {
                 second[k] = next;
+            } else {
+                /* nearer ones are known */
             }
         }
     }
@@ -935,18 +989,21 @@ static double surrogate_one_by_one(const surrogate_critical *limits, int count, 
         if ((same[i] == 0) && (none == 0)) {
             const double own = surrogate_probability_below(slack[i]);
             together = together * own;
-            if (own < 1e-300) {
+            if (own < SURROGATE_NEVER) {
                 none = 1;
             } else {
                 const double a = (0.3989422804014327 * surrogate_exp_minus((0.5 * slack[i]) * slack[i])) / own;
                 const double loss = (a > 0.0) ? (a * (a + slack[i])) : 0.0;
                 for (j = i + 1; j < count; j++) {
                     const double r = correlation[i][j];
-                    if (r > (1.0 - 1e-9)) {
+                    if (r > SURROGATE_SAME) {
                         same[j] = 1;
                     } else {
                         const double left = 1.0 - ((r * r) * loss);
-                        slack[j] = (left > 1e-12) ? ((slack[j] + (r * a)) / sqrt(left)) : (slack[j] + (r * a));
+                        slack[j] = slack[j] + (r * a);
+                        if (left > SURROGATE_NOTHING) {
+                            slack[j] = slack[j] / sqrt(left);
+                        }
                     }
                 }
                 for (j = i + 1; j < count; j++) {
@@ -954,7 +1011,7 @@ static double surrogate_one_by_one(const surrogate_critical *limits, int count, 
                         if (j != k) {
                             const double left_j = 1.0 - ((correlation[i][j] * correlation[i][j]) * loss);
                             const double left_k = 1.0 - ((correlation[i][k] * correlation[i][k]) * loss);
-                            const double scale = sqrt(surrogate_greater(left_j, 1e-12) * surrogate_greater(left_k, 1e-12));
+                            const double scale = sqrt(surrogate_greater(left_j, SURROGATE_NOTHING) * surrogate_greater(left_k, SURROGATE_NOTHING));
                             correlation[j][k] = surrogate_clamped((correlation[j][k] - ((correlation[i][j] * correlation[i][k]) * loss)) / scale, -1.0, 1.0);
                         }
                     }
@@ -1066,7 +1123,7 @@ static void surrogate_judge(const double x[SURROGATE_VARIABLES], double confiden
     if (is_number != 0) {
         /* What is as good as never broken depends on nothing. */
         int doubtful = 1;
-        while ((doubtful < count) && (worst[doubtful].broken > 1e-12)) {
+        while ((doubtful < count) && (worst[doubtful].broken > SURROGATE_NOTHING)) {
             doubtful = doubtful + 1;
         }
 //? uncertain
@@ -1176,7 +1233,7 @@ void surrogate_offset(const double x[SURROGATE_VARIABLES], double offsets[SURROG
 
 int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gradient[SURROGATE_VARIABLES])
 {
-    const int exists = ((point >= 0) && (point < SURROGATE_POINTS)) ? 1 : 0;
+    const int exists = surrogate_is_place(point, SURROGATE_POINTS);
     double u[SURROGATE_VARIABLES];
     double slopes[SURROGATE_VARIABLES];
     int model;
@@ -1322,7 +1379,6 @@ int surrogate_limit(int limit, const double x[SURROGATE_VARIABLES], const double
         if ((own->kind == 3) && (surrogate_is_finite(out->value) != 0)) {
             surrogate_spread_ends(own, values, &out->low, &out->high);
         }
-        out->state = SURROGATE_UNCERTAIN;
         if ((out->high <= out->maximum) && (out->low > -HUGE_VAL)) {
             out->state = SURROGATE_ACCEPTABLE;
         } else if (out->low > out->maximum) {
@@ -1414,17 +1470,12 @@ void surrogate_query(const double x[SURROGATE_VARIABLES], double values[SURROGAT
 #define SURROGATE_TIME_TOLERANCE 1e-4
 #define SURROGATE_SHORTEST 1e-6
 
-static int surrogate_is_number(double x)
-{
-    return ((x - x) == 0.0) ? 1 : 0;
-}
-
 static int surrogate_is_condition(const double x[SURROGATE_VARIABLES])
 {
     int v;
     int all = 1;
     for (v = 0; v < SURROGATE_VARIABLES; v++) {
-        if (surrogate_is_number(x[v]) == 0) {
+        if (surrogate_is_finite(x[v]) == 0) {
             all = 0;
         }
     }
@@ -1568,7 +1619,7 @@ int surrogate_at_rest(const double x[SURROGATE_VARIABLES], surrogate_state *stat
 int surrogate_at_temperature(double temperature, surrogate_state *state)
 {
     int result = -1;
-    if (surrogate_is_number(temperature) != 0) {
+    if (surrogate_is_finite(temperature) != 0) {
         int k;
         for (k = 0; k < SURROGATE_TIME_STATES; k++) {
             state->states[k] = surrogate_uniform[k] + (surrogate_uniform[SURROGATE_TIME_STATES + k] * temperature);
@@ -1579,7 +1630,8 @@ int surrogate_at_temperature(double temperature, surrogate_state *state)
     return result;
 }
 
-int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, surrogate_state *state)
+/* The states that readings tell, each with its share of the surprise. */
+static void surrogate_tell(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, double states[SURROGATE_TIME_STATES])
 {
     double covariance[SURROGATE_TIME_STATES][SURROGATE_TIME_STATES];
     double terms[SURROGATE_MOVING_TERMS];
@@ -1588,9 +1640,6 @@ int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double read
     int point;
     int i;
     int j;
-    if ((surrogate_is_condition(x) == 0) || (surrogate_is_number(deviation) == 0) || !(deviation > 0.0)) {
-        return -1;
-    }
     surrogate_evaluate(x, steady);
     surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
     for (i = 0; i < SURROGATE_TIME_STATES; i++) {
@@ -1605,31 +1654,40 @@ int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double read
         double gain[SURROGATE_TIME_STATES];
         double variance;
         double surprise;
-        if (surrogate_is_number(readings[point]) == 0) {
-            continue;
-        }
-        surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
-        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-            gain[i] = surrogate_dot(covariance[i], row);
-        }
-        variance = surrogate_dot(row, gain) + ((deviation * deviation) + (surrogate_time_errors[point] * surrogate_time_errors[point]));
-        surprise = (readings[point] - steady[point]) - surrogate_dot(row, away);
-        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-            away[i] = away[i] + ((gain[i] * surprise) / variance);
-            for (j = 0; j < SURROGATE_TIME_STATES; j++) {
-                covariance[i][j] = covariance[i][j] - ((gain[i] * gain[j]) / variance);
+        if (surrogate_is_finite(readings[point]) != 0) {
+            surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
+            for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+                gain[i] = surrogate_dot(covariance[i], row);
+            }
+            variance = surrogate_dot(row, gain) + ((deviation * deviation) + (surrogate_time_errors[point] * surrogate_time_errors[point]));
+            surprise = (readings[point] - steady[point]) - surrogate_dot(row, away);
+            for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+                away[i] = away[i] + ((gain[i] * surprise) / variance);
+                for (j = 0; j < SURROGATE_TIME_STATES; j++) {
+                    covariance[i][j] = covariance[i][j] - ((gain[i] * gain[j]) / variance);
+                }
             }
         }
     }
-    surrogate_steady_states(x, state->states);
-    state->length = 0.0;
+    surrogate_steady_states(x, states);
     for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-        state->states[i] = state->states[i] + away[i];
+        states[i] = states[i] + away[i];
     }
-    return 0;
 }
 
-int surrogate_step(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES])
+int surrogate_at_readings(const double x[SURROGATE_VARIABLES], const double readings[SURROGATE_POINTS], double deviation, surrogate_state *state)
+{
+    int result = -1;
+    if ((surrogate_is_condition(x) != 0) && (surrogate_is_finite(deviation) != 0) && (deviation > 0.0)) {
+        surrogate_tell(x, readings, deviation, state->states);
+        state->length = 0.0;
+        result = 0;
+    }
+    return result;
+}
+
+/* The states after a step, which is cut where its error asks for it. */
+static void surrogate_advance(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES])
 {
     const double first = 1.0 / SURROGATE_POLE;
     const double second = 0.5 / (SURROGATE_POLE * SURROGATE_POLE);
@@ -1645,9 +1703,6 @@ int surrogate_step(surrogate_state *state, double duration, const double x[SURRO
     double left = duration;
     double next;
     int k;
-    if ((surrogate_is_condition(x) == 0) || (surrogate_is_number(duration) == 0) || (duration < 0.0)) {
-        return -1;
-    }
     surrogate_steady_states(x, steady);
     surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
     for (k = 0; k < SURROGATE_TIME_STATES; k++) {
@@ -1655,10 +1710,13 @@ int surrogate_step(surrogate_state *state, double duration, const double x[SURRO
     }
     next = (state->length > 0.0) ? state->length : duration;
     while (left > 0.0) {
-        const int is_last = (next >= (left * (1.0 - 1e-9))) ? 1 : 0;
-        const double length = (is_last != 0) ? left : next;
+        double length = next;
         double error = 0.0;
-        double grown;
+        int is_last = 0;
+        if (next >= (left * (1.0 - 1e-9))) {
+            length = left;
+            is_last = 1;
+        }
         if (known != length) {
             surrogate_factorise(terms, length, &factors);
             known = length;
@@ -1674,20 +1732,34 @@ int surrogate_step(surrogate_state *state, double duration, const double x[SURRO
         error = SURROGATE_ESTIMATE * error;
         if ((error > SURROGATE_TIME_TOLERANCE) && (length > (SURROGATE_SHORTEST * duration))) {
             next = 0.5 * length;
-            continue;
+        } else {
+            double grown = length;
+            for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+                away[k] = ((first_weight * solves[0][k]) + (second_weight * solves[1][k])) + (third_weight * solves[2][k]);
+            }
+            left = left - length;
+            if (error < (0.05 * SURROGATE_TIME_TOLERANCE)) {
+                grown = 2.0 * length;
+            }
+            if ((is_last == 0) || (next <= grown)) {
+                next = grown;
+            }
         }
-        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
-            away[k] = ((first_weight * solves[0][k]) + (second_weight * solves[1][k])) + (third_weight * solves[2][k]);
-        }
-        left = (is_last != 0) ? 0.0 : (left - length);
-        grown = (error < (0.05 * SURROGATE_TIME_TOLERANCE)) ? (2.0 * length) : length;
-        next = ((is_last != 0) && (next > grown)) ? next : grown;
     }
     for (k = 0; k < SURROGATE_TIME_STATES; k++) {
         state->states[k] = steady[k] + away[k];
     }
     state->length = next;
-    return 0;
+}
+
+int surrogate_step(surrogate_state *state, double duration, const double x[SURROGATE_VARIABLES])
+{
+    int result = -1;
+    if ((surrogate_is_condition(x) != 0) && (surrogate_is_finite(duration) != 0) && (duration >= 0.0)) {
+        surrogate_advance(state, duration, x);
+        result = 0;
+    }
+    return result;
 }
 
 int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double values[SURROGATE_POINTS])
@@ -1698,20 +1770,21 @@ int surrogate_read(const surrogate_state *state, const double x[SURROGATE_VARIAB
     double row[SURROGATE_TIME_STATES];
     int point;
     int k;
-    if (surrogate_is_condition(x) == 0) {
-        return -1;
+    int result = -1;
+    if (surrogate_is_condition(x) != 0) {
+        surrogate_evaluate(x, values);
+        surrogate_steady_states(x, steady);
+        surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+            away[k] = state->states[k] - steady[k];
+        }
+        for (point = 0; point < SURROGATE_POINTS; point++) {
+            surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
+            values[point] = values[point] + surrogate_dot(row, away);
+        }
+        result = 0;
     }
-    surrogate_evaluate(x, values);
-    surrogate_steady_states(x, steady);
-    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
-    for (k = 0; k < SURROGATE_TIME_STATES; k++) {
-        away[k] = state->states[k] - steady[k];
-    }
-    for (point = 0; point < SURROGATE_POINTS; point++) {
-        surrogate_combine(terms, SURROGATE_MOVING_TERMS, &surrogate_outputs[point * SURROGATE_MOVING_TERMS * SURROGATE_TIME_STATES], row);
-        values[point] = values[point] + surrogate_dot(row, away);
-    }
-    return 0;
+    return result;
 }
 
 int surrogate_slopes(const surrogate_state *state, const double x[SURROGATE_VARIABLES], double slopes[SURROGATE_TIME_STATES])
@@ -1721,28 +1794,36 @@ int surrogate_slopes(const surrogate_state *state, const double x[SURROGATE_VARI
     int i;
     int k;
     int t;
-    if (surrogate_is_condition(x) == 0) {
-        return -1;
-    }
-    surrogate_steady_states(x, steady);
-    surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
-    for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-        slopes[i] = 0.0;
-    }
-    for (t = 0; t < SURROGATE_MOVING_TERMS; t++) {
-        for (k = 0; k < SURROGATE_TIME_STATES; k++) {
-            const double away = terms[t] * (state->states[k] - steady[k]);
-            for (i = 0; i < SURROGATE_TIME_STATES; i++) {
-                slopes[i] = slopes[i] - (away * surrogate_rates[(((t * SURROGATE_TIME_STATES) + k) * SURROGATE_TIME_STATES) + i]);
+    int result = -1;
+    if (surrogate_is_condition(x) != 0) {
+        surrogate_steady_states(x, steady);
+        surrogate_terms(x, surrogate_moving_scalings, surrogate_moving_exponents, SURROGATE_MOVING_TERMS, terms);
+        for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+            slopes[i] = 0.0;
+        }
+        for (t = 0; t < SURROGATE_MOVING_TERMS; t++) {
+            for (k = 0; k < SURROGATE_TIME_STATES; k++) {
+                const double away = terms[t] * (state->states[k] - steady[k]);
+                for (i = 0; i < SURROGATE_TIME_STATES; i++) {
+                    slopes[i] = slopes[i] - (away * surrogate_rates[(((t * SURROGATE_TIME_STATES) + k) * SURROGATE_TIME_STATES) + i]);
+                }
             }
         }
+        result = 0;
     }
-    return 0;
+    return result;
 }
 
 double surrogate_time_error(int point)
 {
-    return ((point >= 0) && (point < SURROGATE_POINTS)) ? surrogate_time_errors[point] : 0.0;
+    return (surrogate_is_place(point, SURROGATE_POINTS) != 0) ? surrogate_time_errors[point] : 0.0;
+}
+
+//? end
+//? single
+double surrogate_value_error(int point)
+{
+    return (surrogate_is_place(point, SURROGATE_POINTS) != 0) ? surrogate_value_errors[point] : 0.0;
 }
 
 //? end
@@ -1757,10 +1838,24 @@ int surrogate_self_test(void)
         surrogate_bands(&surrogate_test_conditions[test * SURROGATE_VARIABLES], values, bands);
         for (point = 0; point < SURROGATE_POINTS; point++) {
             const double expected = surrogate_test_values[(test * SURROGATE_POINTS) + point];
-            int close = (fabs(values[point] - expected) <= (1e-7 * surrogate_greater(fabs(expected), 1.0))) ? 1 : 0;
+            int close = 0;
+//? single
+            const double allowed = surrogate_value_errors[point] + (1e-6 * surrogate_greater(fabs(expected), 1.0));
+//? else
+            const double allowed = 1e-7 * surrogate_greater(fabs(expected), 1.0);
+//? end
+//? uncertain single
+            const double share = 1e-3;
+//? end
+//? uncertain !single
+            const double share = 1e-7;
+//? end
+            if (fabs(values[point] - expected) <= allowed) {
+                close = 1;
+            }
 //? uncertain
             const double deviation = surrogate_test_deviations[(test * SURROGATE_POINTS) + point];
-            if (!(fabs(bands[point].total - deviation) <= (1e-7 * surrogate_greater(deviation, 1.0)))) {
+            if (!(fabs(bands[point].total - deviation) <= (share * surrogate_greater(deviation, 1.0)))) {
                 close = 0;
             }
 //? end

@@ -5,6 +5,10 @@
  * threads. Compile without options that change the arithmetic: no -ffast-math, and -ffp-contract=off where the compiler
  * fuses multiplications and additions by itself.
  *
+//? single
+ * All numbers are in single precision. What that costs a value, surrogate_value_error says.
+ *
+//? end
  * The caller lends all memory. A condition has one value per variable, in the units and in the order below.
  */
 #ifndef SURROGATE_H
@@ -131,8 +135,18 @@ int surrogate_slopes(const surrogate_state *state, const double x[SURROGATE_VARI
 double surrogate_time_error(int point);
 
 //? end
+//? single
+/* By how much the value of a point may be off for being computed in single precision, inside the fitted range; 0 if there
+ * is no such point. Twice the largest difference from double precision at some thousand conditions. */
+double surrogate_value_error(int point);
+
+/* Computes the self-test vectors of the file. Returns 0 if every value is reproduced to within what it may be off, and
+ * 1e-6 times the larger of one and its size; otherwise the number of the first vector that is not, counted from 1. Call it
+ * once at start. */
+//? else
 /* Computes the self-test vectors of the file. Returns 0 if every value is reproduced to within 1e-7 times the larger of
  * one and its size; otherwise the number of the first vector that is not, counted from 1. Call it once at start. */
+//? end
 int surrogate_self_test(void);
 
 #ifdef __cplusplus

@@ -34,9 +34,9 @@ function* follow(s, motion, answers, x, at, begin, duration, count) {
 
 /* What "Over time" shows: `page` has the elements, the condition that is set, and how names and numbers are written. */
 function course(s, answers, motion, page) {
-  const { byId, make, short, later } = page;
+  const { byId, make, short, later, shape, ticks } = page;
   const SAMPLES = 200;
-  const COLOURS = ["#0072b2", "#e69f00", "#009e73", "var(--ink)", "#d55e00", "#56b4e9", "#cc79a7"];
+  const COLOURS = ["var(--blue)", "#e69f00", "#009e73", "var(--ink)", "#d55e00", "#56b4e9", "#cc79a7"];
   const DASHES = ["", "9 5", "10 4 2 4", "2 4", "5 3"];
   const MOST = 10;
   const ambient = s.variables.findIndex((v) => v.name === "ambient_temperature");
@@ -66,25 +66,17 @@ function course(s, answers, motion, page) {
     later();
   });
 
-  /* Round numbers across a range. */
-  function ticks(low, high) {
-    const raw = (high - low) / 6;
-    const power = 10 ** Math.floor(Math.log10(raw));
-    const step = power * [1, 2, 5, 10].find((round) => round * power >= raw * 0.999);
-    const list = [];
-    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k += 1) list.push(k * step);
-    return { list, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
+  /* Labels that end at some height, each as near to it as the others let it. */
+  function apart(labels, top, bottom) {
+    const gap = Math.min(15, (bottom - top) / Math.max(1, labels.length - 1));
+    const list = labels.slice().sort((a, b) => a.end - b.end).map((label) => ({ ...label, y: Math.max(label.end, top) }));
+    for (let k = 1; k < list.length; k += 1) list[k].y = Math.max(list[k].y, list[k - 1].y + gap);
+    for (let k = list.length - 1; k >= 0; k -= 1) list[k].y = Math.min(list[k].y, k === list.length - 1 ? bottom : list[k + 1].y - gap);
+    return list;
   }
 
-  const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [960, 420, 64, 150, 16, 46];
+  const [WIDTH, HEIGHT, LEFT, RIGHT, TOP, BOTTOM] = [960, 420, 64, 160, 16, 46];
   function draw(unit, points, found) {
-    const space = byId("blank").namespaceURI;
-    const shape = (tag, attributes, text) => {
-      const one = document.createElementNS(space, tag);
-      Object.entries(attributes).forEach(([key, value]) => one.setAttribute(key, value));
-      if (text !== undefined) one.textContent = text;
-      return one;
-    };
     const last = found.samples[found.samples.length - 1];
     const { unit: timeUnit, size } = spell(last.time);
     const lines = s.limits.flatMap((limit) => {
@@ -101,7 +93,7 @@ function course(s, answers, motion, page) {
     [low, high] = [low - margin, high + margin];
     const across = (time) => LEFT + ((WIDTH - LEFT - RIGHT) * time) / last.time;
     const up = (value) => TOP + ((HEIGHT - TOP - BOTTOM) * (high - value)) / (high - low);
-    const svg = shape("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", class: "course" });
+    const svg = shape("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", class: "figure" });
     svg.append(shape("title", {}, `${points.map((p) => s.points[p].name).join(", ")} over ${spell(last.time).text}`));
     const x = ticks(0, last.time / size);
     for (const value of x.list) {
@@ -118,28 +110,32 @@ function course(s, answers, motion, page) {
     svg.append(shape("text", { x: (LEFT + WIDTH - RIGHT) / 2, y: HEIGHT - 8, "text-anchor": "middle" }, `time [${timeUnit}]`));
     const middle = (TOP + HEIGHT - BOTTOM) / 2;
     svg.append(shape("text", { x: 16, y: middle, "text-anchor": "middle", transform: `rotate(-90 16 ${middle})` }, unit.replace("degC", "°C")));
-    /* Names of neighbouring limits stand beside each other. */
-    shown.sort((one, other) => other.level - one.level);
-    shown.forEach((line, k) => {
+    /* Names stand where lines and curves end, apart from each other: what is written there is crossed by nothing. */
+    const labels = [];
+    for (const line of shown) {
       svg.append(shape("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: up(line.level), y2: up(line.level), class: "limit" }));
-      svg.append(shape("text", { x: LEFT + 6 + 180 * (k % 4), y: up(line.level) - 5, class: "limit" }, line.name));
-    });
-    /* Those that move most have a colour; names stand at the ends of their curves, apart from each other. */
+      labels.push({ name: line.name, end: up(line.level), class: "limit" });
+    }
+    /* Those that move most have a colour and a name. */
     const reach = (p) => Math.abs(found.samples[0].values[p] - last.values[p]);
     const coloured = points.slice().sort((a, b) => reach(b) - reach(a)).slice(0, MOST);
-    const labels = [];
     points.forEach((p) => {
       const place = points.indexOf(p);
       const has = coloured.includes(p);
       const stroke = has ? COLOURS[place % COLOURS.length] : "var(--line)";
       const path = found.samples.map((one, k) => `${k === 0 ? "M" : "L"}${across(one.time).toFixed(1)} ${up(one.values[p]).toFixed(1)}`).join("");
       svg.append(shape("path", { d: path, class: "curve", style: `stroke: ${stroke}`, "stroke-dasharray": has ? DASHES[place % DASHES.length] : "" }));
-      if (has) labels.push({ name: s.points[p].name, stroke, y: up(last.values[p]) });
+      if (has) labels.push({ name: s.points[p].name, end: up(last.values[p]), colour: stroke });
     });
-    labels.sort((a, b) => a.y - b.y);
-    labels.forEach((label, k) => { if (k > 0) label.y = Math.max(label.y, labels[k - 1].y + 15); });
-    const beyond = labels.length > 0 ? Math.max(0, labels[labels.length - 1].y - (HEIGHT - BOTTOM)) : 0;
-    for (const label of labels) svg.append(shape("text", { x: WIDTH - RIGHT + 8, y: label.y - beyond + 4, style: `fill: ${label.stroke}` }, label.name.length > 20 ? `${label.name.slice(0, 19)}…` : label.name));
+    for (const label of apart(labels, TOP + 6, HEIGHT - BOTTOM)) {
+      const edge = WIDTH - RIGHT;
+      const colour = label.colour || "var(--not_acceptable)";
+      svg.append(shape("line", { x1: edge, x2: edge + 10, y1: label.end, y2: label.y, class: "leader", style: `stroke: ${colour}` }));
+      const written = label.name.length > 20 ? `${label.name.slice(0, 19)}…` : label.name;
+      const text = shape("text", { x: edge + 13, y: label.y + 4, class: label.class || "", style: label.class ? "" : `fill: ${colour}` }, written);
+      if (label.name.length > 20) text.append(shape("title", {}, label.name));
+      svg.append(text);
+    }
     return svg;
   }
 

@@ -9,6 +9,8 @@ use crate::{File, json};
 const PAGE: &str = include_str!("page.html");
 /// The arithmetic, which tests run by itself.
 const CORE: &str = include_str!("surrogate.js");
+/// Points over every variable, as pictures.
+const PREDICTIONS: &str = include_str!("predictions.js");
 /// The machine over time, likewise.
 const IN_TIME: &str = include_str!("in_time.js");
 /// How readings follow the time, as a picture.
@@ -20,6 +22,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) ->
     let mut filling = Filling::default();
     filling.block("surrogate", without_tags(&json::write(surrogate, content)));
     filling.block("core", CORE.to_owned());
+    filling.block("predictions", PREDICTIONS.to_owned());
     filling.flag("moving", content.in_time.is_some());
     filling.block("in_time", IN_TIME.to_owned());
     filling.block("course", COURSE.to_owned());

@@ -44,10 +44,20 @@ const ACTS: &str = r##"
     await drop(TABLE);
     for (let k = 0; k < byId("residuals").rows.length; k += 1) tell(`residuals ${k}`, row("residuals", k));
     tell("summary", byId("summary").textContent);
+    const chart = () => byId("predictions").querySelector("title").textContent;
+    const drawn = chart();
     byId("residuals").querySelector("button").focus();
     tell("button", document.activeElement.textContent);
     document.activeElement.click();
     tell("condition", [0, 1, 2].map((k) => byId(`slider${k}`).value).join(" "));
+    for (let k = 0; k < 100 && chart() === drawn; k += 1) await rest();
+    for (let k = 0; k < 5; k += 1) await rest();
+    tell("charts", byId("predictions").querySelectorAll("svg").length);
+    tell("chart", chart());
+    tell("here", byId("predictions").querySelectorAll("circle").length);
+    const box = byId("predictions").querySelector("svg").getBoundingClientRect();
+    byId("predictions").querySelector("svg").dispatchEvent(new MouseEvent("click", { clientX: box.left + box.width, clientY: box.top + 5, bubbles: true }));
+    tell("clicked", byId("slider0").value === byId("slider0").max);
     for (const wrong of WRONG) { await drop(wrong); tell("wrong", byId("wrong").hidden ? "-" : byId("wrong").textContent); }
     tell("tags", document.querySelectorAll("#drop b, #points b").length);
     const nameless = [...document.querySelectorAll("input, select, button, canvas")].filter((own) => !(own.labels && own.labels.length) && !own.ariaLabel && !own.getAttribute("aria-label") && !own.textContent.trim());
@@ -208,6 +218,10 @@ fn conditions_are_compared_and_readings_laid_beside() {
         assert_eq!(one("button"), "<script>alert(1)</script>, first", "{program}");
         let set: Vec<f64> = one("condition").split(' ').map(|number| number.parse().expect("a number")).collect();
         assert!(set.iter().zip(at).all(|(a, b)| (a - b).abs() < 1e-9), "{program}: {set:?}");
+        let ends = surrogate.variables().next().map(|own| [own.low, own.high]).expect("there is a variable");
+        let [low, high] = ends.map(|flow| value([flow, 20.0, 22.0])[0]).map(|v| format!("{v:.4e}").parse::<f64>().expect("a number"));
+        assert_eq!(one("chart"), format!("motor over coolant flow, the rest as set: {low} to {high} °C"), "{program}");
+        assert_eq!((one("charts"), one("here"), one("clicked")), ("3".into(), "3".into(), "true".into()), "{program}");
         let said = of("wrong");
         assert_eq!(said.len(), wrong.len(), "{program}");
         for (said, (_, expected)) in said.iter().zip(&wrong) {

@@ -50,7 +50,7 @@ fn the_examples_of_the_page_print_what_it_says() {
             std::fs::write(folder.join(file.name), file.content).expect("the folder can be written to");
         }
         let (program, first) = match example.target {
-            Target::C99 => ("main.c", Some("cc".into())),
+            Target::C99 | Target::C99Single => ("main.c", Some("cc".into())),
             Target::Html => ("main.js", Some("node".into())),
             Target::Json => ("main.py", Some("python3".into())),
             Target::Modelica => ("main.mo", python_with("rumoca")),
@@ -65,7 +65,7 @@ fn the_examples_of_the_page_print_what_it_says() {
             continue;
         };
         let mut command = match example.target {
-            Target::C99 => {
+            Target::C99 | Target::C99Single => {
                 let source = format!("{}.c", example.name);
                 let made = Command::new(first)
                     .current_dir(&folder)

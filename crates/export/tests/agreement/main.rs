@@ -2,12 +2,14 @@
 
 mod browser;
 mod c99;
+mod c99_single;
 mod ecos;
 mod examples;
 mod fmu;
 mod html;
 mod in_time;
 mod json;
+mod misra;
 mod modelica;
 mod octave;
 mod onnx;
@@ -33,9 +35,23 @@ pub fn fixtures() -> Vec<(String, Vec<u8>)> {
             files.push((name, std::fs::read(&path).expect("the fixtures can be read")));
         }
     }
+    files.push(("hostile".into(), hostile(&own.join("../runtime/fixtures/uncertain.cps"))));
     files.sort();
-    assert!(files.len() >= 12, "{}", files.len());
+    assert!(files.len() >= 13, "{}", files.len());
     files
+}
+
+/// A file whose names end comments, texts and tags in one language or another, and begin things.
+fn hostile(path: &Path) -> Vec<u8> {
+    let names = "motordegCscrew nutdegCmotor maximummotor over ambientmotor over screw".as_bytes();
+    let others = r##"*/"\'degC<b>%(*s${degC'); x["] = 1\</script><img x=1>??/ ' || "" #{x}"##.replace("\\\\", "\\");
+    let mut bytes = std::fs::read(path).expect("the fixtures can be read");
+    let place = bytes.windows(names.len()).position(|window| window == names).expect("the names are there");
+    bytes[place..place + names.len()].copy_from_slice(others.as_bytes());
+    let end = bytes.len() - 4;
+    let sum = coldplate_runtime::format::crc32(&bytes[..end]);
+    bytes[end..].copy_from_slice(&sum.to_le_bytes());
+    bytes
 }
 
 /// SplitMix64.

@@ -6,12 +6,26 @@ Results are objects whose keys are those that the command line prints as JSON.
 
 from ._coldplate import __version__
 from ._errors import ColdplateError, InputError, NumericsError
-from ._pipeline import Diagnosis, History, Identified, Machine, Steady, Swept, fit, sweep
+from ._pipeline import (
+    Bounded,
+    Diagnosis,
+    History,
+    Identified,
+    Machine,
+    Predictions,
+    Reduced,
+    Sensitivities,
+    Steady,
+    Swept,
+    fit,
+    sweep,
+)
 from ._surrogate import Answers, Course, Record, Surrogate
 from ._table import Table
 
 __all__ = [
     "Answers",
+    "Bounded",
     "Course",
     "ColdplateError",
     "Diagnosis",
@@ -20,7 +34,10 @@ __all__ = [
     "InputError",
     "Machine",
     "NumericsError",
+    "Predictions",
     "Record",
+    "Reduced",
+    "Sensitivities",
     "Steady",
     "Surrogate",
     "Swept",

@@ -5,12 +5,15 @@ from __future__ import annotations
 import html
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from . import _coldplate
 from ._errors import InputError
 from ._progress import Progress, callback
-from ._surrogate import Record, Surrogate
+from ._surrogate import Record, Surrogate, rows_of
 from ._table import Table
 
 Path = "str | os.PathLike"
@@ -49,6 +52,18 @@ class Steady(Result):
         sensors = _rows(["sensor", "degC"], list(self.sensors.items()))
         limits = [(own["name"], own["value"], own["limit"], own["margin"]) for own in self.limits]
         return sensors + (_rows(["limit", "value", "at most", "margin"], limits) if limits else "")
+
+
+class Bounded(Result):
+    """Temperatures at one condition, each with a bound."""
+
+    def _repr_html_(self) -> str:
+        bounds = dict(self.bounds_K) | dict(getattr(self, "bounds_um", {}))
+        sensors = _rows(["sensor", "degC, um", "+- K, um"] if len(bounds) > len(self.bounds_K) else ["sensor", "degC", "+- K"], [
+            (name, value, bounds[name]) for name, value in self.sensors.items()
+        ])
+        limits = [(own["name"], own.get("margin_K", own.get("margin_um")), "kept" if own["kept"] else "broken") for own in self.limits]
+        return sensors + (_rows(["limit", "margin", ""], limits) if limits else "")
 
 
 class History(Result):
@@ -120,6 +135,110 @@ class Diagnosis(Result):
         return f"<p>{html.escape(self.headline)}</p>{self.svg or ''}"
 
 
+class Sensitivities(Result):
+    """What readings owe to variables and numbers of the machine file: `readings[sensor].slopes[name].K_per_unit`, and
+    `parameters[name]` with value and unit."""
+
+    def _repr_html_(self) -> str:
+        share = lambda own: abs(own["K_per_percent"] or 0.0)
+        rows = []
+        for reading, own in self.readings.items():
+            for name, slope in sorted(own["slopes"].items(), key=lambda pair: -share(pair[1]))[:8]:
+                known = self.parameters[name]
+                percent = "" if slope["K_per_percent"] is None else slope["K_per_percent"]
+                rows.append((reading, name, known["value"], known["unit"], slope["K_per_unit"], percent))
+        return _rows(["reading", "by", "value", "unit", "K per unit", "K per +1 %"], rows)
+
+
+@dataclass(frozen=True)
+class Predictions:
+    """Readings at n conditions, each with a bound."""
+
+    values: np.ndarray
+    """Readings (n, sensors), in the units of the sensors."""
+    bounds: np.ndarray
+    """How far each may be from that of the full model, (n, sensors)."""
+    inside: np.ndarray
+    """Whether each condition is within the ranges that the model was made for, (n); outside, bounds do not hold."""
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+class Reduced:
+    """A machine at any condition in milliseconds, with a bound on every reading; from a `.cpr` file or `Machine.reduce`."""
+
+    def __init__(self, content: bytes, record: Record | None = None):
+        """From the bytes of a file."""
+        self._native = _coldplate.Reduced(content)
+        self.record = record
+        """How it was made, where it was just now: what `coldplate reduce --json` prints."""
+        varied = self._native.variables()
+        self.variables = [name for name, *_ in varied]
+        """Variables that vary, in the order of conditions."""
+        self.ranges = {name: (low, high) for name, _, low, high in varied}
+        """Their ranges."""
+        self.sensors = [name for name, _ in self._native.sensors()]
+        """Sensors, in the order of readings."""
+        self.units = {**{name: unit for name, unit, *_ in varied}, **dict(self._native.sensors())}
+        """Units of both."""
+
+    @classmethod
+    def read(cls, path: Path) -> Reduced:
+        """Reads a `.cpr` file."""
+        with open(path, "rb") as file:
+            content = file.read()
+        try:
+            return cls(content)
+        except InputError as error:
+            raise InputError(f"{error}\n file: {os.fspath(path)}") from None
+
+    def write(self, path: Path) -> None:
+        """Writes the file, whole or not at all."""
+        _coldplate.write_file(os.fspath(path), self._native.content)
+
+    @property
+    def name(self) -> str:
+        """The machine's name."""
+        return self._native.name
+
+    def __reduce__(self):
+        return type(self), (self._native.content, self.record)
+
+    def solve(self, **condition: str) -> Bounded:
+        """Steady temperatures at a condition, whose values carry their units; parameters that the model follows may be given too,
+        as bare numbers in their unit. `bounds_K` says how far each sensor may be from the full model, where `in_range` is true."""
+        return Bounded(Record.of(self._native.solve(_pairs(condition))))
+
+    def predict(self, conditions: Any, progress: Progress = None) -> Predictions:
+        """Readings with bounds at conditions (n, variables), in the order of `variables` and in their `units`; a mapping or data
+        frame with these names is taken too. All cores work on it."""
+        array, _ = rows_of(conditions, self.variables)
+        return Predictions(*self._native.predict(array, callback(progress)))
+
+    def simulate(
+        self,
+        schedule: Path,
+        *,
+        start: str = "steady",
+        within: str = "1 K",
+        every: str | None = None,
+        progress: Progress = None,
+        **condition: str,
+    ) -> History:
+        """Temperatures over time, through a schedule in CSV; of a model that was made with histories."""
+        args = (os.fspath(schedule), _pairs(condition), start, within, every, callback(progress))
+        record, table, svg = self._native.simulate(*args)
+        return History(Record.of(record), Table._of(table), svg)
+
+    def __repr__(self) -> str:
+        return f"Reduced({self.name!r}, variables {', '.join(self.variables)})"
+
+    def _repr_html_(self) -> str:
+        rows = [(name, *self.ranges[name], self.units[name]) for name in self.variables]
+        return f"<p>{html.escape(self.name)}</p>" + _rows(["variable", "from", "to", "unit"], rows)
+
+
 class Machine:
     """A machine file, read and checked.
 
@@ -171,6 +290,57 @@ class Machine:
         args = (os.fspath(schedule), _pairs(condition), start, within, every, cells, callback(progress))
         record, table, svg = self._native.simulate(*args)
         return History(Record.of(record), Table._of(table), svg)
+
+    def sensitivity(
+        self,
+        by: Sequence[str] = (),
+        *,
+        readings: Sequence[str] = (),
+        cells: int | None = None,
+        progress: Progress = None,
+        **condition: str,
+    ) -> Sensitivities:
+        """What every reading owes to variables and dotted keys of the machine file at a condition, as `coldplate sensitivity`
+        says; without names to all variables, contact conductances, emissivities and sources. `readings` names sensors, limits
+        or channels; without, all sensors.
+
+        >>> machine = Machine.read("examples/tutorial/machine.toml")
+        >>> found = machine.sensitivity(["contact.motor_foot.conductance"], cells=150, motor_speed="2500 rpm")
+        >>> found.readings.motor.slopes["contact.motor_foot.conductance"].K_per_unit < 0
+        True
+        """
+        args = (_pairs(condition), list(by), list(readings), cells, callback(progress))
+        return Sensitivities(Record.of(self._native.sensitivity(*args)))
+
+    def reduce(
+        self,
+        *,
+        accuracy: str = "0.001 K",
+        vary: Sequence[str] = (),
+        ranges: Mapping[str, str] | None = None,
+        uncertain: bool = False,
+        max_runs: int = 400,
+        histories: int = 0,
+        field: bool = False,
+        seed: int = 1,
+        cells: int | None = None,
+        progress: Progress = None,
+    ) -> Reduced:
+        """A reduced model of the machine, as `coldplate reduce` makes it: any condition of the ranges in milliseconds, with a bound
+        on every reading. `vary` names variables (without, the four of every machine), `ranges` has ranges that differ from the
+        machine file's, "2 L/min .. 18 L/min". Nothing is written: `write` does.
+
+        >>> machine = Machine.read("examples/tutorial/machine.toml")
+        >>> model = machine.reduce(vary=["coolant_flow", "motor_speed"], accuracy="0.01 K", cells=150)
+        >>> found = model.predict([[4.0, 2500.0], [8.0, 1000.0]])
+        >>> found.values.shape == found.bounds.shape == (2, len(model.sensors)), bool(found.inside.all())
+        (True, True)
+        """
+        names = ",".join(vary) if vary else None
+        settings = (uncertain, field, max_runs, histories, seed)
+        args = (accuracy, names, _pairs(ranges or {}), settings, cells, callback(progress))
+        content, record = self._native.reduce(*args)
+        return Reduced(bytes(content), Record.of(record))
 
     def identify(
         self,

@@ -31,6 +31,24 @@ class Record(dict):
         return json.loads(text, object_hook=cls)
 
 
+def rows_of(conditions: Any, variables: Sequence[str]) -> tuple[np.ndarray, bool]:
+    """Conditions as an array (n, variables), and whether it was one alone; columns of a mapping or data frame go by their names."""
+    if isinstance(conditions, Mapping) or hasattr(conditions, "columns"):
+        plain = {str(name).partition("[")[0].strip(): conditions[name] for name in conditions}
+        missing = [name for name in variables if name not in plain]
+        if missing:
+            raise InputError(f"'{missing[0]}' is missing\n help: conditions are made of {', '.join(variables)}")
+        conditions = np.stack(np.broadcast_arrays(*(np.asarray(plain[name], dtype=float) for name in variables)), axis=-1)
+    if np.iscomplexobj(conditions):
+        raise InputError("conditions are real numbers, these are complex")
+    array = np.asarray(conditions, dtype=float)
+    single = array.ndim == 1
+    array = np.atleast_2d(array)
+    if array.ndim != 2:
+        raise InputError(f"conditions have shape (n, {len(variables)}), these {array.shape}")
+    return np.ascontiguousarray(array), single
+
+
 @dataclass(frozen=True)
 class Answers:
     """Answers to n conditions."""
@@ -112,18 +130,7 @@ class Surrogate:
         return type(self), (self.content,), {name: value for name, value in vars(self).items() if name == "fit"}
 
     def _conditions(self, conditions: Any) -> tuple[np.ndarray, bool]:
-        if isinstance(conditions, Mapping) or hasattr(conditions, "columns"):
-            plain = {str(name).partition("[")[0].strip(): conditions[name] for name in conditions}
-            missing = [name for name in self.variables if name not in plain]
-            if missing:
-                raise InputError(f"'{missing[0]}' is missing\n help: this surrogate asks for {', '.join(self.variables)}")
-            conditions = np.stack(np.broadcast_arrays(*(np.asarray(plain[name], dtype=float) for name in self.variables)), axis=-1)
-        array = np.asarray(conditions, dtype=float)
-        single = array.ndim == 1
-        array = np.atleast_2d(array)
-        if array.ndim != 2:
-            raise InputError(f"conditions have shape (n, {len(self.variables)}), these {array.shape}")
-        return np.ascontiguousarray(array), single
+        return rows_of(conditions, self.variables)
 
     def __call__(self, conditions: Any) -> np.ndarray:
         """Values (n, points) at conditions (n, variables), in the units of the file; one condition gives (points,). A mapping or
@@ -162,7 +169,10 @@ class Surrogate:
         """
         array, _ = self._conditions(conditions)
         values, half, verdicts, probabilities, margins, inside = self._native.assess(array, confidence)
-        return Answers(values, values - half, values + half, VERDICTS[verdicts], probabilities, margins, inside)
+        # Far outside, values and bands may both be infinite: the ends are then no numbers, and that is said by these alone.
+        with np.errstate(invalid="ignore"):
+            low, high = values - half, values + half
+        return Answers(values, low, high, VERDICTS[verdicts], probabilities, margins, inside)
 
     def follow(self, seconds: Any, conditions: Any, start: Any = "steady", deviation: float = 0.1) -> Course:
         """Values after each of n steps of so many seconds (n), each at a condition that holds all that time (n, variables). It
@@ -180,6 +190,8 @@ class Surrogate:
         if isinstance(start, str):
             if start != "steady":
                 raise InputError("a course begins \"steady\", with a temperature, with readings or with a state")
+            if not first:
+                raise InputError("a course without steps begins with a temperature, readings or another course")
             state = self._native.at_rest(first)
         elif isinstance(start, Course):
             state = start.state.tolist()

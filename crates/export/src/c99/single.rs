@@ -1,0 +1,166 @@
+//! The same in single precision, for processors that have no other: what it costs, and how the text changes.
+
+use coldplate_runtime::{Kernel, Surrogate, Transform};
+
+use crate::content::{Content, Scaling};
+
+/// Conditions at which values are compared, beside the corners of the ranges.
+const CONDITIONS: usize = 4000;
+/// Terms and centres that are added up at a time.
+const BLOCK: usize = 128;
+
+/// By how much each point's value may be off inside the fitted range: twice the largest difference that is found. `None` where a
+/// number is too large for single precision.
+pub(super) fn errors(surrogate: &Surrogate<'_>, content: &Content) -> Option<Vec<f64>> {
+    let mut largest = vec![0.0_f64; content.points.len()];
+    let mut exact = largest.clone();
+    for x in conditions(content) {
+        surrogate.evaluate(&x, &mut exact).ok()?;
+        for (largest, (exact, found)) in largest.iter_mut().zip(exact.iter().zip(values(content, &x))) {
+            let apart = (exact - f64::from(found)).abs();
+            if !apart.is_finite() {
+                return None;
+            }
+            *largest = largest.max(2.0 * apart);
+        }
+    }
+    Some(largest)
+}
+
+/// The corners, and conditions that fill the ranges evenly.
+fn conditions(content: &Content) -> impl Iterator<Item = Vec<f64>> + '_ {
+    let variables = &content.variables;
+    let corners = (0..1_usize << variables.len())
+        .map(move |corner| variables.iter().enumerate().map(|(v, own)| if corner >> v & 1 == 0 { own.low } else { own.high }).collect());
+    // The root of x^(n+1) = x + 1 has powers whose multiples fill n directions evenly.
+    let root = (0..60).fold(2.0_f64, |root, _| (1.0 + root).powf(1.0 / (variables.len() + 1) as f64));
+    let inside = (1..=CONDITIONS).map(move |k| {
+        let share = |v: usize| (k as f64 * root.powi(-(v as i32 + 1))).fract();
+        variables.iter().enumerate().map(|(v, own)| own.low + share(v) * (own.high - own.low)).collect()
+    });
+    corners.chain(inside)
+}
+
+/// The values of all points, as the source computes them.
+fn values(content: &Content, x: &[f64]) -> Vec<f32> {
+    let u: Vec<f32> = content.scalings.iter().map(|own| scaled(own, x)).collect();
+    let picked = |places: &[usize]| places.iter().map(|place| u[*place]).collect::<Vec<f32>>();
+    let mut values = vec![0.0; content.points.len()];
+    let mut add = |factors: &[f32], table: &[f64], points: &[usize]| {
+        for (factors, table) in factors.chunks(BLOCK).zip(table.chunks(BLOCK * points.len().max(1))) {
+            for (column, point) in points.iter().enumerate() {
+                let entries = table.iter().skip(column).step_by(points.len());
+                values[*point] += factors.iter().zip(entries).fold(0.0, |sum, (factor, entry)| sum + factor * *entry as f32);
+            }
+        }
+    };
+    for own in &content.polynomials {
+        add(&monomials(&picked(&own.scalings), &own.exponents), &own.coefficients, &own.points);
+    }
+    for own in &content.bases {
+        let u = picked(&own.scalings);
+        let kernels: Vec<f32> = own.centres.chunks(u.len()).map(|centre| kernel(own.kernel, square(&u, centre, &own.scales))).collect();
+        add(&kernels, &own.weights, &own.points);
+    }
+    if let Some((own, known)) = content.uncertainty.as_ref().and_then(|own| Some((own, own.known.as_ref()?))) {
+        let monomials = monomials(&picked(&own.scalings), &own.exponents);
+        let (shifts, means) = (own.shifts(known), own.missed_means(known));
+        for (point, value) in values.iter_mut().enumerate() {
+            let row = shifts.iter().skip(point * own.terms);
+            *value += monomials.iter().zip(row).fold(0.0, |sum, (term, shift)| sum + term * *shift as f32) + means[point] as f32;
+        }
+    }
+    values
+}
+
+fn scaled(own: &Scaling, x: &[f64]) -> f32 {
+    let x = x[own.variable] as f32;
+    let g = match own.transform {
+        Transform::Identity => x,
+        Transform::Reciprocal => 1.0 / x,
+        Transform::Log => x.ln(),
+    };
+    (g - own.low as f32) * own.factor as f32 + own.offset as f32
+}
+
+/// Term by term; the variables enter in pairs.
+fn monomials(u: &[f32], exponents: &[u8]) -> Vec<f32> {
+    let power = |u: f32, exponent: u8| (0..exponent).fold(1.0, |power, _| power * u);
+    let pair = |(u, e): (&[f32], &[u8])| u.iter().zip(e).fold(1.0, |product, (u, e)| product * power(*u, *e));
+    exponents.chunks(u.len()).map(|term| u.chunks(2).zip(term.chunks(2)).map(pair).product()).collect()
+}
+
+fn square(u: &[f32], centre: &[f64], scales: &[f64]) -> f32 {
+    let distances = u.iter().zip(centre.iter().zip(scales)).map(|(u, (centre, scale))| (u - *centre as f32) * *scale as f32);
+    distances.fold(0.0, |sum, d| sum + d * d)
+}
+
+fn kernel(kernel: Kernel, square: f32) -> f32 {
+    match kernel {
+        Kernel::ThinPlate => {
+            let normal = square.max(f32::MIN_POSITIVE);
+            0.5 * square * normal.ln()
+        }
+        Kernel::Cubic => square * square.sqrt(),
+        Kernel::Multiquadric => (1.0 + square).sqrt(),
+        Kernel::Gaussian => (-square).exp(),
+    }
+}
+
+/// C in double precision as C in single precision: types, numbers and functions. Comments and texts stay.
+pub(super) fn narrowed(text: &str) -> String {
+    let mut narrow = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(first) = rest.chars().next() {
+        let length = if rest.starts_with("/*") {
+            rest.find("*/").map_or(rest.len(), |end| end + 2)
+        } else if first == '"' {
+            rest[1..].find('"').map_or(rest.len(), |end| end + 2)
+        } else if first.is_ascii_alphanumeric() || first == '_' {
+            token(rest)
+        } else {
+            first.len_utf8()
+        };
+        let (piece, after) = rest.split_at(length);
+        match piece {
+            "double" => narrow.push_str("float"),
+            "HUGE_VAL" => narrow.push_str("HUGE_VALF"),
+            "fabs" | "frexp" | "ldexp" | "log" | "nearbyint" | "sqrt" => {
+                narrow.push_str(piece);
+                narrow.push('f');
+            }
+            _ if first.is_ascii_digit() && piece.contains(['.', 'e']) => {
+                narrow.push_str(&piece.parse::<f32>().map_or_else(|_| piece.to_owned(), |value| format!("{value:?}F")));
+            }
+            _ => narrow.push_str(piece),
+        }
+        rest = after;
+    }
+    narrow
+}
+
+/// Bytes of the identifier or number that a text begins with; a number has its sign behind the `e`.
+fn token(text: &str) -> usize {
+    let is_number = text.starts_with(|c: char| c.is_ascii_digit());
+    let mut before = ' ';
+    for (place, c) in text.char_indices() {
+        let is_sign = is_number && matches!(before, 'e' | 'E') && matches!(c, '+' | '-');
+        if !(c.is_ascii_alphanumeric() || c == '_' || is_number && c == '.' || is_sign) {
+            return place;
+        }
+        before = c;
+    }
+    text.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::narrowed;
+
+    #[test]
+    fn types_numbers_and_functions_become_narrow_and_nothing_else() {
+        let wide = "/* a double of 0.1 */\nextern \"C\" static double x[2] = {0.1, -2.5e-7}; y2_double = sqrt(12 + 3U) - HUGE_VAL;\n";
+        let narrow = "/* a double of 0.1 */\nextern \"C\" static float x[2] = {0.1F, -2.5e-7F}; y2_double = sqrtf(12 + 3U) - HUGE_VALF;\n";
+        assert_eq!(narrowed(wide), narrow);
+    }
+}
