@@ -67,7 +67,7 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         None => text += "too few conditions to keep some out: the gain on unseen ones is not known\n",
     }
     for (i, next) in diagnosis.next.iter().enumerate() {
-        let test = next_test_in_words(&problem.study.model.machine, next);
+        let test = next_test_in_words(problem, next);
         let before = if i == 0 { "\nwhat to measure next:\n  " } else { "  or " };
         text += &format!("{before}{test}: sets them {:.1} standard deviations apart\n", next.mean);
         text += &format!("     {}\n", worth_in_words(next, &problem.costs));

@@ -74,8 +74,13 @@ impl Condition {
 
     /// In words: `coolant flow 4.000 L/min, motor speed 2500 rpm`.
     pub fn words(&self, machine: &Machine) -> String {
+        self.words_of(machine, |_| true)
+    }
+
+    /// The same of some of the variables.
+    pub fn words_of(&self, machine: &Machine, is_told: impl Fn(&Variable) -> bool) -> String {
         let of = |(v, si): (&Variable, &f64)| format!("{} {}", v.name.replace('_', " "), v.with_unit(*si, 4));
-        machine.variables.iter().zip(&self.si).map(of).collect::<Vec<_>>().join(", ")
+        machine.variables.iter().zip(&self.si).filter(|(v, _)| is_told(v)).map(of).collect::<Vec<_>>().join(", ")
     }
 
     /// Every variable by name, as a value with its unit: `"2500.00 rpm"`.

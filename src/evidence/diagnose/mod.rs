@@ -176,9 +176,14 @@ impl Problem {
     /// problem's own data.
     pub fn unseen(&self, data: Data) -> Data {
         let all = &self.study.model.machine.variables;
-        let given: Vec<Variable> = all.iter().filter(|v| self.added.iter().all(|added| added.name != v.name)).cloned().collect();
+        let given: Vec<Variable> = all.iter().filter(|v| self.states(&v.name)).cloned().collect();
         let added: Vec<Added> = Added::all(&data, &given).into_iter().filter(|added| !added.is_test_number()).collect();
         Added::fill(data, &given, all, &added)
+    }
+
+    /// Whether the machine file has a variable; [`Problem::timed`] adds others.
+    pub fn states(&self, variable: &str) -> bool {
+        self.added.iter().all(|added| added.name != variable)
     }
 
     /// The machine file as it was given.

@@ -111,20 +111,20 @@ fn model_error(problem: &Problem, estimate: &Estimate) -> Result<Option<(String,
     if learnt.is_none() && problem.data.is_transient() {
         return Ok(None);
     }
-    model_error_line(&problem.study.model.machine, &problem.data, learnt.unwrap_or(problem.uncertainty.model)).map(Some)
+    model_error_line(&problem.study.model.machine, &problem.data, learnt.unwrap_or(problem.uncertainty.model), |_| true).map(Some)
 }
 
 /// The line of a machine file that says by how much it misses readings, as a standard deviation in kelvin, and at which conditions
-/// it was compared with them: key and TOML value. Conditions of logs are not states and are left out.
+/// it was compared with them, by the variables that it has: key and TOML value. Conditions of logs are not states and are left out.
 ///
 /// # Errors
 /// A unit of a variable that cannot be expressed.
-pub fn model_error_line(machine: &Machine, data: &Data, deviation: f64) -> Result<(String, String)> {
+pub fn model_error_line(machine: &Machine, data: &Data, deviation: f64, has: impl Fn(&Variable) -> bool) -> Result<(String, String)> {
     let mut conditions: Vec<String> = Vec::new();
     for row in data.rows.iter().filter(|_| !data.is_transient()) {
         let value =
             |(v, si): (&Variable, &f64)| Ok(format!("{} = \"{:?} {}\"", v.name, units::express(*si, &v.unit, v.dimension)?, v.unit));
-        let all = machine.variables.iter().zip(row.condition.si()).map(value).collect::<Result<Vec<String>>>()?;
+        let all = machine.variables.iter().zip(row.condition.si()).filter(|(v, _)| has(v)).map(value).collect::<Result<Vec<String>>>()?;
         let condition = format!("{{ {} }}", all.join(", "));
         if !conditions.contains(&condition) && conditions.len() < MOST_CONDITIONS {
             conditions.push(condition);

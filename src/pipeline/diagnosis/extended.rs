@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::deviations;
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Machine, Variable};
 use crate::error::Result;
 use crate::evidence::diagnose::{Diagnosis, Problem, Scales, Verdict, sentence};
 use crate::evidence::identify::model_error_line;
@@ -69,7 +69,8 @@ impl ExtendedMachine {
         // What it misses now is what it missed of data kept out, where any were.
         let left = found.rungs.last().map_or(0.0, |rung| rung.left.wandering);
         let deviation = found.gain.as_ref().map_or(left, |gain| gain.after).max(problem.discrepancy.model);
-        let error = model_error_line(&problem.study.model.machine, &problem.data, deviation)?;
+        let has = |v: &Variable| problem.states(&v.name) || matches!(document.leaf(&format!("variables.{}", v.name)), Ok(Some(_)));
+        let error = model_error_line(&problem.study.model.machine, &problem.data, deviation, has)?;
         let lines: Vec<(String, String)> = sets.iter().cloned().chain([error]).collect();
         let extended = Document::parse(&document.rewritten(&lines, &remarks)?, path)?;
         let sure = deviations::lines(problem, found, &extended)?;

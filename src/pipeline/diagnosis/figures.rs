@@ -1,8 +1,8 @@
 //! Figures of a diagnosis, from its numbers.
 
 use super::{Findings, capital, ladder, words};
-use crate::describe::machine::{Condition, Machine};
-use crate::evidence::diagnose::{HeldOutReading, Law, Verdict};
+use crate::describe::machine::Condition;
+use crate::evidence::diagnose::{HeldOutReading, Law, Problem, Verdict};
 use crate::evidence::measurement::{Data, whiten};
 use crate::figures::chart::balance::{BalanceFigure, HeatPair};
 use crate::figures::chart::before_after::BeforeAfter;
@@ -133,7 +133,7 @@ pub(super) fn panels(found: &Findings<'_>) -> Option<ResidualPanels> {
     let machine = &found.problem.study.model.machine;
     let rows: Vec<usize> = (0..data.rows.len()).step_by(data.rows.len().div_ceil(MARKERS).max(1)).collect();
     let mut variables: Vec<(Quantity, Vec<f64>)> = Vec::new();
-    for (v, variable) in machine.variables.iter().enumerate() {
+    for (v, variable) in machine.variables.iter().enumerate().filter(|(_, v)| found.problem.states(&v.name)) {
         let shown = |r: &usize| {
             let si = data.rows[*r].condition.si()[v];
             express(si, &variable.unit, variable.dimension).unwrap_or(si)
@@ -256,18 +256,18 @@ pub(super) fn balance(found: &Findings<'_>) -> Option<BalanceFigure> {
         sources,
         sinks,
         names: ["the machine as it is".into(), "with the best explanation".into()],
-        fixed: fixed(&found.problem.study.model.machine, &balance.condition),
+        fixed: fixed(found.problem, &balance.condition),
         notes: vec!["Steady; the condition with most heat.".into()],
     })
 }
 
-fn fixed(machine: &Machine, condition: &Condition) -> Vec<(Quantity, f64)> {
+fn fixed(problem: &Problem, condition: &Condition) -> Vec<(Quantity, f64)> {
     let of = |(v, si): (&crate::describe::machine::Variable, &f64)| {
         let shown = express(*si, &v.unit, v.dimension).unwrap_or(*si);
         // Five digits: the conversion to SI and back must not show.
         (Quantity::new(&v.name, &v.unit), format!("{shown:.4e}").parse().unwrap_or(shown))
     };
-    machine.variables.iter().zip(condition.si()).map(of).collect()
+    problem.study.model.machine.variables.iter().zip(condition.si()).filter(|(v, _)| problem.states(&v.name)).map(of).collect()
 }
 
 /// The ladder: errors from the machine as it is to that with the last cause; `None` where nothing was added to the machine.

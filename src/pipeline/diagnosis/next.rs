@@ -4,17 +4,24 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::describe::machine::Machine;
-use crate::evidence::diagnose::{Costs, Expected, Next, Trial};
+use crate::describe::machine::{Condition, Machine};
+use crate::evidence::diagnose::{Costs, Expected, Next, Problem, Trial};
 use crate::foundation::numbers::significant;
 
+/// The variables of a condition that the machine file has, by name, as values with their units.
+pub(super) fn by_name(problem: &Problem, condition: &Condition) -> BTreeMap<String, String> {
+    let mut all = condition.by_name(&problem.study.model.machine);
+    all.retain(|name, _| problem.states(name));
+    all
+}
+
 /// A test as one would ask for it, with the sensor it needs.
-pub fn in_words(machine: &Machine, next: &Next) -> String {
+pub fn in_words(problem: &Problem, next: &Next) -> String {
     let sensor = next.sensor.as_ref().map_or(String::new(), |s| match s.entry {
         Some(_) => format!(", with a new thermometer at: {}", s.name),
         None => format!(", with the sensor {} read too", s.name),
     });
-    format!("{}{sensor}", trial_in_words(machine, next))
+    format!("{}{sensor}", trial_in_words(problem, next))
 }
 
 /// What it would settle of what is open, and its cost.
@@ -28,8 +35,9 @@ pub fn worth_in_words(next: &Next, costs: &Costs) -> String {
     format!("a wrong name {name}, what is open in predictions {prediction}{verdict}; costs {cost} {}", costs.unit)
 }
 
-fn trial_in_words(machine: &Machine, next: &Next) -> String {
-    let at = next.condition.words(machine);
+fn trial_in_words(problem: &Problem, next: &Next) -> String {
+    let machine = &problem.study.model.machine;
+    let at = next.condition.words_of(machine, |v| problem.states(&v.name));
     match &next.trial {
         Trial::Steady => format!("a steady test at {at}"),
         Trial::Pressure(pascal) => format!("a steady test with {} Pa in the chamber at {at}", significant(*pascal, 3)),
@@ -102,12 +110,13 @@ pub struct InterventionRecord {
 }
 
 impl NextRecord {
-    pub(super) fn of(machine: &Machine, next: &Next, costs: &Costs) -> Self {
+    pub(super) fn of(problem: &Problem, next: &Next) -> Self {
+        let (machine, costs) = (&problem.study.model.machine, &problem.costs);
         let change = |c: &Expected| ExpectedRecord { before: c.before, after: c.after };
         Self {
-            condition: next.condition.by_name(machine),
+            condition: by_name(problem, &next.condition),
             intervention: InterventionRecord::of(machine, &next.trial),
-            text: in_words(machine, next),
+            text: in_words(problem, next),
             separation_sigma: next.mean,
             least_sigma: next.separation,
             sensor: next.sensor.as_ref().map(|s| s.name.clone()),

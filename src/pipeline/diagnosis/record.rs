@@ -7,11 +7,10 @@ use serde::Serialize;
 
 use super::energy::Balance;
 use super::extended::Change;
-use super::next::NextRecord;
+use super::next::{NextRecord, by_name};
 use super::refit::{AgainstReadings, Fitted};
 use super::{Findings, ladder, name};
-use crate::describe::machine::Machine;
-use crate::evidence::diagnose::{self, Cause, Explanation, Gain, Rung, Verdict, sentence};
+use crate::evidence::diagnose::{self, Cause, Explanation, Gain, Problem, Rung, Verdict, sentence};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::faults::{Fault, FaultRecord};
 use crate::evidence::measurement::whiten;
@@ -254,7 +253,6 @@ impl Findings<'_> {
     pub fn record(&self) -> DiagnosisRecord {
         let diagnosis = &self.diagnosis;
         let misfit = &diagnosis.misfit;
-        let (machine, costs) = (&self.problem.study.model.machine, &self.problem.costs);
         let has_cause = matches!(diagnosis.verdict, Verdict::Explained | Verdict::CannotTell);
         DiagnosisRecord {
             misfit: MisfitRecord { chi2: misfit.chi2, dof: misfit.freedom, p: misfit.probability, p_look_elsewhere: misfit.look_elsewhere },
@@ -267,8 +265,8 @@ impl Findings<'_> {
             rungs: diagnosis.rungs.iter().map(|rung| RungRecord::of(self, rung)).collect(),
             set: self.open().into_iter().map(|e| causes(self, e)).collect(),
             next_measurement: diagnosis.next.split_first().map(|(best, others)| NextRecord {
-                others: Some(others.iter().map(|n| NextRecord::of(machine, n, costs)).collect()),
-                ..NextRecord::of(machine, best, costs)
+                others: Some(others.iter().map(|n| NextRecord::of(self.problem, n)).collect()),
+                ..NextRecord::of(self.problem, best)
             }),
             gain: diagnosis.gain.as_ref().map(|gain| GainRecord::of(self, gain)),
             extended_machine: self.extended.as_ref().map(|e| e.path.display().to_string()),
@@ -285,7 +283,7 @@ impl Findings<'_> {
                     misfit_explained: m.explained,
                 })
                 .collect(),
-            heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(machine, b)).collect(),
+            heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(self.problem, b)).collect(),
             readings: readings(self),
             faults: self.problem.faults.iter().map(Fault::record).collect(),
             seconds: diagnosis.seconds,
@@ -401,7 +399,7 @@ impl SurrogateRecord {
 }
 
 impl HeatBalanceRecord {
-    fn of(machine: &Machine, balance: &Balance) -> Self {
+    fn of(problem: &Problem, balance: &Balance) -> Self {
         let water = |w: &super::energy::Water| WaterRecord {
             circuit: w.circuit.clone(),
             measured_W: w.measured,
@@ -411,7 +409,7 @@ impl HeatBalanceRecord {
         };
         Self {
             test: balance.test.clone(),
-            condition: balance.condition.by_name(machine),
+            condition: by_name(problem, &balance.condition),
             before: FlowsRecord::of(&balance.before),
             after: balance.after.as_ref().map(FlowsRecord::of),
             water: balance.water.iter().map(water).collect(),
