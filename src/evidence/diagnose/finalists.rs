@@ -98,7 +98,7 @@ impl Outcome {
     /// Predictions with the most probable explanation on the finer mesh, K; none where it was not fitted.
     pub fn leading_predictions(&self) -> Option<Vec<f64>> {
         let (_, fitted) = self.leading()?;
-        Some(fitted.values.iter().zip(&self.view.mesh.correction).map(|(v, m)| v + m).collect())
+        Some(fitted.values.iter().zip(&self.view.mesh).map(|(v, m)| v + m).collect())
     }
 }
 
@@ -199,7 +199,7 @@ impl Finalists<'_> {
             return Ok((round > 0 || fitted.level != self.base.level).then(|| self.base.at(fitted.level)));
         }
         let Some(Extended { study, .. }) = self.predictor.extended(&members)? else { return Ok(None) };
-        Ok(Some(self.base.about(self.problem, &study, self.catalogue, self.predictor.scales)?.at(fitted.level)))
+        Ok(Some(Comparison::about(self.problem, &study, self.catalogue, self.predictor.scales)?.at(fitted.level)))
     }
 
     /// The screen of the machine as it is under another covariance.
@@ -274,7 +274,7 @@ impl Finalists<'_> {
     /// they are far behind it.
     fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &Comparison) -> Vec<Entry> {
         let all: Vec<usize> = (0..view.readings.len()).collect();
-        let (readings, mesh, places) = (&view.readings, &view.mesh.correction, &self.places);
+        let (readings, mesh, places) = (&view.readings, &view.mesh, &self.places);
         let used = FitData { which: &all, readings, mesh, places, whitener: &view.whitener, level: view.level, without: view.without };
         let attempt = |c: &Candidate, bar: Option<f64>| -> Option<Entry> {
             let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
@@ -377,10 +377,9 @@ impl Finalists<'_> {
         let found = signatures(&study, &problem.data, problem.start, &[], &again, self.predictor.scales, &problem.user)?;
         let left: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
         let relabelled = h.relabelled(&self.places);
-        let residual = relabelled.as_ref().map_or_else(
-            || left.clone(),
-            |from| from.iter().enumerate().map(|(i, o)| left[*o] + view.mesh.correction[*o] - view.mesh.correction[i]).collect(),
-        );
+        let residual = relabelled
+            .as_ref()
+            .map_or_else(|| left.clone(), |from| from.iter().enumerate().map(|(i, o)| left[*o] + view.mesh[*o] - view.mesh[i]).collect());
         // What the readings show of another cause goes through the sensors' own error first; exchanged ones were put back.
         let shown = |column: &Vec<f64>, other: &Hypothesis| -> Vec<f64> {
             if !h.is_sensor() || h.is_fixed() || other.is_sensor() {
@@ -392,7 +391,7 @@ impl Finalists<'_> {
             read(&moved).iter().zip(read(values)).map(|(a, b)| a - b).collect()
         };
         let mut columns: Vec<Vec<f64>> = found.columns.iter().zip(&again).map(|(column, other)| shown(column, other)).collect();
-        add_mesh_share(&again, &mut columns, &view.mesh.correction, &self.places);
+        add_mesh_share(&again, &mut columns, &view.mesh, &self.places);
         let held =
             ScreenInput { residual: &residual, columns: &columns, whitener: &view.whitener, catalogue: &again, places: &self.places };
         let mut second = held.screen();

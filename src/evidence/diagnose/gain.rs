@@ -292,7 +292,7 @@ impl<'a> Folds<'a> {
         let used = FitData {
             which: part.kept,
             readings: &readings,
-            mesh: &view.mesh.correction,
+            mesh: &view.mesh,
             places: &places,
             whitener: &part.whitener,
             level,

@@ -73,7 +73,7 @@ fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], b
     let free: Vec<&Hypothesis> = causes.iter().copied().chain(beside.iter().map(|b| &b.hypothesis)).collect();
     let guess: Vec<f64> = best.amplitudes.iter().copied().chain(beside.iter().map(|b| b.moved)).collect();
     let whitener = errors.whitener(&level, &all);
-    let (readings, mesh, places) = (&view.readings, &view.mesh.correction, &finals.places);
+    let (readings, mesh, places) = (&view.readings, &view.mesh, &finals.places);
     let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level, without: view.without };
     let rested = |mut fitted: Fitted, used: FitData<'_>| -> Result<Fitted> {
         for _ in 1..MOST_FITS {

@@ -47,7 +47,7 @@ pub fn settle(finals: &Finalists<'_>, outcome: &Outcome, members: &[usize]) -> R
     let all: Vec<usize> = (0..outcome.view.readings.len()).collect();
     let view = &outcome.view;
     let whitener = view.errors.whitener(&before.level, &all);
-    let (readings, mesh, places) = (&view.readings, &view.mesh.correction, &finals.places);
+    let (readings, mesh, places) = (&view.readings, &view.mesh, &finals.places);
     let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level: before.level, without: view.without };
     let causes: Vec<&Hypothesis> = members.iter().map(|j| finals.of(*j)).collect();
     let place = members.iter().position(|j| j == cause).unwrap_or(0);

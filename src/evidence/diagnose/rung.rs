@@ -149,7 +149,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         None => None,
     };
     let rung = rung.map(|rung| {
-        let alone = alone(&predictor, &rung, &outcome.view.mesh.correction).iter().map(|values| explained(values)).collect();
+        let alone = alone(&predictor, &rung, &outcome.view.mesh).iter().map(|values| explained(values)).collect();
         Rung { share: explained(&rung.predicted), alone, ..rung }
     });
     let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
@@ -226,7 +226,7 @@ fn levels(base: &Comparison) -> (Level, Level) {
 
 fn residuals(base: &Comparison, screened: &Screened) -> Residuals {
     Residuals {
-        predicted: base.found.prediction.values.iter().zip(&base.mesh.correction).map(|(v, m)| v + m).collect(),
+        predicted: base.found.prediction.values.iter().zip(&base.mesh).map(|(v, m)| v + m).collect(),
         whitened: screened.residual.clone(),
         deviation: base.errors.marginal(&base.level),
         residual: base.found.residual.clone(),
@@ -247,7 +247,7 @@ fn rung(
     let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&best.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
     let Some(sets) = predictor.written(&members)? else { return Ok(None) };
     let predicted = match joint {
-        Some(joint) => joint.values.iter().zip(&outcome.view.mesh.correction).map(|(v, m)| v + m).collect(),
+        Some(joint) => joint.values.iter().zip(&outcome.view.mesh).map(|(v, m)| v + m).collect(),
         None => outcome.leading_predictions().unwrap_or_default(),
     };
     let left: Vec<f64> = whiten::readings(&problem.data).iter().zip(&predicted).map(|(r, p)| r - p).collect();

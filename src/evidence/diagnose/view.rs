@@ -23,8 +23,8 @@ const TOGETHER: usize = 128;
 pub struct Comparison {
     /// Predictions, residual (less the mesh's share) and signatures of the catalogue it was made with.
     pub found: Signatures,
-    /// What an endlessly fine mesh changes.
-    pub mesh: MeshShare,
+    /// What an endlessly fine mesh changes, K.
+    pub mesh: Vec<f64>,
     /// Covariance in parts.
     pub errors: ErrorParts,
     /// Causes that are a number of the file, with the amplitude of a change of it by a factor e, in the order of the covariance.
@@ -45,25 +45,20 @@ impl Comparison {
     /// # Errors
     /// The machine cannot be solved at the data's conditions.
     pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
-        Self::beside(problem, study, catalogue, scales, None)
-    }
-
-    /// With the mesh's share where it is known.
-    fn beside(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, mesh: Option<&MeshShare>) -> Result<Self> {
         let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<Parameter>>>()?;
         let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
-        let finer = |finer: &Study| identify::values_within(finer, &problem.data, problem.start, TIME_TOLERANCE);
-        let mesh = mesh.map_or_else(|| MeshShare::of(study, &problem.data, &found.prediction.values, finer), |known| Ok(known.clone()))?;
-        let correction = &mesh.correction;
-        found.residual.iter_mut().zip(correction).for_each(|(r, m)| *r -= m);
-        add_mesh_share(catalogue, &mut found.columns, correction, &whiten::places(&problem.data));
+        let MeshShare { correction: mesh, scatter } = MeshShare::of(study, &problem.data, &found.prediction.values, |finer| {
+            identify::values_within(finer, &problem.data, problem.start, TIME_TOLERANCE)
+        })?;
+        found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
+        add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
         let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);
-        errors.extend(mesh.scatter.iter().cloned());
+        errors.extend(scatter);
         if !problem.data.is_transient() {
             errors.extend(bends(problem, study, catalogue, scales, &found));
         }
-        let all: Vec<usize> = (0..correction.len()).collect();
-        let readings = whiten::readings(&problem.data).iter().zip(correction).map(|(r, m)| r - m).collect();
+        let all: Vec<usize> = (0..mesh.len()).collect();
+        let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
         let level = Level::NONE;
         let network = &study.model.network;
         let numbers = catalogue.iter().filter_map(|h| Some((h.clone(), h.of_a_number(network)?))).collect();
@@ -90,12 +85,12 @@ impl Comparison {
         whitened.iter().map(|v| v * v).sum::<f64>() + self.whitener.log_determinant() - self.without + self.level.price()
     }
 
-    /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors act differently too. In logs of cells,
-    /// whose runs on finer meshes take most, the mesh's share is that of the machine without it.
+    /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors and the mesh's share act differently
+    /// too.
     ///
     /// # Errors
     /// As [`Comparison::of`].
-    pub fn about(&self, problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+    pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
         let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind(), h.place.as_str())).collect();
         let mut common = hypotheses(study, &problem.data, &problem.user);
         let network = &study.model.network;
@@ -103,8 +98,7 @@ impl Comparison {
             h.common_factor().is_some() || h.discrepancy(network, &problem.discrepancy).is_some() || h.of_a_number(network).is_some()
         };
         common.retain(|h| counts(h) && own.contains(&(h.kind(), h.place.as_str())));
-        let is_kept = problem.data.is_transient() && study.model.mesh.cells > 0;
-        Self::beside(problem, study, &common, scales, is_kept.then_some(&self.mesh))
+        Self::of(problem, study, &common, scales)
     }
 
     /// The screen: signatures beside the residual.
