@@ -168,13 +168,13 @@ pub(super) fn model_error(root: &Section<'_>, sensors: &[Sensor], variables: &[V
     }
     let mut measured = Vec::new();
     for given in section.tables("measured")? {
-        // As in a table of readings: what is not stated is at the machine's default.
-        let one = |variable: &Variable| match variable.default.filter(|_| !given.has(&variable.name)) {
-            Some(default) => Ok(default),
-            None => given.quantity(&variable.name, variable.dimension),
-        };
-        measured.push(variables.iter().map(one).collect::<Result<Vec<f64>>>()?);
+        let one = |variable: &Variable| given.quantity(&variable.name, variable.dimension);
+        measured.push(variables.iter().filter(|v| given.has(&v.name) || v.default.is_none()).map(one).collect::<Result<Vec<f64>>>()?);
         given.finish()?;
+    }
+    if let Some(odd) = measured.iter().find(|row| row.len() != variables.len()) {
+        let what = format!("a measured condition has {} of {} variables", odd.len(), variables.len());
+        return Err(section.error_at("measured", what).help("state every variable of the machine"));
     }
     section.finish()?;
     Ok(ModelError { sensors: own, common, growth, measured, is_stated })

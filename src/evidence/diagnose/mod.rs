@@ -162,7 +162,7 @@ impl Problem {
         if added.is_empty() {
             return Ok(self);
         }
-        let study = self.study.edited(&added.iter().map(Added::line).collect::<Vec<_>>())?;
+        let study = self.study.edited(&Added::lines(&added, self.study.document())?)?;
         let mut uncertainty = self.uncertainty;
         let before = |v: &Variable| given.iter().position(|own| own.name == v.name);
         let of = |v: &Variable| before(v).and_then(|v| uncertainty.variables.get(v).copied()).unwrap_or_default();
@@ -197,7 +197,8 @@ impl Problem {
     /// A declaration cannot be added.
     pub fn document(&self, lines: &[(String, String)]) -> Result<Document> {
         let mut document = self.machine_file().clone();
-        for (key, value) in self.added.iter().filter(|added| added.is_named(lines)).map(Added::line) {
+        let named: Vec<Added> = self.added.iter().filter(|added| added.is_named(lines)).cloned().collect();
+        for (key, value) in Added::lines(&named, &document)? {
             document.apply_set(&key, &value)?;
         }
         Ok(document)

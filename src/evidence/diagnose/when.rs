@@ -4,7 +4,9 @@
 //! Nothing else depends on them: away from these data the time and the test are none, and nothing has fallen.
 
 use crate::describe::machine::{Condition, Variable};
+use crate::error::Result;
 use crate::evidence::measurement::{Data, TIME};
+use crate::foundation::document::{Document, Leaf};
 
 /// Number of the test, from 1 in the order of the data; 0 elsewhere.
 pub const TEST_NUMBER: &str = "test_number";
@@ -71,8 +73,28 @@ impl Added {
     }
 
     /// The line of the machine file that declares it, (key, TOML value).
-    pub fn line(&self) -> (String, String) {
+    fn line(&self) -> (String, String) {
         (format!("variables.{}", self.name), self.declared.into())
+    }
+
+    /// The lines of a machine file by which it has some variables: their declarations, and their defaults in the measured conditions that it
+    /// states, which have every variable.
+    ///
+    /// # Errors
+    /// A key of the file cannot be read.
+    pub fn lines(added: &[Self], document: &Document) -> Result<Vec<(String, String)>> {
+        let mut lines: Vec<(String, String)> = added.iter().map(Self::line).collect();
+        if let Some(Leaf::List(measured)) = document.leaf(MEASURED)?.filter(|_| !added.is_empty()) {
+            let with = |condition: Leaf| match condition {
+                Leaf::Table(entries) => {
+                    let none = added.iter().map(|a| (a.name.clone(), Leaf::Text(if a.name == TIME { "0 s" } else { "0 1" }.into())));
+                    Leaf::Table(entries.into_iter().chain(none).collect())
+                }
+                other => other,
+            };
+            lines.push((MEASURED.into(), Leaf::List(measured.into_iter().map(with).collect()).to_toml()));
+        }
+        Ok(lines)
     }
 
     /// Whether lines of a machine file name it.
@@ -82,6 +104,8 @@ impl Added {
     }
 }
 
+/// Conditions at which a machine was compared with measurements.
+const MEASURED: &str = "model_error.measured";
 /// A pure number.
 const COUNT: &str = "{ unit = \"1\", default = \"0\" }";
 

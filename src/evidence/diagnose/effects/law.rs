@@ -100,7 +100,7 @@ pub struct LawNumber {
 }
 
 impl Law {
-    /// In words; what a variable of the machine does is told by [`Scales::words`].
+    /// In words; what a variable of the machine does is told by [`super::Scales::words`].
     pub fn words(self) -> &'static str {
         match self {
             Self::Constant => "constant",
