@@ -111,7 +111,8 @@ fn nothing_is_lost_or_done_twice() {
         *of.entry(line.split('\t').next().unwrap().parse().unwrap()).or_default() += 1;
     }
     assert_eq!(of.len(), CONDITIONS);
-    assert!(of.values().all(|count| *count == 1), "{of:?}");
+    let more: Vec<_> = of.iter().filter(|(_, count)| **count > 1).collect();
+    assert!(more.is_empty(), "{more:?} stand more than once; {}", told["slurm"]["rounds"]);
     let again = runs(&folder).len() - CONDITIONS;
     assert!(again <= 6, "{again} runs were made again");
     let rounds = told["slurm"]["rounds"].as_array().unwrap();
@@ -145,7 +146,9 @@ fn full_disk(slurm: &Slurm, folder: &Path) {
         assert!(begin.elapsed() < Duration::from_secs(60), "node1 does not come back: {}", slurm.ask("sinfo", &["-Nl"]));
         std::thread::sleep(Duration::from_millis(200));
     }
-    let script = "dd if=/dev/zero of=big bs=1024 count=1000 2> /dev/null || exit 1\nsleep 0.05\necho \"t = $x\"";
+    // Some programs say why and clean up before they end, so that there is room again; others do neither. A third kind cleans up
+    // and says nothing: then a neighbour's failure must tell.
+    let script = "dd if=/dev/zero of=big bs=1024 count=1000 2> why || {\ncase $x in *[0-3]) cat why >&2; rm big;; *[4-6]) rm big;; esac\nexit 1\n}\nsleep 0.05\necho \"t = $x\"";
     shell(folder, 40, &format!("scratch = '{}'", folder.join("local").display()), script);
     // Every node gets some of as many parts as there are processors.
     let ended = slurm.sweep(folder, 12).output().unwrap();
@@ -155,8 +158,10 @@ fn full_disk(slurm: &Slurm, folder: &Path) {
     let rounds = told["slurm"]["rounds"].as_array().unwrap();
     assert!(rounds.len() == 2 && rounds[1]["avoided"] == serde_json::json!(["node1"]), "{told}");
     assert!(said(&ended).contains("tasks failed on node1"), "{}", said(&ended));
-    let rows: Vec<usize> = journal_lines(folder).iter().map(|line| line.split('\t').next().unwrap().parse().unwrap()).collect();
-    assert_eq!((rows.len(), rows.iter().collect::<std::collections::BTreeSet<_>>().len()), (40, 40));
+    let lines = journal_lines(folder);
+    let solved: Vec<&str> = lines.iter().filter_map(|line| line.split_once("\tok\t")).map(|(row, _)| row).collect();
+    assert_eq!((solved.len(), solved.iter().collect::<std::collections::BTreeSet<_>>().len()), (40, 40));
+    println!("{} failures of the full disk were run again", lines.len() - 40);
 }
 
 /// Where tasks cannot write, it is told why after three rounds, and goes on once that is mended.

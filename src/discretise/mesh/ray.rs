@@ -4,8 +4,8 @@ use std::f64::consts::TAU;
 
 use super::bounds;
 use super::grid::Frame;
-use super::tetra::{cross, dot, minus};
 use crate::describe::machine::{Shape, Side};
+use crate::foundation::vector::{cross, dot, minus};
 
 /// Solids in a leaf of the tree.
 const LEAF: usize = 3;

@@ -40,7 +40,8 @@ impl Added {
         let number = test_numbers(data).map(|values| Self::new(TEST_NUMBER, COUNT, values));
         let fallen = |(v, variable): (usize, &Variable)| {
             let name = format!("{}{FALLEN}", variable.name);
-            let remembers = !variable.dimension.is_absolute() && !WITHOUT_MEMORY.contains(&variable.name.as_str());
+            let is_count = variable.name == TEST_NUMBER || variable.name.ends_with(FALLEN);
+            let remembers = !variable.dimension.is_absolute() && !WITHOUT_MEMORY.contains(&variable.name.as_str()) && !is_count;
             Some(Self::new(name, COUNT, fallen(data, v).filter(|_| remembers && variable.name != TIME)?))
         };
         let fallen = variables.iter().enumerate().filter_map(fallen);

@@ -72,6 +72,25 @@ struct UnderWay {
     parts: usize,
 }
 
+/// The parts whose failed conditions are run again.
+enum Retry {
+    All,
+    Of(BTreeSet<usize>),
+}
+
+impl Retry {
+    fn none() -> Self {
+        Self::Of(BTreeSet::new())
+    }
+
+    fn holds(&self, part: usize) -> bool {
+        match self {
+            Self::All => true,
+            Self::Of(parts) => parts.contains(&part),
+        }
+    }
+}
+
 /// Runs every condition on a cluster and brings the journals together; the tables are then [`Sweep::tables`]. What is under way
 /// already is watched, not submitted again.
 ///
@@ -110,24 +129,23 @@ impl<'a> Campaign<'a> {
     fn run(&self) -> Result<ClusterRecord> {
         let (mut rounds, mut idle) = (Vec::new(), 0);
         let mut merged = self.merged()?;
-        let mut retry = self.options.retry_failed;
+        let mut retry = if self.options.retry_failed { Retry::All } else { Retry::none() };
         let mut avoided = BTreeSet::new();
         loop {
             let under_way = self.under_way()?;
             let parts = under_way.as_ref().map_or(self.options.parts, |found| found.parts);
-            let tasks = self.open_parts(&merged, parts, retry);
+            let tasks = self.open_parts(&merged, parts, &retry);
             let UnderWay { job, .. } = match under_way {
                 Some(found) => found,
                 None if tasks.is_empty() => break,
-                None => self.submit(&tasks, parts, retry, &avoided)?,
+                None => self.submit(&tasks, parts, &retry, &avoided)?,
             };
-            retry = false;
             let before = self.known(&merged);
             let ended = self.watch(&job, before, parts)?;
             merged = self.merged()?;
             self.forget()?;
             let brought = self.known(&merged).saturating_sub(before);
-            let lacking = self.open_parts(&merged, parts, false);
+            let lacking = self.open_parts(&merged, parts, &Retry::none());
             let mut incomplete = BTreeMap::new();
             for task in ended.iter().filter(|task| lacking.contains(&task.number)) {
                 *incomplete.entry(task.words()).or_default() += 1;
@@ -140,6 +158,7 @@ impl<'a> Campaign<'a> {
             if let Some(first) = more.iter().find(|node| !avoided.contains(*node)) {
                 self.progress.say(&format!("tasks failed on {first}: what they left is run on other nodes"));
             }
+            retry = Retry::Of(doubtful(&ended, &more));
             avoided.extend(more);
             idle = if brought > 0 || lacking.is_empty() { 0 } else { idle + 1 };
             if idle == MOST_IDLE {
@@ -161,17 +180,18 @@ impl<'a> Campaign<'a> {
     }
 
     /// The parts that lack conditions; where failed ones are run again, those that have any too.
-    fn open_parts(&self, merged: &Merged, parts: usize, retry: bool) -> Vec<usize> {
-        let failed = if retry { &merged.failed[..] } else { &[] };
-        let mut open: Vec<usize> = merged.missing.iter().chain(failed).map(|row| (row - 1) % parts + 1).collect();
+    fn open_parts(&self, merged: &Merged, parts: usize, retry: &Retry) -> Vec<usize> {
+        let part_of = |row: &usize| (row - 1) % parts + 1;
+        let failed = merged.failed.iter().map(part_of).filter(|part| retry.holds(*part));
+        let mut open: Vec<usize> = merged.missing.iter().map(part_of).chain(failed).collect();
         open.sort_unstable();
         open.dedup();
         open
     }
 
-    fn submit(&self, tasks: &[usize], parts: usize, retry: bool, avoided: &BTreeSet<String>) -> Result<UnderWay> {
+    fn submit(&self, tasks: &[usize], parts: usize, retry: &Retry, avoided: &BTreeSet<String>) -> Result<UnderWay> {
         let script = self.own.join("part.sh");
-        let again = if retry { " --retry-failed" } else { "" };
+        let again = if tasks.iter().any(|part| retry.holds(*part)) { " --retry-failed" } else { "" };
         let shard = format!("--shard \"$SLURM_ARRAY_TASK_ID/{parts}\"");
         let text = format!("#!/bin/sh\nexec {} {shard} --threads \"${{SLURM_CPUS_PER_TASK:-1}}\" --quiet{again}\n", self.options.command);
         atomic_file::write(&script, text.as_bytes())?;
@@ -263,6 +283,14 @@ fn failed_nodes(ended: &[Task], lacking: &[usize]) -> BTreeSet<String> {
         ended.iter().filter(|task| !task.node.is_empty()).partition(|task| task.has_failed() && lacking.contains(&task.number));
     let bad: BTreeSet<String> = bad.into_iter().map(|task| task.node.clone()).collect();
     if good.iter().any(|task| !bad.contains(&task.node)) { bad } else { BTreeSet::new() }
+}
+
+/// The parts that ran where others of their node ended with an error: a condition that failed there may have failed of the same
+/// cause. A node that is lost is none: what ran there is not recorded.
+fn doubtful(ended: &[Task], nodes: &BTreeSet<String>) -> BTreeSet<usize> {
+    let with_error: BTreeSet<&String> =
+        ended.iter().filter(|task| task.has_exited_with_an_error()).map(|task| &task.node).filter(|node| nodes.contains(*node)).collect();
+    ended.iter().filter(|task| with_error.contains(&task.node)).map(|task| task.number).collect()
 }
 
 /// How many conditions journals hold, read again only where they have grown.

@@ -38,6 +38,11 @@ impl Task {
         self.state == "FAILED"
     }
 
+    /// Whether that was one of the command it ran, not of its node.
+    pub(super) fn has_exited_with_an_error(&self) -> bool {
+        self.has_failed() && self.reason == "NonZeroExitCode"
+    }
+
     pub(super) fn is_running(&self) -> bool {
         self.state == "RUNNING"
     }

@@ -41,6 +41,8 @@ const VERSION_LIMIT: Duration = Duration::from_secs(60);
 const LONGEST_LINE: usize = 200;
 /// Version of what is kept in the cache.
 const FORMAT: &str = "coldplate solver 1";
+/// What to do where the disk is full.
+const ROOM: &str = "make room and start again: what the journal holds is kept";
 
 /// Counts the folders of runs of this process.
 static RUNS: AtomicUsize = AtomicUsize::new(0);
@@ -243,7 +245,6 @@ impl Workshop<'_> {
 
     fn outcome(&self, ended: Ended, folder: &Path) -> std::result::Result<Vec<f64>, Failure> {
         let program = self.program;
-        let printed = |name: &str| std::fs::read(folder.join(name)).map(|b| String::from_utf8_lossy(&b).into_owned()).unwrap_or_default();
         let status = match ended {
             Ended::TimedOut => {
                 let limit = program.limit.unwrap_or_default().as_secs_f64();
@@ -251,7 +252,7 @@ impl Workshop<'_> {
             }
             Ended::Itself(status) => status,
         };
-        let (stdout, stderr) = (printed(process::STDOUT), printed(process::STDERR));
+        let (stdout, stderr) = (printed(folder, process::STDOUT), printed(folder, process::STDERR));
         // Before the status: programs that say so often end with one too.
         if let Some(pattern) = &program.not_converged
             && let Some(found) = pattern.find(&stdout).or_else(|| pattern.find(&stderr))
@@ -282,13 +283,27 @@ fn make(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e))
 }
 
-/// Whether a program could write here: where the disk is full, what it failed at was not the condition.
+/// What a program wrote to one of its streams.
+fn printed(folder: &Path, name: &str) -> String {
+    std::fs::read(folder.join(name)).map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).unwrap_or_default()
+}
+
+/// Whether a program could write here: where the disk is full, what it failed at was not the condition. It may have said so
+/// itself, and there may be room again since: its neighbours make room when they end.
 fn has_room(folder: &Path) -> Result<()> {
     const PROBE: usize = 64 << 10;
+    /// Of the C library, as most programs repeat it.
+    const FULL: [&str; 2] = ["No space left on device", "Disk quota exceeded"];
     let path = folder.join(".room");
+    if let Some(said) = [process::STDERR, process::STDOUT].iter().find_map(|name| {
+        let text = printed(folder, name);
+        line_of(text.lines().filter(|line| FULL.iter().any(|full| line.contains(full))))
+    }) {
+        return Err(Error::input(format!("the program had no room: {said}")).in_file(folder).help(ROOM));
+    }
     let written = File::create(&path).and_then(|mut file| file.write_all(&vec![0; PROBE]).and_then(|()| file.sync_all()));
     let _ = std::fs::remove_file(&path);
-    written.map_err(|e| Error::file("write", &path, e).help("make room and start again: what the journal holds is kept"))
+    written.map_err(|e| Error::file("write", &path, e).help(ROOM))
 }
 
 /// A folder that stays behind is a nuisance and no failure.

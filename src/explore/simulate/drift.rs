@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::{History, Subject};
 use crate::describe::machine::{Displacement, Reading};
+use crate::foundation::vector::{cross, dot, norm};
 use crate::units::Measurand;
 
 /// The first stretch that tests of spindles and axes report on its own, s.
@@ -144,10 +145,9 @@ impl History {
 /// Nothing where they tell no angle: of two parts, in two directions, counted from two places, or along the line between them.
 fn lever(a: &Displacement, b: &Displacement) -> Option<(f64, [f64; 3])> {
     let d = a.direction;
-    let is_alike =
-        a.of.0 == b.of.0 && a.relative_to == b.relative_to && length(cross(d, b.direction)) < SQUARE && dot(d, b.direction) > 0.0;
+    let is_alike = a.of.0 == b.of.0 && a.relative_to == b.relative_to && norm(cross(d, b.direction)) < SQUARE && dot(d, b.direction) > 0.0;
     let r: [f64; 3] = std::array::from_fn(|i| a.of.1[i] - b.of.1[i]);
-    let apart = length(r);
+    let apart = norm(r);
     if !is_alike || apart < SQUARE || dot(r, d).abs() > SQUARE * apart {
         return None;
     }
@@ -161,18 +161,6 @@ fn axis(n: [f64; 3]) -> String {
         Some(i) => format!("{}{}", if n[i] < 0.0 { "-" } else { "" }, ["x", "y", "z"][i]),
         None => format!("{:.3} {:.3} {:.3}", n[0], n[1], n[2]),
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! Where in a mesh a point lies, and with what weights the corners around it give a value there.
 
 use super::{Cells, Field, Support};
+use crate::foundation::vector::{cross, dot, minus, norm};
 
 /// Share of a corner: its number, and its weight.
 pub type Weight = (usize, f64);
@@ -84,7 +85,7 @@ impl Cells {
     }
 
     fn nearest(&self, points: &[[f64; 3]], at: [f64; 3]) -> Option<Place> {
-        let all = points.iter().map(|p| length(less(*p, at))).enumerate();
+        let all = points.iter().map(|p| norm(minus(*p, at))).enumerate();
         let (point, distance) = all.filter(|(_, d)| d.is_finite()).min_by(|a, b| a.1.total_cmp(&b.1))?;
         let cell = (0..self.len()).find(|c| self.corners_of(*c).contains(&point));
         Some(Place::Near { point, cell, distance })
@@ -112,7 +113,7 @@ fn is_near(corners: &[usize], points: &[[f64; 3]], at: [f64; 3]) -> bool {
             (low[d], high[d]) = (low[d].min(points[*corner][d]), high[d].max(points[*corner][d]));
         }
     }
-    let slack = 3.0 * SLACK * length(less(high, low));
+    let slack = 3.0 * SLACK * norm(minus(high, low));
     (0..3).all(|d| at[d] >= low[d] - slack && at[d] <= high[d] + slack)
 }
 
@@ -120,8 +121,8 @@ fn is_near(corners: &[usize], points: &[[f64; 3]], at: [f64; 3]) -> bool {
 /// the place is off its plane.
 fn weights(corners: &[usize], points: &[[f64; 3]], at: [f64; 3]) -> Option<Vec<f64>> {
     let origin = points[corners[0]];
-    let edges: Vec<[f64; 3]> = corners[1..].iter().map(|c| less(points[*c], origin)).collect();
-    let to = less(at, origin);
+    let edges: Vec<[f64; 3]> = corners[1..].iter().map(|c| minus(points[*c], origin)).collect();
+    let to = minus(at, origin);
     let (a, b) = (edges[0], edges[1]);
     let normal = cross(a, b);
     let c = match edges.get(2) {
@@ -129,33 +130,17 @@ fn weights(corners: &[usize], points: &[[f64; 3]], at: [f64; 3]) -> Option<Vec<f
         None => normal,
     };
     let volume = dot(normal, c);
-    let size = length(a) * length(b) * length(c);
+    let size = norm(a) * norm(b) * norm(c);
     if volume.abs() <= 1e-12 * size || !volume.is_finite() {
         return None;
     }
     let own = [dot(cross(to, b), c) / volume, dot(cross(a, to), c) / volume, dot(normal, to) / volume];
     if edges.len() == 2 {
         // The third share counts lengths of the normal.
-        let off = own[2].abs() * length(normal);
-        return (off <= SLACK * length(a).max(length(b))).then(|| vec![1.0 - own[0] - own[1], own[0], own[1]]);
+        let off = own[2].abs() * norm(normal);
+        return (off <= SLACK * norm(a).max(norm(b))).then(|| vec![1.0 - own[0] - own[1], own[0], own[1]]);
     }
     Some(vec![1.0 - own.iter().sum::<f64>(), own[0], own[1], own[2]])
-}
-
-fn less(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-fn length(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }
 
 #[cfg(test)]

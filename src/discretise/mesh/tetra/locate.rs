@@ -1,6 +1,6 @@
 //! Which tetrahedron holds a point: uniform bins over the bounding box.
 
-use super::{cross, dot, minus};
+use crate::foundation::vector::{cross, dot, minus};
 
 /// How far outside a tetrahedron a point may lie, in shape functions.
 const OUTSIDE: f64 = 0.05;

@@ -14,6 +14,7 @@ use std::sync::Arc;
 
 use crate::describe::gmsh::Body;
 use crate::describe::machine::{Face, Import};
+use crate::foundation::vector::{cross, dot, minus, norm};
 use locate::Locator;
 
 /// An imported volume in the mesh.
@@ -175,20 +176,4 @@ impl Tetra {
         let mean = corners.iter().map(|(node, _)| self.volumes[node - self.first]).sum::<f64>() / 4.0;
         Some(mean.cbrt())
     }
-}
-
-pub(super) fn minus(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-pub(super) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-pub(super) fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-}
-
-pub(super) fn norm(a: [f64; 3]) -> f64 {
-    dot(a, a).sqrt()
 }

@@ -8,11 +8,12 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
+use super::Tetra;
 use super::clip::{Point, area, clip, quadrature, shape_functions};
-use super::{Tetra, cross, dot, minus, norm};
 use crate::describe::machine::Side;
 use crate::discretise::mesh::grid::{Frame, Grid, tangents};
 use crate::discretise::mesh::overlap::{TOUCHING, face_position, indices_between, tile_polygon};
+use crate::foundation::vector::{cross, dot, minus, norm};
 
 /// Faces closer than this times the longest edge of the triangle touch.
 const NEAR: f64 = 1e-3;

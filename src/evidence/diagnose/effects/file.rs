@@ -65,7 +65,7 @@ impl MachineEdit<'_> {
 
     /// When it acts, as an expression of formulas; `None` where it is always alike.
     pub fn when(&self) -> Option<String> {
-        self.hypothesis.law.is_of_when().then(|| self.law())
+        self.hypothesis.law.says_when().then(|| self.law())
     }
 
     /// Key of a table that is added: `source."diagnosed heat source gear"`.

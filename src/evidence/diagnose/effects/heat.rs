@@ -120,7 +120,7 @@ impl Family for Heat {
                 let range = told.range("");
                 format!("the heat of {place} grows with its temperature otherwise than the model's: {range} times as much per 10 K")
             }
-            Self::Source(_) if told.hypothesis.law.is_of_when() => {
+            Self::Source(_) if told.hypothesis.law.says_when() => {
                 format!("the heat of {place} is {} times what the model has{law}", told.range(""))
             }
             Self::Source(_) => {

@@ -118,7 +118,7 @@ impl Law {
     }
 
     /// Whether it says when a cause acts: at some times, in some tests, or on the way down.
-    pub fn is_of_when(self) -> bool {
+    pub fn says_when(self) -> bool {
         matches!(self, Self::Of(_, Form::Passed | Form::After(_) | Form::At(_) | Form::From(_)))
     }
 

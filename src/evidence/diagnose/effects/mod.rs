@@ -272,7 +272,7 @@ impl Hypothesis {
 
     /// Whether its law is one that is looked for only where something is wrong.
     pub fn is_rare(&self) -> bool {
-        self.law.is_of_when() || self.law.is_free()
+        self.law.says_when() || self.law.is_free()
     }
 
     /// How it depends on the condition, in words.
@@ -306,7 +306,7 @@ impl Hypothesis {
     pub fn written(&self, study: &Study, data: &Data, scales: &Scales, user: &[UserKind], amplitude: f64) -> Result<Lines> {
         match self.sensor() {
             // The machine file has no words for a sensor whose error is not always alike.
-            Some(_) if self.law.is_of_when() => Ok(None),
+            Some(_) if self.law.says_when() => Ok(None),
             Some(sensor) => sensor.written(study, data, amplitude),
             None => self.sets(study, scales, user, amplitude),
         }

@@ -86,7 +86,7 @@ impl Told<'_> {
 
     /// When it acts, to end a sentence with, where its law says that; nothing for others.
     pub fn when(&self) -> String {
-        if self.hypothesis.law.is_of_when() { self.law() } else { String::new() }
+        if self.hypothesis.law.says_when() { self.law() } else { String::new() }
     }
 
     /// The number with its unit and 90 % interval.
