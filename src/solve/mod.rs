@@ -4,6 +4,7 @@ mod aggregation;
 pub mod balance;
 pub mod calculix;
 pub mod csr;
+mod direct;
 pub mod heat_flow;
 mod jacobian;
 pub mod krylov;

@@ -6,25 +6,24 @@
 //! same polynomial smoother before and after the coarse correction is symmetric, so it may precondition
 //! conjugate gradients. The smoother is Chebyshev's of the fourth kind (Lottes, Numerical Linear Algebra
 //! with Applications 30 (2023) e2518), which needs no lower bound of the spectrum. Levels are stored and
-//! applied in single precision: a preconditioner need not be exact, and half the bytes move.
-
-use std::sync::Arc;
-
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+//! applied in single precision: a preconditioner need not be exact, and half the bytes move. The coarsest level is solved
+//! directly, and so is the network itself where that costs no more than a cycle.
 
 use super::aggregation::{aggregates, smoothed_prolongation};
 use super::csr::{CHUNK, Csr, for_chunks};
+use super::direct::Direct;
 use super::jacobian::SparseRows;
 use super::system::Symmetric;
 use super::tensor::Transfer;
 use crate::discretise::network::Block;
 use crate::discretise::network::block::Profile;
-use crate::error::{Error, Result, Stop};
+use crate::error::Result;
 
-/// Factorisations of the coarsest level that are kept.
-const MOST_KNOWN: usize = 8;
 /// Rows at which the coarsest level is solved directly.
 const COARSEST: usize = 400;
+/// Rows up to which a direct solve of the network itself is thought of, and the entries per row of its factor up to which it is taken.
+const DIRECT: usize = 8000;
+const MOST_FILL: f64 = 60.0;
 /// Couplings weaker than this, relative to the geometric mean of the diagonals, do not bind aggregates.
 const STRENGTH: f64 = 0.08;
 /// Blocks are coarsened while that leaves less than this share of the rows.
@@ -38,7 +37,7 @@ const DEGREE: usize = 4;
 #[derive(Debug, Clone)]
 pub struct Multigrid {
     levels: Vec<Level>,
-    coarsest: Coarsest,
+    coarsest: Direct,
 }
 
 #[derive(Debug, Clone)]
@@ -71,23 +70,6 @@ enum Step {
     Aggregates { prolongation: Csr<f32>, restriction: Csr<f32> },
 }
 
-#[derive(Debug, Clone)]
-struct Coarsest {
-    matrix: DMatrix<f64>,
-    capacity: Vec<f64>,
-    /// The one in use, and others of late, the last one first: rates come again.
-    factor: Arc<Cholesky<f64, Dyn>>,
-    known: Vec<Shifted>,
-}
-
-/// A factorisation with the capacity over a time on the diagonal.
-#[derive(Debug, Clone)]
-struct Shifted {
-    /// 1/s
-    rate: f64,
-    factor: Arc<Cholesky<f64, Dyn>>,
-}
-
 /// Vectors for one V-cycle; one set per thread.
 #[derive(Debug, Clone)]
 pub struct Workspace {
@@ -100,6 +82,13 @@ impl Multigrid {
     /// # Errors
     /// The matrix is not positive definite: some node has no path to any given temperature.
     pub fn new(matrix: &Symmetric<'_>, capacity: &[f64]) -> Result<Self> {
+        let rows = matrix.to_given.len();
+        let most = if rows <= COARSEST { f64::INFINITY } else { MOST_FILL };
+        if rows <= DIRECT
+            && let Some(coarsest) = Direct::within(rows_of(matrix), capacity.to_vec(), most)?
+        {
+            return Ok(Self { levels: Vec::new(), coarsest });
+        }
         let mut levels = Vec::new();
         let along: Vec<[f64; 3]> = matrix.profiles.iter().map(mean_conductances).collect();
         let mut transfer = Transfer::new(matrix.blocks, &along, matrix.to_given.len());
@@ -148,23 +137,14 @@ impl Multigrid {
             });
             current = coarse;
         }
-        let rows = current.rows();
-        let mut dense = DMatrix::zeros(rows, rows);
-        for i in 0..rows {
-            let (cols, values) = current.row(i);
-            for (j, v) in cols.iter().zip(values) {
-                dense[(i, *j as usize)] = *v;
-            }
-        }
-        let factor = factorise(dense.clone())?;
-        Ok(Self { levels, coarsest: Coarsest { matrix: dense, capacity: carried, factor: Arc::new(factor), known: Vec::new() } })
+        Ok(Self { levels, coarsest: Direct::new(current, carried)? })
     }
 
     /// Vectors for [`Multigrid::apply`].
     pub fn workspace(&self) -> Workspace {
         let of = |n: usize| [vec![0.0; n], vec![0.0; n], vec![0.0; n]];
         let mut levels: Vec<_> = self.levels.iter().map(|l| of(l.own.len())).collect();
-        levels.push(of(self.coarsest.matrix.nrows()));
+        levels.push(of(self.coarsest.rows()));
         Workspace { levels }
     }
 
@@ -179,8 +159,8 @@ impl Multigrid {
     fn cycle(&self, l: usize, work: &mut Workspace) {
         let Some(level) = self.levels.get(l) else {
             let [b, x, _] = &mut work.levels[l];
-            let mut solved = DVector::from_iterator(b.len(), b.iter().map(|b| f64::from(*b)));
-            self.coarsest.factor.solve_mut(&mut solved);
+            let mut solved: Vec<f64> = b.iter().map(|b| f64::from(*b)).collect();
+            self.coarsest.solve(&mut solved);
             x.iter_mut().zip(solved.iter()).for_each(|(x, s)| *x = *s as f32);
             return;
         };
@@ -213,31 +193,19 @@ impl Multigrid {
         for level in &mut self.levels {
             level.shift(rate);
         }
-        let Coarsest { matrix, capacity, factor, known } = &mut self.coarsest;
-        let shifted = match known.iter().position(|s| s.rate == rate) {
-            Some(at) => known.remove(at),
-            None => {
-                let mut dense = matrix.clone();
-                capacity.iter().enumerate().for_each(|(i, c)| dense[(i, i)] += rate * c);
-                Shifted { rate, factor: Arc::new(factorise(dense)?) }
-            }
-        };
-        factor.clone_from(&shifted.factor);
-        known.insert(0, shifted);
-        known.truncate(MOST_KNOWN);
-        Ok(())
+        self.coarsest.shift(rate)
     }
 
     /// Rows of each level, finest first.
     pub fn sizes(&self) -> Vec<usize> {
-        self.levels.iter().map(|l| l.own.len()).chain([self.coarsest.matrix.nrows()]).collect()
+        self.levels.iter().map(|l| l.own.len()).chain([self.coarsest.rows()]).collect()
     }
 
     /// Entries of all levels over entries of the finest; a structured cell counts as seven.
     pub fn operator_complexity(&self) -> f64 {
         let entries: Vec<f64> = self.levels.iter().map(Level::entries).collect();
         match entries.first() {
-            Some(first) => (entries.iter().sum::<f64>() + self.coarsest.matrix.len() as f64) / first,
+            Some(first) => (entries.iter().sum::<f64>() + self.coarsest.entries() as f64) / first,
             None => 1.0,
         }
     }
@@ -424,11 +392,4 @@ fn diagonal(matrix: &Csr) -> Vec<f64> {
         cols.binary_search(&(i as u32)).map_or(0.0, |at| values[at])
     };
     (0..matrix.rows()).map(of).collect()
-}
-
-fn factorise(matrix: DMatrix<f64>) -> Result<Cholesky<f64, Dyn>> {
-    Cholesky::new(matrix).ok_or_else(|| {
-        Error::stopped(Stop::Singular, "the network's matrix is not positive definite")
-            .help("some part has no path for its heat: connect it by a contact, or let it radiate to the chamber")
-    })
 }

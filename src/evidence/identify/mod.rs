@@ -228,6 +228,11 @@ impl Free {
         }
     }
 
+    /// What the value changes with its coordinate.
+    fn scale(&self, coordinate: f64) -> f64 {
+        if self.is_logarithmic { self.value(coordinate) } else { 1.0 }
+    }
+
     /// The value at a coordinate.
     pub fn value(&self, coordinate: f64) -> f64 {
         if self.is_logarithmic { coordinate.exp() } else { coordinate }

@@ -204,8 +204,12 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
         value => RUN_STEP * value.abs(),
     };
     let column = |p: &Parameter| -> Result<Vec<f64>> {
-        let step = step(p);
-        let study = study.with(&[(p, p.value + step)])?;
+        // At the end of what the machine allows, such as an emissivity of one, the step goes back.
+        let forward = step(p);
+        let (step, study) = match study.with(&[(p, p.value + forward)]) {
+            Ok(moved) => (forward, moved),
+            Err(e) => (-forward, study.with(&[(p, p.value - forward)]).map_err(|_| e)?),
+        };
         // What a sensor shows changes nothing of what it stands in.
         let moved = match own_key(p, data) {
             Some(_) => in_rows(data, &shown(&study, data, &temperatures)),

@@ -10,6 +10,13 @@ use crate::foundation::progress::Progress;
 /// The search ends when no coordinate moves by more than this share of its standard deviation.
 const STEP_TOLERANCE: f64 = 1e-3;
 const MOST_STEPS: usize = 40;
+/// Damping that counts as none.
+const UNDAMPED: f64 = 1e-9;
+/// A search through logs, whose time steps leave some noise, ends where no more than this share of the misfit of one degree of freedom is
+/// to be gained: a coordinate is then within a seventh of its standard deviation.
+const LEAST_GAIN: f64 = 0.02;
+/// Derivatives with respect to the conditions serve wherever no coordinate is further away than this share of its size.
+const ALIKE: f64 = 0.1;
 /// Up to this damping a step is nearly Newton's, and its length is the distance to the minimum.
 const FREE: f64 = 1e-2;
 /// Trials of one step, each more damped than the one before.
@@ -26,6 +33,8 @@ pub(super) struct Point {
     pub prediction: Prediction,
     /// Whitened misfit and priors.
     pub cost: f64,
+    /// Whether the slopes with respect to the parameters are those here, not carried along from another point.
+    pub is_sloped: bool,
 }
 
 /// The search of one problem, with its cost so far.
@@ -39,6 +48,8 @@ pub(super) struct Search<'a> {
     pub frozen: Vec<usize>,
     /// Error allowed in each time step of a log, K.
     pub tolerance: f64,
+    /// Where a log's derivatives with respect to the conditions were found last, and these.
+    sloped: Option<(Vec<f64>, Vec<Vec<f64>>)>,
     progress: &'a dyn Progress,
 }
 
@@ -46,7 +57,7 @@ impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
         let readings = whiten::readings(&problem.data);
         let mesh = MeshShare::none(readings.len());
-        Self { problem, readings, mesh, evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, progress }
+        Self { problem, readings, mesh, evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, sloped: None, progress }
     }
 
     /// The same beside what the mesh makes of predictions.
@@ -85,21 +96,58 @@ impl<'a> Search<'a> {
 
     /// A point with the derivatives with respect to the conditions, and the covariance these give.
     pub fn whole(&mut self, coordinates: Vec<f64>) -> Result<(Point, Whitener)> {
-        let prediction = self.problem.predict(&self.values(&coordinates))?;
+        let values = self.values(&coordinates);
+        let is_alike = |near: &[f64]| {
+            let of = |(free, (a, b)): (&Free, (&f64, &f64))| (a - b).abs() <= ALIKE * free.size(free.value(*a));
+            self.problem.free.iter().zip(coordinates.iter().zip(near)).all(of)
+        };
+        let known = self.sloped.as_ref().filter(|(near, _)| is_alike(near)).map(|(_, conditions)| conditions.clone());
+        let prediction = if let Some(conditions) = known {
+            Prediction { conditions, ..self.problem.predict_free(&values, true, TIME_TOLERANCE)? }
+        } else {
+            let found = self.problem.predict(&values)?;
+            self.sloped = self.problem.data.is_transient().then(|| (coordinates.clone(), found.conditions.clone()));
+            found
+        };
         self.evaluations += 1;
         let whitener = self.stated(&prediction);
         let cost = self.cost(&coordinates, &prediction, &whitener);
-        Ok((Point { coordinates, prediction, cost }, whitener))
+        Ok((Point { coordinates, prediction, cost, is_sloped: true }, whitener))
     }
 
     /// A point under a covariance that is known.
     pub fn point(&mut self, coordinates: Vec<f64>, whitener: &Whitener) -> Result<Point> {
         let moves = (0..coordinates.len()).any(|k| !self.frozen.contains(&k));
-        let prediction = self.problem.predict_free(&self.values(&coordinates), moves, self.tolerance)?;
+        self.predicted(coordinates, moves, whitener)
+    }
+
+    fn predicted(&mut self, coordinates: Vec<f64>, is_sloped: bool, whitener: &Whitener) -> Result<Point> {
+        let prediction = self.problem.predict_free(&self.values(&coordinates), is_sloped, self.tolerance)?;
         self.evaluations += 1;
         let cost = self.cost(&coordinates, &prediction, whitener);
         self.progress.at(&format!("prediction {}: misfit {cost:.2}", self.evaluations));
-        Ok(Point { coordinates, prediction, cost })
+        Ok(Point { coordinates, prediction, cost, is_sloped })
+    }
+
+    /// A point a step away. A log is run once, and the slopes are those before, mended by what the step has shown (Broyden, Mathematics
+    /// of Computation 19 (1965) 577), each coordinate in units of its standard deviation.
+    fn after(&mut self, here: &Point, to: Vec<f64>, matrix: &DMatrix<f64>, whitener: &Whitener) -> Result<Point> {
+        if !self.problem.data.is_transient() {
+            return self.point(to, whitener);
+        }
+        let mut there = self.predicted(to, false, whitener)?;
+        let slopes = self.slopes(here);
+        let moved: Vec<f64> = there.coordinates.iter().zip(&here.coordinates).map(|(t, h)| t - h).collect();
+        let weighed: Vec<f64> = moved.iter().enumerate().map(|(k, m)| m * matrix[(k, k)]).collect();
+        let length: f64 = moved.iter().zip(&weighed).map(|(m, w)| m * w).sum();
+        let scales: Vec<f64> = self.problem.free.iter().zip(&there.coordinates).map(|(f, c)| f.scale(*c)).collect();
+        let mended = |i: usize| {
+            let expected: f64 = slopes.iter().zip(&moved).map(|(column, m)| column[i] * m).sum();
+            let missed = (there.prediction.values[i] - here.prediction.values[i] - expected) / length.max(f64::MIN_POSITIVE);
+            (0..moved.len()).map(|k| (slopes[k][i] + missed * weighed[k]) / scales[k]).collect()
+        };
+        there.prediction.slopes = (0..here.prediction.values.len()).map(mended).collect();
+        Ok(there)
     }
 
     /// Whitened residual.
@@ -121,7 +169,7 @@ impl<'a> Search<'a> {
     /// Derivatives of the readings with respect to each coordinate, K.
     pub fn slopes(&self, at: &Point) -> Vec<Vec<f64>> {
         let of = |(k, free): (usize, &Free)| {
-            let scale = if free.is_logarithmic { free.value(at.coordinates[k]) } else { 1.0 };
+            let scale = free.scale(at.coordinates[k]);
             at.prediction.slopes.iter().map(|row| row[k] * scale).collect()
         };
         self.problem.free.iter().enumerate().map(of).collect()
@@ -208,7 +256,25 @@ impl<'a> Search<'a> {
     /// Whether an undamped step under this covariance would move a point by less than a share of its standard deviation.
     pub fn rests(&self, at: &Point, whitener: &Whitener, share: f64) -> bool {
         let (matrix, right) = self.normal(at, whitener);
-        self.step(at, &matrix, &right, 1e-9).is_none_or(|to| Self::is_small(&at.coordinates, &to, &matrix, share))
+        let is_small = |to: Vec<f64>| Self::is_small(&at.coordinates, &to, &matrix, share);
+        self.is_spent(at, &matrix, &right) || self.step(at, &matrix, &right, UNDAMPED).is_none_or(is_small)
+    }
+
+    /// Whether a log says no more than that the search is at its end: what an undamped step would gain drowns in the noise of time steps.
+    fn is_spent(&self, at: &Point, matrix: &DMatrix<f64>, right: &DVector<f64>) -> bool {
+        let Some(to) = self.step(at, matrix, right, UNDAMPED).filter(|_| self.problem.data.is_transient()) else { return false };
+        let step = DVector::from_iterator(to.len(), to.iter().zip(&at.coordinates).map(|(t, c)| t - c));
+        let gain = 2.0 * right.dot(&step) - step.dot(&(matrix * &step));
+        gain <= self.least_gain(at.cost)
+    }
+
+    /// What is not worth a further step where a misfit is left: nothing in steady tables.
+    fn least_gain(&self, cost: f64) -> f64 {
+        if !self.problem.data.is_transient() {
+            return 0.0;
+        }
+        let freedom = self.readings.len().saturating_sub(self.problem.free.len()).max(1) as f64;
+        LEAST_GAIN * (self.tolerance / TIME_TOLERANCE) * (cost / freedom).max(1.0)
     }
 
     /// Down from one point, the covariance held. Ends where steps are small or no step leads down.
@@ -229,6 +295,9 @@ impl<'a> Search<'a> {
             if let Some(end) = ends.iter().find(is_there) {
                 return end.clone();
             }
+            if self.is_spent(&here, &matrix, &right) {
+                return here;
+            }
             let mut improved = false;
             for _ in 0..MOST_TRIALS {
                 let Some(to) = self.step(&here, &matrix, &right, damping) else {
@@ -243,28 +312,37 @@ impl<'a> Search<'a> {
                     return here;
                 }
                 // No step to a point at which the machine cannot be solved.
-                let Ok(there) = self.point(to, whitener) else {
+                let Ok(there) = self.after(&here, to, &matrix, whitener) else {
                     damping = (damping * 10.0).max(1e-2);
                     continue;
                 };
                 if there.cost <= here.cost {
                     let gain = here.cost - there.cost;
                     here = there;
-                    damping = (damping * 0.1).max(1e-9);
-                    if gain <= 1e-9 * here.cost.max(1e-12) {
+                    damping = (damping * 0.1).max(UNDAMPED);
+                    if gain <= self.least_gain(here.cost).max(1e-9 * here.cost.max(1e-12)) {
                         return here;
                     }
                     improved = true;
                     break;
                 }
-                if is_small {
+                if is_small || there.cost - here.cost <= self.least_gain(here.cost) {
                     return here;
+                }
+                if !here.is_sloped {
+                    break;
                 }
                 damping = (damping * 8.0).max(1e-4);
             }
-            if !improved {
+            if improved {
+                continue;
+            }
+            if here.is_sloped {
                 break;
             }
+            // Slopes from elsewhere lead nowhere: with those here it may go on.
+            let Ok(sloped) = self.point(here.coordinates.clone(), whitener) else { break };
+            here = sloped;
         }
         here
     }
