@@ -44,6 +44,8 @@ const ACTS: &str = r##"
     await drop(TABLE);
     for (let k = 0; k < byId("residuals").rows.length; k += 1) tell(`residuals ${k}`, row("residuals", k));
     tell("summary", byId("summary").textContent);
+    // Charts are drawn in a later frame than the rest.
+    for (let k = 0; k < 100 && !byId("predictions").querySelector("title"); k += 1) await rest();
     const chart = () => byId("predictions").querySelector("title").textContent;
     const drawn = chart();
     byId("residuals").querySelector("button").focus();
