@@ -121,3 +121,31 @@ impl Direct {
 fn shape<'a>(matrix: &'a Csr, starts: &'a [u32]) -> SymbolicSparseColMatRef<'a, u32> {
     SymbolicSparseColMatRef::new_checked(matrix.rows(), matrix.columns, starts, None, &matrix.cols)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A chain of three, one end held: solved at each rate, and again at one that was left.
+    #[test]
+    fn what_is_solved_gives_the_right_side_back() -> Result<()> {
+        let (starts, cols) = (vec![0, 2, 5, 7], vec![0, 1, 0, 1, 2, 1, 2]);
+        let chain = Csr { columns: 3, starts, cols, values: vec![3.0, -1.0, -1.0, 3.0, -2.0, -2.0, 2.0] };
+        let (capacity, b) = ([1.0, 5.0, 2.0], [1.0, -2.0, 4.0]);
+        let mut direct = Direct::new(chain.clone(), capacity.to_vec())?;
+        assert!(Direct::within(chain.clone(), capacity.to_vec(), 1.0)?.is_none(), "a factor of this chain has five entries in three rows");
+        for rate in [0.5, 40.0, 0.5, 0.0] {
+            direct.shift(rate)?;
+            let (mut x, mut back) = (b.to_vec(), vec![0.0; 3]);
+            direct.solve(&mut x);
+            chain.multiply(&x, &mut back);
+            for i in 0..3 {
+                assert!((back[i] + rate * capacity[i] * x[i] - b[i]).abs() < 1e-12, "rate {rate}: {x:?}");
+            }
+        }
+        // Without anything held it has no steady state.
+        let values = vec![1.0, -1.0, -1.0, 3.0, -2.0, -2.0, 1.9];
+        assert!(Direct::new(Csr { values, ..chain }, capacity.to_vec()).is_err());
+        Ok(())
+    }
+}

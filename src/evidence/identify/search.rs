@@ -260,7 +260,7 @@ impl<'a> Search<'a> {
         self.is_spent(at, &matrix, &right) || self.step(at, &matrix, &right, UNDAMPED).is_none_or(is_small)
     }
 
-    /// Whether a log says no more than that the search is at its end: what an undamped step would gain drowns in the noise of time steps.
+    /// Whether a search through logs is at its end: what an undamped step would gain drowns in the noise of time steps.
     fn is_spent(&self, at: &Point, matrix: &DMatrix<f64>, right: &DVector<f64>) -> bool {
         let Some(to) = self.step(at, matrix, right, UNDAMPED).filter(|_| self.problem.data.is_transient()) else { return false };
         let step = DVector::from_iterator(to.len(), to.iter().zip(&at.coordinates).map(|(t, c)| t - c));
@@ -316,17 +316,19 @@ impl<'a> Search<'a> {
                     damping = (damping * 10.0).max(1e-2);
                     continue;
                 };
+                // A step that was held short may gain little far from the end.
+                let noise = if damping <= FREE { self.least_gain(here.cost) } else { 0.0 };
                 if there.cost <= here.cost {
                     let gain = here.cost - there.cost;
                     here = there;
                     damping = (damping * 0.1).max(UNDAMPED);
-                    if gain <= self.least_gain(here.cost).max(1e-9 * here.cost.max(1e-12)) {
+                    if gain <= noise.max(1e-9 * here.cost.max(1e-12)) {
                         return here;
                     }
                     improved = true;
                     break;
                 }
-                if is_small || there.cost - here.cost <= self.least_gain(here.cost) {
+                if is_small || there.cost - here.cost <= noise {
                     return here;
                 }
                 if !here.is_sloped {
