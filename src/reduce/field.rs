@@ -32,6 +32,11 @@ impl Field {
         rise
     }
 
+    /// How far at most what some amplitudes add is from a rise that is known, K. At held nodes the field is the condition's.
+    pub(super) fn apart(&self, known: &[f64], amplitudes: impl Iterator<Item = f64>) -> f64 {
+        known.iter().zip(self.rise(amplitudes)).map(|(k, r)| (k - r).abs()).fold(0.0, f64::max)
+    }
+
     /// Whether it is one of so many modes.
     pub(super) fn is_sound(&self, modes: usize) -> bool {
         self.modes.len() == modes && self.element_size > 0.0 && self.modes.iter().all(|mode| mode.len() == self.center.len())

@@ -27,9 +27,14 @@ const POOL: usize = 192;
 const ROUND: usize = 8;
 /// Random conditions that the bound is calibrated on.
 const CHECKS: usize = 60;
+/// Further random conditions at which the calibrated bound, which needs no full solve, must keep the accuracy too.
+const UNSEEN: usize = 512;
 /// Share of the accuracy that the bounds of the choice must keep with the least margin: the calibrated one is larger, and
 /// conditions that were not tried may be worse.
 const AIM: f64 = 0.4;
+/// What is aimed at beyond the accuracy where the calibrated bound misses it, and how often more is solved for that.
+const FURTHER: f64 = 0.8;
+const ATTEMPTS: usize = 4;
 /// Histories in full that the bound in time is calibrated on.
 const HISTORY_CHECKS: usize = 2;
 /// Modes that histories add.
@@ -91,46 +96,157 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     let mut draw = |count: usize| -> Vec<Place> {
         (0..count).map(|_| offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>())).collect()
     };
-    let mut failed = 0;
-    let mut take = |places: Vec<Place>, to: &mut Vec<Snapshot>| {
-        let solved: Vec<Option<Snapshot>> = places.par_iter().map(|p| full(p).ok()).collect();
-        failed += solved.iter().filter(|s| s.is_none()).count();
-        to.extend(solved.into_iter().flatten());
-    };
-    let count = (FIRST.0 + FIRST.1 * offline.axes()).min(settings.most);
-    progress.at(&format!("solving {count} conditions in full"));
-    let mut snapshots = Vec::new();
-    take(draw(count), &mut snapshots);
-    let mut pool = draw(POOL);
-    let (model, basis) = loop {
-        let (model, basis) = ground.model(&snapshots, &settings.ranges)?;
-        let left_out = left_out.iter().map(|p| p.name.clone()).collect();
-        let model = ReducedModel { parameters: parameters.clone(), left_out, ..model };
-        let fine = basis.modes.len();
-        // Where the bound is largest, or nothing is found at all, a full solve tells most.
-        let bound = |place: &Place| match model.steady(&place.condition, &place.parameters) {
-            Ok(answer) => answer.bounds.iter().fold(0.0, |m: f64, b| m.max(*b)),
-            Err(_) => f64::INFINITY,
-        };
-        let bounds: Vec<f64> = pool.par_iter().map(bound).collect();
-        let worst = bounds.iter().fold(0.0, |m: f64, b| m.max(*b));
-        progress.at(&format!("{} conditions solved in full, {fine} modes: largest bound {worst:.1e} K", snapshots.len()));
-        if worst <= AIM * settings.accuracy || snapshots.len() + ROUND > settings.most || pool.len() < ROUND {
-            break (model, basis);
-        }
-        let mut order: Vec<usize> = (0..pool.len()).collect();
-        order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
-        order.truncate(ROUND);
-        let next = order.iter().map(|i| pool[*i].clone()).collect();
-        let mut at = 0..;
-        pool.retain(|_| !at.next().is_some_and(|i| order.contains(&i)));
-        take(next, &mut snapshots);
-    };
-    let mut checks = Vec::new();
-    let (model, modes) = if settings.histories == 0 {
-        (model, basis.modes)
+    let first = draw((FIRST.0 + FIRST.1 * offline.axes()).min(settings.most));
+    let left_out = left_out.into_iter().map(|p| p.name).collect();
+    let mut growth =
+        Growth { ground: &ground, settings, parameters: &parameters, left_out, pool: draw(POOL), snapshots: Vec::new(), failed: 0 };
+    let places = draw(CHECKS);
+    let unseen = draw(UNSEEN);
+    progress.at(&format!("solving {} conditions in full", first.len()));
+    growth.take(&first, &full);
+    let mut aim = AIM * settings.accuracy;
+    let mut grown = growth.until(aim, &full, progress)?;
+    let past = if settings.histories == 0 {
+        None
     } else {
-        let slowest = model.fine.slowest(&Load::at(machine, &middle.condition)?)?;
+        Some(Past::run(&offline, &ground, settings, grown.model.fine.slowest(&Load::at(machine, &middle.condition)?)?, progress)?)
+    };
+    progress.at(&format!("solving {CHECKS} further conditions in full to compare with"));
+    let truths: Vec<(&Place, Snapshot)> = places.par_iter().filter_map(|place| Some((place, full(place).ok()?))).collect();
+    let mut attempts = ATTEMPTS;
+    loop {
+        let (model, modes) = match &past {
+            None => (grown.model, grown.basis.modes),
+            Some(past) => past.added(&ground, grown.model, grown.basis, &growth.snapshots, progress),
+        };
+        let mut field = settings.with_field.then(|| Field::of(&modes, &ground.center()[..network.solids], study.model.mesh.element_size));
+        let compared = compared(&model, &truths)?;
+        if let Some(field) = &mut field {
+            let apart = |((_, truth), own): (&(&Place, Snapshot), &Option<(Vec<f64>, Answer)>)| {
+                own.as_ref().map(|(_, answer)| field.apart(&truth.rise, answer.state.amplitudes.iter().copied()))
+            };
+            field.largest_error = truths.iter().zip(&compared).filter_map(apart).fold(0.0, f64::max);
+        }
+        let compared: Vec<(Vec<f64>, Answer)> = compared.into_iter().flatten().collect();
+        let found = Calibrated::at(&compared);
+        let model = ReducedModel { margin: found.margin, floor: found.floor, ..model };
+        let widest = |answer: &Answer| model.bounds(&answer.readings, &answer.finer).into_iter().fold(0.0, f64::max);
+        let at_checks = compared.iter().map(|(_, answer)| widest(answer)).fold(0.0, f64::max);
+        let bound = |place: &Place| model.steady(&place.condition, &place.parameters).map_or(0.0, |answer| widest(&answer));
+        let largest = unseen.par_iter().map(bound).reduce(|| at_checks, f64::max);
+        attempts -= 1;
+        if largest > settings.accuracy && attempts > 0 && growth.goes_on() {
+            // The margin that the comparison asks for is larger than was aimed for.
+            aim = FURTHER * aim.min(grown.worst) * settings.accuracy / largest;
+            progress.at(&format!("calibrated, the largest bound is {largest:.1e} K: more conditions are needed"));
+            grown = growth.until(aim, &full, progress)?;
+            continue;
+        }
+        let made = Made {
+            solved: growth.snapshots.len(),
+            failed: growth.failed,
+            checks: compared.len(),
+            largest_error: found.worst,
+            largest_bound: largest,
+            cells: study.model.mesh.cells,
+            nodes: network.nodes,
+            conductors: ground.split.conductors(),
+            seconds: clock.elapsed().as_secs_f64(),
+        };
+        let in_time = past.map(|past| calibrated(&model, &past.checks, settings.histories)).transpose()?;
+        return Ok(ReducedModel { in_time, field, made, ..model });
+    }
+}
+
+/// Errors of a model's readings at conditions solved in full, with its answers; none where it finds no state.
+///
+/// # Errors
+/// It does at fewer than half of them.
+fn compared(model: &ReducedModel, truths: &[(&Place, Snapshot)]) -> Result<Vec<Option<(Vec<f64>, Answer)>>> {
+    let compare = |(place, truth): &(&Place, Snapshot)| {
+        let answer = model.steady(&place.condition, &place.parameters).ok()?;
+        Some((truth.readings.iter().zip(&answer.readings).map(|(t, r)| (t - r).abs()).collect(), answer))
+    };
+    let compared: Vec<Option<(Vec<f64>, Answer)>> = truths.par_iter().map(compare).collect();
+    let count = compared.iter().flatten().count();
+    if 2 * count < CHECKS {
+        let what = format!("the bound cannot be calibrated: only {count} of {CHECKS} conditions could be compared");
+        return Err(Error::numerics(what).help("narrow the ranges with --range"));
+    }
+    Ok(compared)
+}
+
+/// A model whose bounds are small enough, or as small as the solves that are allowed make them.
+struct Grown {
+    model: ReducedModel,
+    basis: Basis,
+    /// Largest bound where it might grow, with the least margin, K.
+    worst: f64,
+}
+
+/// What full solves have told, and where more may be made.
+struct Growth<'a> {
+    ground: &'a Ground<'a>,
+    settings: &'a Settings,
+    parameters: &'a [OpenParameter],
+    left_out: Vec<String>,
+    pool: Vec<Place>,
+    snapshots: Vec<Snapshot>,
+    failed: usize,
+}
+
+impl Growth<'_> {
+    fn take(&mut self, places: &[Place], full: &(dyn Fn(&Place) -> Result<Snapshot> + Sync)) {
+        let solved: Vec<Option<Snapshot>> = places.par_iter().map(|place| full(place).ok()).collect();
+        self.failed += solved.iter().filter(|s| s.is_none()).count();
+        self.snapshots.extend(solved.into_iter().flatten());
+    }
+
+    /// Whether more may be solved.
+    fn goes_on(&self) -> bool {
+        self.snapshots.len() + ROUND <= self.settings.most && self.pool.len() >= ROUND
+    }
+
+    /// Solves in full where the bound is largest, until none is above `aim`.
+    fn until(&mut self, aim: f64, full: &(dyn Fn(&Place) -> Result<Snapshot> + Sync), progress: &dyn Progress) -> Result<Grown> {
+        loop {
+            let (model, basis) = self.ground.model(&self.snapshots, &self.settings.ranges)?;
+            let model = ReducedModel { parameters: self.parameters.to_vec(), left_out: self.left_out.clone(), ..model };
+            // Where the bound is largest, or nothing is found at all, a full solve tells most.
+            let bound = |place: &Place| match model.steady(&place.condition, &place.parameters) {
+                Ok(answer) => answer.bounds.iter().fold(0.0, |m: f64, b| m.max(*b)),
+                Err(_) => f64::INFINITY,
+            };
+            let bounds: Vec<f64> = self.pool.par_iter().map(bound).collect();
+            let worst = bounds.iter().fold(0.0, |m: f64, b| m.max(*b));
+            let (solved, fine) = (self.snapshots.len(), basis.modes.len());
+            progress.at(&format!("{solved} conditions solved in full, {fine} modes: largest bound {worst:.1e} K"));
+            if worst <= aim || !self.goes_on() {
+                return Ok(Grown { model, basis, worst });
+            }
+            let mut order: Vec<usize> = (0..self.pool.len()).collect();
+            order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
+            order.truncate(ROUND);
+            let next: Vec<Place> = order.iter().map(|i| self.pool[*i].clone()).collect();
+            let mut at = 0..;
+            self.pool.retain(|_| !at.next().is_some_and(|i| order.contains(&i)));
+            self.take(&next, full);
+        }
+    }
+}
+
+/// Histories run in full.
+struct Past {
+    /// What the modes are enriched with.
+    snapshots: Vec<Snapshot>,
+    /// Those that the bound in time is calibrated on.
+    checks: Vec<(Plan, Run)>,
+}
+
+impl Past {
+    /// `slowest` is the machine's longest time constant, s.
+    fn run(offline: &Offline<'_>, ground: &Ground<'_>, settings: &Settings, slowest: f64, progress: &dyn Progress) -> Result<Self> {
+        let (machine, network) = (&offline.study.model.machine, &offline.study.model.network);
         let mut random = Random::new(settings.seed ^ HISTORIES);
         let condition = |random: &mut Random| {
             let mut place = offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>());
@@ -138,16 +254,26 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
             place.condition
         };
         let plan = |number: usize| Plan::random(number, slowest, &mut random, condition, machine);
-        let plans: Vec<Plan> = (0..settings.histories + HISTORY_CHECKS).map(plan).collect::<Result<_>>()?;
+        let mut plans: Vec<Plan> = (0..settings.histories + HISTORY_CHECKS).map(plan).collect::<Result<_>>()?;
         progress.at(&format!("running {} histories in full", plans.len()));
         let states = Some((&ground.split.rest, ground.center()));
         let one = |(number, plan): (usize, &Plan)| plan.run(machine, network, states.filter(|_| number < settings.histories));
         let mut runs: Vec<Run> = plans.par_iter().enumerate().map(one).collect::<Result<_>>()?;
         let tests = runs.split_off(settings.histories);
-        checks = plans[settings.histories..].iter().cloned().zip(tests).collect();
-        // What histories add to the modes of the steady states.
-        let histories: Vec<Snapshot> = runs.into_iter().flat_map(|run| run.snapshots).collect();
-        let rises: Vec<Vec<f64>> = histories.iter().map(|s| s.rise.clone()).collect();
+        let checks = plans.split_off(settings.histories).into_iter().zip(tests).collect();
+        Ok(Self { snapshots: runs.into_iter().flat_map(|run| run.snapshots).collect(), checks })
+    }
+
+    /// A model of steady states with what histories add to its modes, and all modes.
+    fn added(
+        &self,
+        ground: &Ground<'_>,
+        model: ReducedModel,
+        basis: Basis,
+        steady: &[Snapshot],
+        progress: &dyn Progress,
+    ) -> (ReducedModel, Vec<Vec<f64>>) {
+        let rises: Vec<Vec<f64>> = self.snapshots.iter().map(|s| s.rise.clone()).collect();
         let (energy, assembly) = (ground.energy(), ground.assembly());
         let enriched = |steady: Vec<Vec<f64>>, most: usize| {
             let steady = Basis { modes: steady };
@@ -157,51 +283,11 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let few = |count: usize| ((count as f64 * COARSE) as usize).max(1);
         let coarse = enriched(basis.modes[..few(basis.modes.len()).min(basis.modes.len())].to_vec(), few(MODES_IN_TIME));
         let fine = enriched(basis.modes, MODES_IN_TIME);
-        let all: Vec<Snapshot> = snapshots.iter().cloned().chain(histories).collect();
+        let all: Vec<Snapshot> = steady.iter().chain(&self.snapshots).cloned().collect();
         progress.at(&format!("{} states in all, {} modes: choosing conductors", all.len(), fine.len()));
         let levels = (assembly.level(&coarse, &all, TOLERANCES[0]), assembly.level(&fine, &all, TOLERANCES[1]));
         (ReducedModel { coarse: levels.0, fine: levels.1, ..model }, fine)
-    };
-    let mut field = settings.with_field.then(|| Field::of(&modes, &ground.center()[..network.solids], study.model.mesh.element_size));
-    progress.at(&format!("comparing with {CHECKS} further conditions solved in full"));
-    let places = draw(CHECKS);
-    let compare = |place: &Place| {
-        let (truth, answer) = (full(place).ok()?, model.steady(&place.condition, &place.parameters).ok()?);
-        let errors = truth.readings.iter().zip(&answer.readings).map(|(t, r)| (t - r).abs()).collect();
-        // At held nodes the field is the condition's.
-        let apart = |field: &Field| {
-            let rise = field.rise(answer.state.amplitudes.iter().copied());
-            truth.rise.iter().zip(rise).map(|(t, r)| (t - r).abs()).fold(0.0, f64::max)
-        };
-        let apart = field.as_ref().map_or(0.0, apart);
-        Some(((errors, answer), apart))
-    };
-    let (compared, apart): (Vec<(Vec<f64>, Answer)>, Vec<f64>) =
-        places.par_iter().filter_map(compare).collect::<Vec<_>>().into_iter().unzip();
-    if let Some(field) = &mut field {
-        field.largest_error = apart.into_iter().fold(0.0, f64::max);
     }
-    if 2 * compared.len() < CHECKS {
-        let what = format!("the bound cannot be calibrated: only {} of {CHECKS} conditions could be compared", compared.len());
-        return Err(Error::numerics(what).help("narrow the ranges with --range"));
-    }
-    let found = Calibrated::at(&compared);
-    let model = ReducedModel { margin: found.margin, floor: found.floor, ..model };
-    let widened = |answer: &Answer| model.bounds(&answer.readings, &answer.finer);
-    let largest = compared.iter().flat_map(|(_, answer)| widened(answer)).fold(0.0, f64::max);
-    let made = Made {
-        solved: snapshots.len(),
-        failed,
-        checks: compared.len(),
-        largest_error: found.worst,
-        largest_bound: largest,
-        cells: study.model.mesh.cells,
-        nodes: network.nodes,
-        conductors: ground.split.conductors(),
-        seconds: clock.elapsed().as_secs_f64(),
-    };
-    let in_time = if checks.is_empty() { None } else { Some(calibrated(&model, &checks, settings.histories)?) };
-    Ok(ReducedModel { in_time, field, made, ..model })
 }
 
 struct Offline<'a> {

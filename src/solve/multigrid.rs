@@ -22,7 +22,7 @@ use crate::error::Result;
 /// Rows at which the coarsest level is solved directly.
 const COARSEST: usize = 400;
 /// Rows up to which a direct solve of the network itself is thought of, and the entries per row of its factor up to which it is taken.
-const DIRECT: usize = 4000;
+const DIRECT: usize = 8000;
 const MOST_FILL: f64 = 60.0;
 /// Couplings weaker than this, relative to the geometric mean of the diagonals, do not bind aggregates.
 const STRENGTH: f64 = 0.08;
