@@ -126,10 +126,38 @@ fn nothing_is_lost_or_done_twice() {
     json(&folder, &["sweep", "whole.toml", "--out", "whole", "--threads", "8"]);
     assert_eq!(tables(&folder.join("whole")), tables(&shared));
 
+    preempted(&slurm, &folder);
     stuck(&slurm, &folder);
     full_disk(&slurm, &folder);
     drop(slurm);
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// A job of a partition that goes before takes all nodes: the tasks go back into the queue, and on from where they were.
+fn preempted(slurm: &Slurm, folder: &Path) {
+    const ROWS: usize = 400;
+    std::fs::remove_dir_all(folder.join("out")).unwrap();
+    shell(folder, ROWS, "", "sleep 0.05\necho \"t = $x\"");
+    let put_back = || slurm.ask("scontrol", &["show", "job"]).split("\n\n").filter(|job| job.contains("Restarts=1")).count();
+    let before = (runs(folder).len(), put_back());
+    let mut watcher = slurm.sweep(folder, PARTS).spawn().unwrap();
+    wait_for("some conditions", &mut watcher, || journal_lines(folder).len() > 40);
+    let urgent =
+        slurm.ask("sbatch", &["--parsable", "--partition=urgent", "--nodes=3", "--exclusive", "--output=/dev/null", "--wrap=sleep 1"]);
+    let has_run = || slurm.ask("scontrol", &["show", "job", urgent.trim()]).contains("JobState=COMPLETED");
+    wait_for("urgent job", &mut watcher, has_run);
+    let restarted = put_back() - before.1;
+    let ended = watcher.wait_with_output().unwrap();
+    assert!(ended.status.success(), "{}", said(&ended));
+    let told: serde_json::Value = serde_json::from_slice(&ended.stdout).unwrap();
+    assert_eq!((&told["conditions"], &told["failed"]), (&ROWS.into(), &0.into()), "{told}");
+    let lines = journal_lines(folder);
+    let rows: std::collections::BTreeSet<&str> = lines.iter().filter_map(|line| line.split('\t').next()).collect();
+    assert_eq!((lines.len(), rows.len()), (ROWS, ROWS));
+    // What was under way in each task is all that is run again.
+    let again = runs(folder).len() - before.0 - ROWS;
+    println!("{restarted} tasks preempted, {again} runs made again");
+    assert!(restarted > 0 && again <= restarted, "{restarted} tasks preempted, {again} runs made again");
 }
 
 /// The disk of one node is full: its parts are run on the others, and no condition is lost or counts as failed.

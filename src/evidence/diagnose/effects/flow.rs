@@ -204,15 +204,19 @@ fn warmer(now: &Leaf, machine: &Machine, kelvin: &str) -> Result<Option<String>>
 fn multiplied(now: &Leaf, machine: &Machine, factor: &str) -> Result<Option<String>> {
     Ok(match now {
         Leaf::Text(now) => {
-            let in_litres = |own: String| {
-                let of = |key: &str, value: String| (key.to_string(), Leaf::Text(value));
-                Leaf::Table(vec![of("formula", format!("({own}) * {factor}")), of("unit", "L/min".into())]).to_toml()
+            let of = |own: String, unit: String| {
+                let entry = |key: &str, value: String| (key.to_string(), Leaf::Text(value));
+                Leaf::Table(vec![entry("formula", format!("({own}) * {factor}")), entry("unit", unit)]).to_toml()
             };
             match (units::quantity(now), machine.variables.iter().find(|v| v.name == now.trim())) {
                 (Some((number, unit, dimension)), _) => {
-                    Some(in_litres(format!("{:?}", nine_digits(units::convert(number, unit, dimension)? * LITRES_PER_MINUTE))))
+                    let litres = nine_digits(units::convert(number, unit, dimension)? * LITRES_PER_MINUTE);
+                    Some(of(format!("{litres:?}"), "L/min".into()))
                 }
-                (None, Some(variable)) => (variable.unit == "L/min").then(|| in_litres(variable.in_expressions().0)),
+                (None, Some(variable)) => {
+                    let (name, unit) = variable.in_expressions();
+                    Some(of(name, unit))
+                }
                 (None, None) => Some(text(format!("({now}) * {factor}"))),
             }
         }
@@ -251,4 +255,65 @@ fn circuit_parts(network: &Network, machine: &Machine, c: usize) -> Vec<String> 
     found.sort();
     found.dedup();
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::describe::machine::Machine;
+    use crate::foundation::document::Document;
+
+    const MACHINE: &str = r#"
+name = "One plate"
+[variables]
+coolant_flow = { unit = "L/min", default = "6 L/min" }
+return_flow = { unit = "m3/h", default = "0.3 m3/h" }
+[material.steel]
+conductivity = "45 W/(m K)"
+density = "7800 kg/m3"
+specific_heat = "470 J/(kg K)"
+[part.plate]
+material = "steel"
+box = ["100 mm", "100 mm", "20 mm"]
+[channel.plate]
+in = "plate"
+diameter = "8 mm"
+serpentine = { passes = 5, along = "+y", across = "+x", pitch = "15 mm" }
+[circuit.water]
+layout = ["plate"]
+inlet_temperature = "20 degC"
+flow = "6 L/min"
+"#;
+
+    /// Volume flow into the only circuit at the default condition, m³/s.
+    fn flow(document: &Document) -> f64 {
+        let machine = Machine::from_document(document).unwrap();
+        Load::at(&machine, &machine.condition(&[]).unwrap()).unwrap().flows[0]
+    }
+
+    #[test]
+    fn a_flow_is_multiplied_in_every_form_that_a_file_may_state_it_in() {
+        let forms = [
+            "\"6 L/min\"",
+            "\"1.1e-4 m3/s\"",
+            "\"0.02 m3/h\"",
+            "\"coolant_flow\"",
+            "\"return_flow\"",
+            "\"0.9 * coolant_flow_m3_s\"",
+            "\"coolant_flow_m3_s + 1e-5\"",
+            "{ formula = \"2 + coolant_flow_Lmin\", unit = \"L/min\" }",
+            "{ formula = \"return_flow_m3_h\", unit = \"m3/h\" }",
+        ];
+        for form in forms {
+            let mut document = Document::parse(MACHINE, "plate.toml").unwrap();
+            document.apply_set("circuit.water.flow", form).unwrap();
+            let before = flow(&document);
+            let machine = Machine::from_document(&document).unwrap();
+            let now = document.leaf("circuit.water.flow").unwrap().unwrap();
+            let written = multiplied(&now, &machine, "(1 + 0.25)").unwrap().expect(form);
+            document.apply_set("circuit.water.flow", &written).unwrap();
+            let after = flow(&document);
+            assert!((after / before - 1.25).abs() < 1e-8, "{form} -> {written}: {before} -> {after}");
+        }
+    }
 }
