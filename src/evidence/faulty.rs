@@ -31,6 +31,8 @@ pub struct Cleared {
     pub data: Data,
     /// What was found; marked where it was left out.
     pub faults: Vec<Fault>,
+    /// Readings and rows of a table that stand out by themselves, but may be the machine's.
+    pub suspects: Vec<Fault>,
 }
 
 /// Finds faulty readings and leaves them out; logs begin with the state `start`.
@@ -41,19 +43,25 @@ pub fn cleared(study: &Study, data: &Data, uncertainty: &Uncertainty, start: Sta
     let predicted = identify::values_within(study, data, start, TIME_TOLERANCE)?;
     let mut found = faults::find(data, &predicted, &uncertainty.noise);
     let places = whiten::places(data);
-    for _ in 0..if data.is_transient() { 0 } else { MOST_ROWS } {
-        // Rows are judged without the readings that are wrong by themselves.
-        let rest = faults::blanked(data, &found);
+    // Rows are judged without the readings that are wrong by themselves.
+    let left = |found: &[Fault]| -> (Data, Vec<f64>) {
+        let rest = faults::blanked(data, found);
         let is_kept = |(place, told): (&(usize, usize), &f64)| rest.rows[place.0].readings[place.1].map(|_| *told);
-        let told: Vec<f64> = places.iter().zip(&predicted).filter_map(is_kept).collect();
+        let told = places.iter().zip(&predicted).filter_map(is_kept).collect();
+        (rest, told)
+    };
+    for _ in 0..if data.is_transient() { 0 } else { MOST_ROWS } {
+        let (rest, told) = left(&found);
         let Some(odd) = faults::odd_row(&rest, &told, &uncertainty.noise) else { break };
         let fault = wrong_condition(study, &rest, uncertainty, &odd).or_else(|| wrong_row(&rest, uncertainty, &odd));
         let Some(fault) = fault else { break };
         found.push(fault);
     }
+    let (rest, told) = left(&found);
+    let suspects = faults::suspects(&rest, &told, &uncertainty.noise);
     found.sort_by_key(|fault| *fault.rows.start());
     let data = faults::without(data, &mut found);
-    Ok(Cleared { data, faults: found })
+    Ok(Cleared { data, faults: found, suspects })
 }
 
 /// Another value of one condition with which the row's sensors show what the others' do.

@@ -198,6 +198,61 @@ fn two_readings_at_the_end_of_a_range_stay() {
     assert!(problem.cleared().unwrap().faults.is_empty());
 }
 
+/// The row of a table with the largest value of a variable.
+fn last(problem: &Problem, variable: &str) -> usize {
+    let v = problem.study.model.machine.variables.iter().position(|own| own.name == variable).unwrap();
+    let at = |r: &usize| problem.data.rows[*r].condition.si()[v];
+    (0..problem.data.rows.len()).max_by(|a, b| at(a).total_cmp(&at(b))).unwrap()
+}
+
+/// One sensor at the end of a range: wrong where no cause makes it, by itself and beside a cause that is found all the same.
+#[test]
+fn a_reading_at_the_end_of_a_range_that_no_cause_makes() {
+    for (lines, named) in [(&[][..], None), (&[("contact.foot.conductance", "\"120 W/(m2 K)\"")][..], Some("contact conductance at foot"))]
+    {
+        let mut problem = steady(lines, 12, 6);
+        let row = last(&problem, "motor_speed");
+        problem.data.rows[row].readings[2] = problem.data.rows[row].readings[2].map(|t| t + 1.2);
+        assert!(cleared(&problem.study, &problem.data, &problem.uncertainty, Start::Steady).unwrap().faults.is_empty());
+        let sensor = problem.data.names[2].clone();
+        let problem = problem.cleared().unwrap();
+        assert_eq!(names(&problem.faults), [(FaultKind::WrongReading, row, Some(sensor))], "{named:?} {:#?}", problem.faults);
+        let found = diagnose(&problem, &Silent).unwrap();
+        match named {
+            None => assert_eq!(found.verdict, Verdict::Consistent),
+            Some(named) => assert_eq!(found.explanations[0].causes[0].hypothesis.kind_and_place(), named),
+        }
+    }
+}
+
+/// A cause that acts at the end of a range alone is a cause, though it shows in one row.
+#[test]
+fn a_cause_that_acts_in_one_row_stays() {
+    let plain = steady(&[], 12, 6);
+    let speed = plain.study.model.machine.variables.iter().position(|v| v.name == "motor_speed").unwrap();
+    let mut speeds: Vec<f64> = plain.data.rows.iter().map(|row| row.condition.si()[speed] * 60.0 / std::f64::consts::TAU).collect();
+    speeds.sort_by(f64::total_cmp);
+    let from = 0.5 * (speeds[10] + speeds[11]);
+    for (part, watts) in [("gear", 6.0), ("motor", 30.0), ("bearing", 1.0), ("bearing", 8.0)] {
+        let power = format!("{{ in = [\"{part}\"], power = \"min({watts}, max(0, motor_speed_rpm - {from:.1}))\" }}");
+        let problem = steady(&[("source.hidden", &power)], 12, 6).cleared().unwrap();
+        assert!(problem.faults.is_empty(), "{part} {watts} W: {:#?}", problem.faults);
+    }
+}
+
+/// Five rows, one of them read at the conditions of another: too few to tell by themselves, enough beside the catalogue.
+#[test]
+fn a_wrong_row_of_five() {
+    let mut problem = steady(&[], 5, 9);
+    let row = last(&problem, "motor_speed");
+    problem.data.rows[row].condition = problem.data.rows[(row + 1) % 5].condition.clone();
+    assert!(cleared(&problem.study, &problem.data, &problem.uncertainty, Start::Steady).unwrap().faults.is_empty());
+    let problem = problem.cleared().unwrap();
+    assert_eq!(names(&problem.faults), [(FaultKind::WrongCondition, row, None)], "{:#?}", problem.faults);
+    assert_eq!(problem.data.rows.len(), 4);
+    assert_eq!(diagnose(&problem, &Silent).unwrap().verdict, Verdict::Consistent);
+}
+
 /// A sensor without a cable: 85 degC in every row, in a table and in a log.
 #[test]
 fn a_dead_sensor() {

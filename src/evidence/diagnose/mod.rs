@@ -16,6 +16,7 @@ mod finalists;
 mod follow;
 mod gain;
 mod history;
+mod isolated;
 mod joint;
 mod ladder;
 mod missing;
@@ -137,12 +138,14 @@ impl Problem {
         }
     }
 
-    /// The same without faulty readings, which are named in [`Problem::faults`].
+    /// The same without faulty readings, which are named in [`Problem::faults`]. What stands out of a table by itself, and may be the
+    /// machine's, is judged by the catalogue.
     ///
     /// # Errors
     /// As [`cleared`].
     pub fn cleared(self) -> Result<Self> {
-        let Cleared { data, faults } = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
+        let found = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
+        let Cleared { data, faults, .. } = if found.suspects.is_empty() { found } else { isolated::judged(&self, found)? };
         Ok(Self { data, faults, ..self })
     }
 

@@ -93,7 +93,15 @@ impl Screened {
         if let Some(left) = &self.relabelled[j] {
             return (1.0, (self.misfit() - left.misfit).max(0.0));
         }
-        let (g, b) = (self.gram[(j, j)], self.along[j]);
+        self.best_amplitude(j, self.gram[(j, j)], self.along[j])
+    }
+
+    /// The misfit that a cause takes away of a residual along which its signature's product is `b`, and the signature's own square `g`.
+    pub fn taken_away(&self, j: usize, g: f64, b: f64) -> f64 {
+        self.best_amplitude(j, g, b).1
+    }
+
+    fn best_amplitude(&self, j: usize, g: f64, b: f64) -> (f64, f64) {
         if b < 0.0 && !self.signed[j] {
             return (0.0, 0.0);
         }

@@ -301,7 +301,7 @@ flow = "6 L/min"
             "\"return_flow\"",
             "\"0.9 * coolant_flow_m3_s\"",
             "\"coolant_flow_m3_s + 1e-5\"",
-            "{ formula = \"2 + coolant_flow_Lmin\", unit = \"L/min\" }",
+            "{ formula = \"2 + coolant_flow_L_min\", unit = \"L/min\" }",
             "{ formula = \"return_flow_m3_h\", unit = \"m3/h\" }",
         ];
         for form in forms {

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::{Data, Row, whiten};
 use crate::units::celsius;
 
-pub use table::{OddRow, odd_row};
+pub use table::{OddRow, is_at_edge, odd_row, suspects};
 
 /// What digital sensors and scanners show where nothing is read, degC.
 const SIGNS: [f64; 3] = [0.0, 85.0, 999.0];
@@ -100,6 +100,11 @@ impl Fault {
         Self { variable: None, ..Self::wrong_condition(data, row, "", words) }
     }
 
+    /// Row and sensor of its readings.
+    pub fn readings(&self) -> &[(usize, usize)] {
+        &self.readings
+    }
+
     /// How many readings it concerns.
     pub fn count(&self) -> usize {
         self.readings.len()
@@ -159,7 +164,17 @@ struct Grid<'a> {
     predicted: Vec<Vec<Option<f64>>>,
 }
 
-impl Grid<'_> {
+impl<'a> Grid<'a> {
+    /// `predicted` has one value (K) for every reading.
+    fn new(data: &'a Data, predicted: &[f64], noise: &'a [f64]) -> Self {
+        let read = data.rows.iter().map(|row| row.readings.clone()).collect();
+        let mut grid = Self { data, noise, read, predicted: vec![vec![None; data.names.len()]; data.rows.len()] };
+        for ((r, k), value) in whiten::places(data).into_iter().zip(predicted) {
+            grid.predicted[r][k] = Some(*value);
+        }
+        grid
+    }
+
     /// Measured less predicted, K.
     fn residual(&self, row: usize, sensor: usize) -> Option<f64> {
         Some(self.read[row][sensor]? - self.predicted[row][sensor]?)
@@ -195,15 +210,7 @@ impl Grid<'_> {
 /// Faults of single readings, sensors and copied rows, in the order of the rows. `predicted` has one value (K) for every reading
 /// (rows, then sensors, missing ones left out), `noise` the standard deviation of each sensor's noise, K.
 pub fn find(data: &Data, predicted: &[f64], noise: &[f64]) -> Vec<Fault> {
-    let mut grid = Grid {
-        data,
-        noise,
-        read: data.rows.iter().map(|row| row.readings.clone()).collect(),
-        predicted: vec![vec![None; data.names.len()]; data.rows.len()],
-    };
-    for ((r, k), value) in whiten::places(data).into_iter().zip(predicted) {
-        grid.predicted[r][k] = Some(*value);
-    }
+    let mut grid = Grid::new(data, predicted, noise);
     let mut found = Vec::new();
     let singles = if data.is_transient() { log::wrong_readings } else { table::wrong_readings };
     for look in [duplicates, dead, stuck, singles] {
@@ -240,14 +247,20 @@ pub fn without(data: &Data, faults: &mut [Fault]) -> Data {
     let one_row = if data.rows.len() >= 6 { data.names.len() } else { 1 };
     let is_few = counted as f64 <= (MOST * data.count() as f64).max(one_row as f64);
     faults.iter_mut().zip(whole).for_each(|(fault, is_whole)| fault.is_left_out = is_few || is_whole);
+    let rest = rest(data, faults);
+    if rest.count() == 0 {
+        faults.iter_mut().for_each(|fault| fault.is_left_out = false);
+        return data.clone();
+    }
+    rest
+}
+
+/// The data without those faults that are marked as left out, and without rows of tables in which nothing is left.
+pub fn rest(data: &Data, faults: &[Fault]) -> Data {
     let mut rest = blanked(data, faults.iter().filter(|fault| fault.is_left_out));
     // Rows of a log also say what the conditions were.
     if !rest.is_transient() {
         rest.rows.retain(|row| row.readings.iter().any(Option::is_some));
-    }
-    if rest.count() == 0 {
-        faults.iter_mut().for_each(|fault| fault.is_left_out = false);
-        return data.clone();
     }
     rest
 }

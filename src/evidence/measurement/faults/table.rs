@@ -22,6 +22,12 @@ const LEAST_OF_ROWS: [usize; 2] = [6, 3];
 /// Such a row is off by this many deviations of its sensors, and this many times as much as any other.
 const ODD: [f64; 2] = [10.0, 3.0];
 
+/// A reading, and a row, that stands out so far by itself that causes must be asked: noises or deviations, and times as much as others.
+const SUSPECT: [f64; 2] = [5.0, 3.0];
+const SUSPECT_ROW: [f64; 2] = [5.0, 2.0];
+/// Rows that this needs.
+const LEAST_OF_SUSPECTS: usize = 4;
+
 /// Deviations of the residuals from the median of each sensor, K, by row and sensor.
 fn deviations(sensors: usize, rows: usize, residual: impl Fn(usize, usize) -> Option<f64>) -> Vec<Vec<Option<f64>>> {
     let middle = |k: usize| median((0..rows).filter_map(|r| residual(r, k)).collect()).unwrap_or(0.0);
@@ -44,12 +50,37 @@ pub fn wrong_readings(grid: &Grid<'_>) -> Vec<Fault> {
         let pairs = (0..grid.data.names.len()).filter_map(largest).filter(|(k, rows)| judge.is_wrong(rows, *k));
         wrong = pairs.flat_map(|(k, rows)| rows.into_iter().map(move |r| (r, k))).collect();
     }
-    let fault = |(r, k): (usize, usize)| {
-        let read = grid.read[r][k].map_or(f64::NAN, celsius);
-        let words = format!("{read:.1} degC is {} off what its sensor and its row show elsewhere", kelvin(judge.off(r, k)));
-        Fault::new(grid.data, FaultKind::WrongReading, vec![(r, k)], Some(k), words)
-    };
-    wrong.into_iter().map(fault).collect()
+    wrong.into_iter().map(|(r, k)| judge.fault(r, k, "")).collect()
+}
+
+/// Readings of a table, and the row, that stand out by themselves without being wrong for certain, those that are off most first; `predicted`
+/// and `noise` as in [`super::find`].
+pub fn suspects(data: &Data, predicted: &[f64], noise: &[f64]) -> Vec<Fault> {
+    if data.is_transient() || data.rows.len() < LEAST_OF_SUSPECTS {
+        return Vec::new();
+    }
+    let grid = Grid::new(data, predicted, noise);
+    let judge = Judge::new(&grid);
+    let mut out = whiten::places(data);
+    out.retain(|(r, k)| judge.stands_out(*r, *k));
+    let noises = |(r, k): &(usize, usize)| judge.off(*r, *k) / noise[*k];
+    out.sort_by(|a, b| noises(b).total_cmp(&noises(a)));
+    // A row is judged without them. At the end of a range all sensors may show what the machine does nowhere else.
+    let told = |(place, told): ((usize, usize), &f64)| (!out.contains(&place)).then_some(*told);
+    let left: Vec<f64> = whiten::places(data).into_iter().zip(predicted).filter_map(told).collect();
+    let mut others = data.clone();
+    out.iter().for_each(|(r, k)| others.rows[*r].readings[*k] = None);
+    let rows = oddest(&others, &left, noise).filter(|odd| odd.row.is_inside && odd.exceeds(SUSPECT_ROW)).map(|odd| {
+        let odd = odd.row;
+        let most = odd.off.iter().fold(0.0f64, |most, off| if off.abs() > most.abs() { *off } else { most });
+        let words = format!(
+            "all {} sensors are off what they show in other rows, the most by {most:+.1} K, as no cause makes them: the readings of other conditions",
+            odd.sensors.len()
+        );
+        Fault::wrong_row(data, odd.row, words)
+    });
+    let readings = out.into_iter().map(|(r, k)| judge.fault(r, k, ", as no cause makes it"));
+    rows.into_iter().chain(readings).collect()
 }
 
 /// Deviations of a table, and what is too much of them.
@@ -68,6 +99,23 @@ impl<'a> Judge<'a> {
     /// How far a reading is off, K.
     fn off(&self, row: usize, sensor: usize) -> f64 {
         self.deviation[row][sensor].map_or(0.0, f64::abs)
+    }
+
+    /// Whether a reading is off as no more than one other of its row and of its sensor is.
+    fn stands_out(&self, row: usize, sensor: usize) -> bool {
+        let elsewhere = self.grid.rows_of(sensor).into_iter().filter(|r| *r != row).map(|r| self.off(r, sensor));
+        let beside = (0..self.grid.data.names.len()).filter(|k| *k != sensor).map(|k| self.off(row, k));
+        let mut others: Vec<f64> = elsewhere.chain(beside).collect();
+        others.sort_by(|a, b| b.total_cmp(a));
+        let next = others.get(1).copied().unwrap_or(f64::INFINITY);
+        self.off(row, sensor) > (SUSPECT[0] * self.grid.noise[sensor]).max(SUSPECT[1] * next)
+    }
+
+    /// A reading that is off, in words.
+    fn fault(&self, r: usize, k: usize, more: &str) -> Fault {
+        let read = self.grid.read[r][k].map_or(f64::NAN, celsius);
+        let words = format!("{read:.1} degC is {} off what its sensor and its row show elsewhere{more}", kelvin(self.off(r, k)));
+        Fault::new(self.grid.data, FaultKind::WrongReading, vec![(r, k)], Some(k), words)
     }
 
     /// Whether all of some readings of a sensor are off as nothing else of their rows and of the sensor is.
@@ -95,8 +143,8 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Whether some rows alone have the least or the largest values of some variable that varies.
-fn is_at_edge(data: &Data, chosen: &[usize], rows: &[usize]) -> bool {
+/// Whether some of the rows alone have the least or the largest values of some variable that varies.
+pub fn is_at_edge(data: &Data, chosen: &[usize], rows: &[usize]) -> bool {
     (0..data.rows[chosen[0]].condition.si().len()).any(|v| {
         let at = |r: usize| data.rows[r].condition.si()[v];
         let others = || rows.iter().filter(|r| !chosen.contains(r)).map(|r| at(*r));
@@ -128,10 +176,31 @@ impl OddRow {
     }
 }
 
+/// The oddest row of a table beside the next.
+struct Oddest {
+    row: OddRow,
+    /// Its size, and that of the next.
+    sizes: [f64; 2],
+}
+
+impl Oddest {
+    /// Whether it is off by so many deviations, and so many times as much as the next.
+    fn exceeds(&self, [far, times]: [f64; 2]) -> bool {
+        self.row.sensors.len() >= LEAST_OF_ROWS[1] && self.sizes[0] > far && self.sizes[0] > times * self.sizes[1]
+    }
+}
+
 /// The row of a steady table that is off as no other is; `predicted` and `noise` as in [`super::find`].
 pub fn odd_row(data: &Data, predicted: &[f64], noise: &[f64]) -> Option<OddRow> {
+    if data.rows.len() < LEAST_OF_ROWS[0] {
+        return None;
+    }
+    oddest(data, predicted, noise).filter(|odd| odd.exceeds(ODD)).map(|odd| odd.row)
+}
+
+fn oddest(data: &Data, predicted: &[f64], noise: &[f64]) -> Option<Oddest> {
     let (sensors, rows) = (data.names.len(), data.rows.len());
-    if data.is_transient() || rows < LEAST_OF_ROWS[0] {
+    if data.is_transient() || rows < LEAST_OF_SUSPECTS {
         return None;
     }
     let mut residual = vec![vec![None; sensors]; rows];
@@ -154,5 +223,5 @@ pub fn odd_row(data: &Data, predicted: &[f64], noise: &[f64]) -> Option<OddRow> 
     odd.sort_by(|a, b| b.0.total_cmp(&a.0));
     let next = odd[1].0;
     let (size, row) = odd.swap_remove(0);
-    (row.sensors.len() >= LEAST_OF_ROWS[1] && size > ODD[0] && size > ODD[1] * next).then_some(row)
+    Some(Oddest { row, sizes: [size, next] })
 }
