@@ -41,6 +41,7 @@ const HISTORY_CHECKS: usize = 2;
 const MODES_IN_TIME: usize = 48;
 /// Their conditions are others than those of the steady states.
 const HISTORIES: u64 = 0x7131;
+
 /// What a reduced model shall be.
 #[derive(Debug, Clone)]
 pub struct Settings {
@@ -122,12 +123,12 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         let mut field = settings.with_field.then(|| Field::of(&modes, &ground.center()[..network.solids], study.model.mesh.element_size));
         let compared = compared(&model, &truths)?;
         if let Some(field) = &mut field {
-            let apart = |((_, truth), own): (&(&Place, Snapshot), &Option<(Vec<f64>, Answer)>)| {
+            let apart = |((_, truth), own): (&(&Place, Snapshot), &Option<Compared>)| {
                 own.as_ref().map(|(_, answer)| field.apart(&truth.rise, answer.state.amplitudes.iter().copied()))
             };
             field.largest_error = truths.iter().zip(&compared).filter_map(apart).fold(0.0, f64::max);
         }
-        let compared: Vec<(Vec<f64>, Answer)> = compared.into_iter().flatten().collect();
+        let compared: Vec<Compared> = compared.into_iter().flatten().collect();
         let found = Calibrated::at(&compared);
         let model = ReducedModel { margin: found.margin, floor: found.floor, ..model };
         let widest = |answer: &Answer| model.bounds(&answer.readings, &answer.finer).into_iter().fold(0.0, f64::max);
@@ -158,16 +159,19 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     }
 }
 
+/// Errors of a model's readings at one condition, K, with its answer.
+type Compared = (Vec<f64>, Answer);
+
 /// Errors of a model's readings at conditions solved in full, with its answers; none where it finds no state.
 ///
 /// # Errors
 /// It does at fewer than half of them.
-fn compared(model: &ReducedModel, truths: &[(&Place, Snapshot)]) -> Result<Vec<Option<(Vec<f64>, Answer)>>> {
+fn compared(model: &ReducedModel, truths: &[(&Place, Snapshot)]) -> Result<Vec<Option<Compared>>> {
     let compare = |(place, truth): &(&Place, Snapshot)| {
         let answer = model.steady(&place.condition, &place.parameters).ok()?;
         Some((truth.readings.iter().zip(&answer.readings).map(|(t, r)| (t - r).abs()).collect(), answer))
     };
-    let compared: Vec<Option<(Vec<f64>, Answer)>> = truths.par_iter().map(compare).collect();
+    let compared: Vec<Option<Compared>> = truths.par_iter().map(compare).collect();
     let count = compared.iter().flatten().count();
     if 2 * count < CHECKS {
         let what = format!("the bound cannot be calibrated: only {count} of {CHECKS} conditions could be compared");
