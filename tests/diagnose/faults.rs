@@ -192,10 +192,15 @@ fn two_readings_at_the_end_of_a_range_stay() {
     let speed = problem.study.model.machine.variables.iter().position(|v| v.name == "motor_speed").unwrap();
     let mut rows: Vec<usize> = (0..12).collect();
     rows.sort_by(|a, b| problem.data.rows[*b].condition.si()[speed].total_cmp(&problem.data.rows[*a].condition.si()[speed]));
-    for r in &rows[..2] {
+    let mut other_senses = problem.clone();
+    for (r, sign) in rows[..2].iter().zip([1.0, -1.0]) {
         problem.data.rows[*r].readings[2] = problem.data.rows[*r].readings[2].map(|t| t + 2.5);
+        other_senses.data.rows[*r].readings[2] = other_senses.data.rows[*r].readings[2].map(|t| t + sign * 2.5);
     }
     assert!(problem.cleared().unwrap().faults.is_empty());
+    // No cause is off in both senses at once.
+    let wrong = other_senses.cleared().unwrap().faults;
+    assert!(wrong.len() == 2 && wrong.iter().all(|fault| fault.is_left_out && rows[..2].contains(fault.rows.start())), "{wrong:#?}");
 }
 
 /// The row of a table with the largest value of a variable.

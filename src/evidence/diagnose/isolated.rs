@@ -66,12 +66,13 @@ fn wrong<'s>(problem: &Problem, suspects: &'s [Fault]) -> Result<Vec<&'s Fault>>
     let screen = Screen { base: &base, screened: &screened, catalogue: &catalogue, places: &places };
     let place: HashMap<(usize, usize), usize> = places.iter().enumerate().map(|(i, place)| (*place, i)).collect();
     let readings = |fault: &Fault| -> Vec<usize> { fault.readings().iter().filter_map(|at| place.get(at).copied()).collect() };
+    let off = |fault: &Fault| readings(fault).first().map_or(0.0, |i| base.found.residual[*i]);
     let suspects = &suspects[..suspects.len().min(MOST)];
     let mut best: Option<(usize, f64, Vec<&Fault>)> = None;
     for chosen in 1..1usize << suspects.len() {
         let chosen: Vec<&Fault> = suspects.iter().enumerate().filter(|(s, _)| chosen >> s & 1 == 1).map(|(_, fault)| fault).collect();
         let out: Vec<usize> = chosen.iter().flat_map(|fault| readings(fault)).collect();
-        if !are_apart(&chosen, data) || out.len() as f64 > SHARE * data.count() as f64 {
+        if !are_apart(&chosen, data, off) || out.len() as f64 > SHARE * data.count() as f64 {
             continue;
         }
         let freedom = data.count().saturating_sub(out.len());
@@ -91,11 +92,13 @@ fn wrong<'s>(problem: &Problem, suspects: &'s [Fault]) -> Result<Vec<&'s Fault>>
     Ok(best.map_or(Vec::new(), |(_, _, chosen)| chosen))
 }
 
-/// Whether no two suspects have a reading in common. What one sensor shows twice at the end of a range may be the machine.
-fn are_apart(chosen: &[&Fault], data: &Data) -> bool {
+/// Whether no two suspects have a reading in common. What one sensor shows twice in the same sense at the end of a range may be the
+/// machine.
+fn are_apart(chosen: &[&Fault], data: &Data, off: impl Fn(&Fault) -> f64) -> bool {
     let all: Vec<usize> = (0..data.rows.len()).collect();
     let is_one = |a: &Fault, b: &Fault| {
-        let is_machine = || a.sensor.is_some() && a.sensor == b.sensor && is_at_edge(data, &[*a.rows.start(), *b.rows.start()], &all);
+        let is_one_sense = a.sensor.is_some() && a.sensor == b.sensor && off(a) * off(b) > 0.0;
+        let is_machine = || is_one_sense && is_at_edge(data, &[*a.rows.start(), *b.rows.start()], &all);
         a.readings().iter().any(|at| b.readings().contains(at)) || is_machine()
     };
     chosen.iter().enumerate().all(|(i, a)| chosen[..i].iter().all(|b| !is_one(a, b)))
