@@ -27,6 +27,8 @@ const ENOUGH: f64 = 0.01;
 /// What two causes leave more than the absence of the suspects, at least, and more than that for each of their readings.
 const BETTER: f64 = 12.0;
 const EACH: f64 = 2.0;
+/// Rows from which on two of them at the same end of a range are no chance: of fewer, most pairs are at some end.
+const RANGES: usize = 8;
 /// Share of the readings that may be wrong.
 const SHARE: f64 = 0.25;
 /// Share of a signature's square that must lie outside the suspects for its cause to count beside them.
@@ -98,7 +100,7 @@ fn are_apart(chosen: &[&Fault], data: &Data, off: impl Fn(&Fault) -> f64) -> boo
     let all: Vec<usize> = (0..data.rows.len()).collect();
     let is_one = |a: &Fault, b: &Fault| {
         let is_one_sense = a.sensor.is_some() && a.sensor == b.sensor && off(a) * off(b) > 0.0;
-        let is_machine = || is_one_sense && is_at_edge(data, &[*a.rows.start(), *b.rows.start()], &all);
+        let is_machine = || is_one_sense && all.len() >= RANGES && is_at_edge(data, &[*a.rows.start(), *b.rows.start()], &all);
         a.readings().iter().any(|at| b.readings().contains(at)) || is_machine()
     };
     chosen.iter().enumerate().all(|(i, a)| chosen[..i].iter().all(|b| !is_one(a, b)))
