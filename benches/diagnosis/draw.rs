@@ -38,6 +38,11 @@ impl Family {
     pub const ALL: [(Self, f64); 6] =
         [(Self::Clean, 27.0), (Self::One, 43.0), (Self::Two, 11.0), (Self::Three, 2.0), (Self::Four, 1.0), (Self::Outside, 16.0)];
 
+    /// By its name in lower case.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().map(|(family, _)| family).find(|family| format!("{family:?}").to_lowercase() == name)
+    }
+
     fn count(self) -> usize {
         match self {
             Self::Clean => 0,
@@ -70,11 +75,22 @@ pub struct Drawn {
     pub floor: f64,
 }
 
-/// The case of a seed.
-pub fn draw(seed: u64) -> Drawn {
+/// Machine and family of a seed, and its further random numbers.
+fn begun(seed: u64) -> (&'static Setting, Family, Random) {
     let mut random = Random::new(seed.wrapping_mul(104_729).wrapping_add(17));
     let setting = &SETTINGS[weighted(SETTINGS.iter().map(|s| s.share), &mut random)];
     let family = Family::ALL[weighted(Family::ALL.iter().map(|f| f.1), &mut random)].0;
+    (setting, family, random)
+}
+
+/// The family of a seed.
+pub fn family(seed: u64) -> Family {
+    begun(seed).1
+}
+
+/// The case of a seed.
+pub fn draw(seed: u64) -> Drawn {
+    let (setting, family, mut random) = begun(seed);
     let unkind = Unkindness::some(setting, &mut random);
     let study = Study::new(setting.document(), setting.cells.map(|c| c[0])).expect("a machine of the benchmark");
     let sensors = some_sensors(study.model.machine.sensors.len(), &mut random);

@@ -1,13 +1,13 @@
 //! Hidden effects, found or not: the goals of a diagnosis over many seeded cases, drawn as unkind as reality.
 //!
-//!     cargo bench --bench diagnosis -- run JOURNAL [CASES] [FIRST SEED] [EVERY]
+//!     cargo bench --bench diagnosis -- run JOURNAL [CASES] [FIRST SEED] [EVERY] [FAMILY]
 //!     cargo bench --bench diagnosis -- report JOURNAL...
 //!     cargo bench --bench diagnosis -- show SEED...
 //!
 //! `run` adds a line to the journal for each case, and leaves out those that are there: a run that was ended goes on where it
-//! stopped. With EVERY it takes every so many of the seeds, so that several runs share them. `report` prints the tables of
-//! docs/diagnosis.md from journals, `show` one case with all that was hidden and answered. A seed decides machine, family,
-//! effects and unkindnesses.
+//! stopped. With EVERY it takes every so many of the seeds, so that several runs share them; with FAMILY (clean, one, two,
+//! three, four, outside) only these cases. `report` prints the tables of docs/diagnosis.md from journals, `show` one case with
+//! all that was hidden and answered. A seed decides machine, family, effects and unkindnesses.
 
 mod draw;
 mod journal;
@@ -33,7 +33,10 @@ fn main() {
         (Some("run"), Some(path)) => {
             let mut journal = Journal::open(PathBuf::from(path));
             let (cases, first, every) = (number(2, 600), number(3, 700_000), number(4, 1).max(1));
-            for seed in (first..first + cases).step_by(every as usize).filter(|seed| !journal.holds(*seed)).collect::<Vec<_>>() {
+            let wanted = args.get(5).map(|name| draw::Family::named(name).unwrap_or_else(|| usage()));
+            let is_wanted = |seed: &u64| wanted.is_none_or(|family| draw::family(*seed) == family);
+            let seeds = (first..first + cases).step_by(every as usize).filter(is_wanted);
+            for seed in seeds.filter(|seed| !journal.holds(*seed)).collect::<Vec<_>>() {
                 journal.add(run::case(seed, false));
             }
         }
@@ -49,6 +52,6 @@ fn main() {
 }
 
 fn usage() -> ! {
-    eprintln!("run JOURNAL [CASES] [FIRST SEED] [EVERY], report JOURNAL..., or show SEED...");
+    eprintln!("run JOURNAL [CASES] [FIRST SEED] [EVERY] [FAMILY], report JOURNAL..., or show SEED...");
     std::process::exit(2)
 }

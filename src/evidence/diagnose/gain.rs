@@ -9,7 +9,7 @@ use super::predictor::Predictor;
 use super::probability::{self, Candidate, Ground};
 use super::refine::{Begun, FitData, fit_begun, promised};
 use super::view::{Comparison, ScreenInput};
-use super::{Explanation, Problem, decide};
+use super::{Cause, Explanation, Problem, decide};
 use crate::evidence::measurement::{Data, Whitener, whiten};
 use crate::foundation::random::Random;
 
@@ -69,6 +69,9 @@ pub struct Gain {
     pub conditions: Vec<String>,
     /// Every reading.
     pub readings: Vec<HeldOutReading>,
+    /// Standard deviation of the amplitude of each cause that all data point to, from how it moves while each test of three or more is
+    /// kept out (the jackknife); empty where there are fewer, or where a part of the data points elsewhere.
+    pub scatter: Vec<f64>,
 }
 
 impl Gain {
@@ -129,10 +132,12 @@ pub fn gain(
             let kept: Vec<&[usize]> = parts.iter().map(|(kept, _)| kept.as_slice()).collect();
             Folds { predictor, catalogue, base, named }.changes(&kept, problem.seed)
         }
-        None => vec![None; folds],
+        None => (0..folds).map(|_| None).collect(),
     };
+    let is_by_test = data.is_transient() && kept_out == KeptOut::Tests && data.tests().len() >= 3;
+    let scatter = if is_by_test { scatter(&changes) } else { Vec::new() };
     for ((_, out), change) in parts.iter().zip(changes) {
-        let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c[*i])).collect();
+        let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c.kelvin[*i])).collect();
         for (s, i) in shift.iter().zip(out) {
             readings[*i].change = *s;
             let sum = &mut sums[condition_of[*i]];
@@ -159,7 +164,20 @@ pub fn gain(
     let at = |share: f64| gains[((gains.len() - 1) as f64 * share).round() as usize];
     let noise_floor = stated(problem, base);
     let names = conditions.iter().map(|c| c.split('#').next().unwrap_or(c).to_string()).collect();
-    Some(Gain { before, after, low: at(0.05), high: at(0.95), noise_floor, conditions: names, readings })
+    Some(Gain { before, after, low: at(0.05), high: at(0.95), noise_floor, conditions: names, readings, scatter })
+}
+
+/// The jackknife's standard deviation of every amplitude: the spread of those found while a part is kept out, times the square root of
+/// the parts less one. It asks nothing of the covariance: days that differ in what nobody stated move what each of them says.
+fn scatter(changes: &[Option<Change>]) -> Vec<f64> {
+    let found: Option<Vec<&Vec<f64>>> = changes.iter().map(|change| change.as_ref()?.amplitudes.as_ref()).collect();
+    let Some(found) = found else { return Vec::new() };
+    let parts = found.len() as f64;
+    let of = |j: usize| -> f64 {
+        let mean = found.iter().map(|a| a[j]).sum::<f64>() / parts;
+        (found.iter().map(|a| (a[j] - mean).powi(2)).sum::<f64>() * (parts - 1.0) / parts).sqrt()
+    };
+    (0..found.first().map_or(0, |a| a.len())).map(of).collect()
 }
 
 /// The condition each row belongs to: itself in a steady table, its test in a log, and its part of one where there are few tests.
@@ -210,6 +228,14 @@ struct Part<'k> {
     candidates: Vec<Choice>,
 }
 
+/// What a fold comes to.
+struct Change {
+    /// Of all predictions, K.
+    kelvin: Vec<f64>,
+    /// Amplitudes of the causes that all data point to, where they are the fold's best too.
+    amplitudes: Option<Vec<f64>>,
+}
+
 /// Causes worth a fit.
 struct Choice {
     /// As indices into the catalogue.
@@ -222,7 +248,7 @@ struct Choice {
 impl<'a> Folds<'a> {
     /// What the cause that the kept readings of every fold point to changes in all predictions, K: screened and fitted with these
     /// alone. `None` where they raise no alarm, or point to no cause.
-    fn changes(&self, kept: &[&[usize]], seed: u64) -> Vec<Option<Vec<f64>>> {
+    fn changes(&self, kept: &[&[usize]], seed: u64) -> Vec<Option<Change>> {
         let part = |fold: usize| self.part(kept[fold], seed.wrapping_add(1 + fold as u64));
         let parts: Vec<Option<Part<'_>>> = (0..kept.len()).into_par_iter().map(part).collect();
         // Fits of the same causes begin where the first fold has them, what all data point to where all data have it: solved once.
@@ -283,8 +309,8 @@ impl<'a> Folds<'a> {
         Some(Part { kept, whitener, candidates: named.into_iter().chain(others).collect() })
     }
 
-    /// What the best of the causes that a fold points to changes in all predictions, K.
-    fn change(&self, part: &Part<'_>, begun: &[Begun<'_>]) -> Option<Vec<f64>> {
+    /// What the best of the causes that a fold points to changes.
+    fn change(&self, part: &Part<'_>, begun: &[Begun<'_>]) -> Option<Change> {
         let Named { explanation, joint, view } = self.named;
         let level = joint.map_or(explanation.level, |joint| joint.level);
         let readings: Vec<f64> = part.kept.iter().map(|i| view.readings[*i]).collect();
@@ -298,7 +324,7 @@ impl<'a> Folds<'a> {
             level,
             without: 0.0,
         };
-        let fit = |choice: &Choice, best: f64| -> Option<(f64, Vec<f64>)> {
+        let fit = |choice: &Choice, best: f64| -> Option<(f64, Change)> {
             let (members, mut guess) = self.fitted_with(choice);
             let begun = begun.iter().find(|begun| begun.is_about(&members));
             if let Some(begun) = begun {
@@ -308,14 +334,16 @@ impl<'a> Folds<'a> {
                 }
             }
             let fitted = fit_begun(self.predictor, &members, &guess, used, begun).ok()?;
-            Some((fitted.evidence + choice.prior, fitted.values))
+            let kelvin = fitted.values.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect();
+            let amplitude = |cause: &Cause| members.iter().position(|h| h.is_same(&cause.hypothesis)).map(|j| fitted.amplitudes[j]);
+            let amplitudes = explanation.causes.iter().map(amplitude).collect();
+            Some((fitted.evidence + choice.prior, Change { kelvin, amplitudes }))
         };
         let (first, others) = part.candidates.split_first()?;
         let first = fit(first, f64::NEG_INFINITY);
         let best = first.as_ref().map_or(f64::NEG_INFINITY, |(evidence, _)| *evidence);
-        let others: Vec<(f64, Vec<f64>)> = others.par_iter().filter_map(|choice| fit(choice, best)).collect();
-        let (_, values) = first.into_iter().chain(others).max_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(values.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect())
+        let others: Vec<(f64, Change)> = others.par_iter().filter_map(|choice| fit(choice, best)).collect();
+        first.into_iter().chain(others).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, change)| change)
     }
 
     /// Row and sensor of some readings.

@@ -5,6 +5,7 @@ use std::time::Instant;
 use super::rung::{Rung, once, square};
 use super::{Diagnosis, Problem, Verdict};
 use crate::error::Result;
+use crate::evidence::discrepancy::Level as DiscrepancyLevel;
 use crate::foundation::progress::Progress;
 
 /// Rungs at most.
@@ -57,7 +58,8 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-/// Whether the readings ask for another cause.
+/// Whether the readings ask for another cause: more is left than what is stated explains. How much of that is a usual discrepancy is
+/// decided as for the first cause, by what another one takes of it.
 fn leaves_much(rung: &Rung) -> bool {
-    !rung.left.is_usual() || rung.probability_left < LEFT
+    rung.left != DiscrepancyLevel::NONE || rung.probability_left < LEFT
 }

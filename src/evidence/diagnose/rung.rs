@@ -21,11 +21,14 @@ use crate::foundation::progress::Progress;
 
 /// Explanations whose law has a number that is fitted, one after another.
 const MOST_SETTLED: usize = 3;
+/// A number of the file is a cause itself where it moved by more than so many of its prior's standard deviations, and of its own.
+const PULLED: f64 = 3.0;
+const FOR_CERTAIN: f64 = 5.5;
 
 /// One step of the ladder.
 #[derive(Debug, Clone)]
 pub struct Rung {
-    /// What is named on it: one cause, or two together.
+    /// What is named on it: one cause, or two together, and numbers of the file beside them that are pulled too far to be inexact.
     pub causes: Vec<Cause>,
     /// Numbers of the file that were fitted beside it, with how far they moved.
     pub refitted: Vec<Cause>,
@@ -136,13 +139,19 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
         answer = answer.beside(&at_its_level, &unexplained);
     }
-    let Extension { joint, gain } = extension(&finals, &outcome, explanations.first().filter(|_| answer.names_causes()), progress);
+    let Extension { joint, gain, refused } = extension(&finals, &outcome, explanations.first().filter(|_| answer.names_causes()), progress);
     let started_from = residuals(&base, &screened);
     let explained = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&started_from.predicted, problem).max(1e-300);
     let share = outcome.leading_predictions().map_or(0.0, |values| explained(&values));
     let answer = answer.vetoed(&explanations, gain.as_ref(), share);
-    if let (Some(joint), Some(best)) = (&joint, explanations.first_mut()) {
-        best.causes.clone_from(&joint.causes);
+    if let Some(best) = explanations.first_mut() {
+        match (&joint, &refused) {
+            (Some(joint), _) => best.causes.clone_from(&joint.causes),
+            (None, Some(refused)) => best.causes.iter_mut().zip(&refused.causes).for_each(|(own, beside)| own.left_open_by(beside)),
+            (None, None) => {}
+        }
+        let scatter = gain.iter().flat_map(|gain| &gain.scatter);
+        best.causes.iter_mut().zip(scatter).for_each(|(cause, scatter)| cause.at_least(*scatter));
     }
     let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref())) {
         Some(best) => rung(problem, &predictor, best, joint.as_ref(), &outcome, gain.clone())?,
@@ -185,6 +194,9 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
 struct Extension {
     joint: Option<Joint>,
     gain: Option<Gain>,
+    /// A refit that predicts data kept out no better than the machine as it is: it still says how far the cause may be off while the
+    /// file's numbers are.
+    refused: Option<Joint>,
 }
 
 /// The best explanation refitted with everything uncertain, or alone where only alone it predicts data kept out better than the machine as
@@ -197,7 +209,7 @@ fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanati
         None
     });
     progress.say("gain on conditions kept out");
-    let ways: Vec<Option<Joint>> = if refitted.is_some() { vec![refitted, None] } else { vec![None] };
+    let ways: Vec<Option<Joint>> = if refitted.is_some() { vec![refitted.clone(), None] } else { vec![None] };
     let kept_out: &[KeptOut] =
         if named.is_some() && problem.data.is_transient() { &[KeptOut::Tests, KeptOut::Blocks] } else { &[KeptOut::Tests] };
     let mut first = None;
@@ -206,14 +218,15 @@ fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanati
             let named = named.map(|explanation| gain::Named { explanation, joint: joint.as_ref(), view: &outcome.view });
             let gain = gain::gain(problem, finals.predictor, finals.catalogue, finals.base, named, *kept_out);
             let is_worse = decide::predicts_worse(gain.as_ref());
-            let found = Extension { joint: joint.clone(), gain };
+            let refused = refitted.clone().filter(|_| joint.is_none());
+            let found = Extension { joint: joint.clone(), gain, refused };
             if !is_worse {
                 return found;
             }
             first.get_or_insert(found);
         }
     }
-    first.unwrap_or(Extension { joint: None, gain: None })
+    first.unwrap_or(Extension { joint: None, gain: None, refused: None })
 }
 
 /// The level of discrepancy that suits the machine as it is best, and the best of usual ones.
@@ -242,9 +255,9 @@ fn rung(
     outcome: &Outcome,
     gain: Option<Gain>,
 ) -> Result<Option<Rung>> {
-    let refitted = joint.map_or(Vec::new(), |joint| joint.others.clone());
+    let Split { causes, refitted, correlations } = split(problem, best, joint);
     // Numbers of the file first: a cause may take their place.
-    let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&best.causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
+    let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
     let Some(sets) = predictor.written(&members)? else { return Ok(None) };
     let predicted = match joint {
         Some(joint) => joint.values.iter().zip(&outcome.view.mesh).map(|(v, m)| v + m).collect(),
@@ -255,20 +268,48 @@ fn rung(
     let places = whiten::places(&problem.data);
     let of_sensor = |k: usize| left.iter().zip(&places).filter(|(_, (_, s))| *s == k).map(|(v, _)| v * v).sum::<f64>();
     let most = (0..problem.data.names.len()).max_by(|a, b| of_sensor(*a).total_cmp(&of_sensor(*b)));
+    let named = causes.len();
     Ok(Some(Rung {
-        causes: best.causes.clone(),
+        causes,
         refitted,
-        correlations: joint.map_or(Vec::new(), |joint| joint.correlations.clone()),
+        correlations,
         rms: (square / left.len().max(1) as f64).sqrt(),
         share: 0.0,
         alone: Vec::new(),
         left: joint.map_or(best.level, |joint| joint.level),
-        probability_left: chi_square_tail(best.misfit, left.len().saturating_sub(best.causes.len()).max(1)),
+        probability_left: chi_square_tail(best.misfit, left.len().saturating_sub(named).max(1)),
         where_left: most.map(|k| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(1e-300) }),
         gain,
         sets,
         predicted,
     }))
+}
+
+/// Causes of a rung, numbers refitted beside them, and the correlations of all in that order.
+struct Split {
+    causes: Vec<Cause>,
+    refitted: Vec<Cause>,
+    correlations: Vec<Vec<f64>>,
+}
+
+/// A number of the file that is pulled far beyond what files are off by, and for certain, is a cause itself.
+fn split(problem: &Problem, best: &Explanation, joint: Option<&Joint>) -> Split {
+    let Some(joint) = joint else { return Split { causes: best.causes.clone(), refitted: Vec::new(), correlations: Vec::new() } };
+    let network = &problem.study.model.network;
+    let is_cause = |c: &Cause| {
+        c.hypothesis.of_a_number(network).is_some()
+            && c.amplitude.abs() > PULLED * c.hypothesis.scale
+            && c.amplitude.abs() > FOR_CERTAIN * c.deviation
+    };
+    let own = best.causes.len();
+    let (pulled, others): (Vec<usize>, Vec<usize>) = (0..joint.others.len()).partition(|k| is_cause(&joint.others[*k]));
+    let order: Vec<usize> = (0..own).chain(pulled.iter().chain(&others).map(|k| own + k)).collect();
+    let of = |which: &[usize]| which.iter().map(|k| joint.others[*k].clone()).collect::<Vec<_>>();
+    Split {
+        causes: best.causes.iter().cloned().chain(of(&pulled)).collect(),
+        refitted: of(&others),
+        correlations: order.iter().map(|i| order.iter().map(|j| joint.correlations[*i][*j]).collect()).collect(),
+    }
 }
 
 /// Predictions with each of two causes by itself in force, K; none where the machine cannot be solved so.
