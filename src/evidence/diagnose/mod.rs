@@ -252,12 +252,6 @@ impl Cause {
         (if self.hypothesis.is_signed { low } else { low.max(0.0) }, high)
     }
 
-    /// Widens the deviation to what the same cause may be off by where everything uncertain is fitted beside it: the root mean square
-    /// about this amplitude.
-    fn left_open_by(&mut self, beside: &Self) {
-        self.deviation = self.deviation.max(beside.deviation.hypot(beside.amplitude - self.amplitude));
-    }
-
     /// Widens the deviation to at least another one, in the hypothesis' unit.
     fn at_least(&mut self, deviation: f64) {
         self.deviation = self.deviation.max(deviation);

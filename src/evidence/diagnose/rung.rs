@@ -139,16 +139,14 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
         answer = answer.beside(&at_its_level, &unexplained);
     }
-    let Extension { joint, gain, refused } = extension(&finals, &outcome, explanations.first().filter(|_| answer.names_causes()), progress);
+    let Extension { joint, gain } = extension(&finals, &outcome, explanations.first().filter(|_| answer.names_causes()), progress);
     let started_from = residuals(&base, &screened);
     let explained = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&started_from.predicted, problem).max(1e-300);
     let share = outcome.leading_predictions().map_or(0.0, |values| explained(&values));
     let answer = answer.vetoed(&explanations, gain.as_ref(), share);
     if let Some(best) = explanations.first_mut() {
-        match (&joint, &refused) {
-            (Some(joint), _) => best.causes.clone_from(&joint.causes),
-            (None, Some(refused)) => best.causes.iter_mut().zip(&refused.causes).for_each(|(own, beside)| own.left_open_by(beside)),
-            (None, None) => {}
+        if let Some(joint) = &joint {
+            best.causes.clone_from(&joint.causes);
         }
         let scatter = gain.iter().flat_map(|gain| &gain.scatter);
         best.causes.iter_mut().zip(scatter).for_each(|(cause, scatter)| cause.at_least(*scatter));
@@ -194,9 +192,6 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
 struct Extension {
     joint: Option<Joint>,
     gain: Option<Gain>,
-    /// A refit that predicts data kept out no better than the machine as it is: it still says how far the cause may be off while the
-    /// file's numbers are.
-    refused: Option<Joint>,
 }
 
 /// The best explanation refitted with everything uncertain, or alone where only alone it predicts data kept out better than the machine as
@@ -209,7 +204,7 @@ fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanati
         None
     });
     progress.say("gain on conditions kept out");
-    let ways: Vec<Option<Joint>> = if refitted.is_some() { vec![refitted.clone(), None] } else { vec![None] };
+    let ways: Vec<Option<Joint>> = if refitted.is_some() { vec![refitted, None] } else { vec![None] };
     let kept_out: &[KeptOut] =
         if named.is_some() && problem.data.is_transient() { &[KeptOut::Tests, KeptOut::Blocks] } else { &[KeptOut::Tests] };
     let mut first = None;
@@ -218,15 +213,14 @@ fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanati
             let named = named.map(|explanation| gain::Named { explanation, joint: joint.as_ref(), view: &outcome.view });
             let gain = gain::gain(problem, finals.predictor, finals.catalogue, finals.base, named, *kept_out);
             let is_worse = decide::predicts_worse(gain.as_ref());
-            let refused = refitted.clone().filter(|_| joint.is_none());
-            let found = Extension { joint: joint.clone(), gain, refused };
+            let found = Extension { joint: joint.clone(), gain };
             if !is_worse {
                 return found;
             }
             first.get_or_insert(found);
         }
     }
-    first.unwrap_or(Extension { joint: None, gain: None, refused: None })
+    first.unwrap_or(Extension { joint: None, gain: None })
 }
 
 /// The level of discrepancy that suits the machine as it is best, and the best of usual ones.
