@@ -37,7 +37,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     };
     std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
     let mut files = Vec::new();
-    for command in std::iter::once(&command).chain(command.get_subcommands()) {
+    let below = command.get_subcommands().flat_map(|sub| std::iter::once(sub).chain(sub.get_subcommands()));
+    for command in std::iter::once(&command).chain(below) {
         let name = command.get_display_name().unwrap_or_else(|| command.get_name());
         let path = folder.join(format!("{name}.1"));
         atomic_file::write(&path, page(command)?.as_bytes())?;

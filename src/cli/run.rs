@@ -4,13 +4,11 @@ use std::path::PathBuf;
 
 use serde_json::json;
 
-use super::condition::pair_of;
 use super::output::Output;
-use super::sweep::{default_folder, rounds, warn_of};
+use super::sweep::{Cluster, folder_of, opened, parts, rounds, warn_of};
 use super::text::table;
 use crate::error::Result;
 use crate::explore::sweep::SweepOptions;
-use crate::explore::sweep::bridge::Sweep;
 use crate::foundation::numbers::significant;
 use crate::pipeline::{self, PointSummary, Summary, TARGET};
 
@@ -34,6 +32,8 @@ pub struct Args {
     /// Solve every condition in full, whatever accuracy the sweep file asks for
     #[arg(long)]
     full: bool,
+    #[command(flatten)]
+    cluster: Cluster,
 }
 
 /// Runs the command.
@@ -41,17 +41,17 @@ pub struct Args {
 /// # Errors
 /// Bad input, numerics that failed everywhere, or a folder that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let mut sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
-    if args.full {
-        sweep.solve_in_full();
-    }
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
+    let sweep = opened(&args.sweep, args.cells, &args.set, args.full)?;
+    let folder = folder_of(&args.sweep, args.out.as_deref());
     let more =
         sweep.plan.growth.as_ref().map_or_else(String::new, |growth| format!(", then more until {} K are reached,", growth.accuracy));
     out.note(&format!("{}: {} conditions{more} {}", sweep.plan.name, sweep.plan.conditions.len(), sweep.solver_in_words()));
     let progress = out.progress();
-    let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
+    let typed = parts::Typed { sweep: &args.sweep, cells: args.cells, set: &args.set, full: args.full };
+    let slurm = parts::on_slurm(&sweep, &typed, &args.cluster, &folder, args.retry_failed, out)?;
+    // What failed on the cluster was tried again there.
+    let retry_failed = args.retry_failed && slurm.is_none();
+    let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed };
     let summary = pipeline::run(&sweep, &folder, options, &progress)?;
     for note in &summary.notes {
         out.note(note);
@@ -60,7 +60,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     for failure in &summary.failures {
         out.note(&format!("condition {} ({}) failed: {}", failure.row + 1, failure.group, failure.reason));
     }
-    out.report(&text(&summary), &to_json(&summary));
+    let mut told = to_json(&summary);
+    if let (Some(slurm), Some(all)) = (slurm, told.as_object_mut()) {
+        all.insert("slurm".into(), json!(slurm));
+    }
+    out.report(&text(&summary), &told);
     Ok(0)
 }
 

@@ -74,6 +74,10 @@ fn paths_methods_kinds_and_hosts() {
     assert_eq!(status("GET", "/nothing", &[]), 404);
     assert_eq!(status("POST", QUERY, &[kind, "Host: example.org"]), 403);
     assert_eq!(status("POST", QUERY, &[kind, "Host: 127.0.0.1:8080"]), 200);
+    // Every name that a request gives counts, also that of its address.
+    assert_eq!(status("POST", QUERY, &[kind, "Host: localhost", "Host: example.org"]), 403);
+    assert_eq!(status("POST", &format!("http://example.org{QUERY}"), &[kind]), 403);
+    assert_eq!(status("POST", &format!("http://127.0.0.1{QUERY}"), &[kind]), 200);
 }
 
 #[test]

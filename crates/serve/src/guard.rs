@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use axum::extract::{MatchedPath, Request, State};
 use axum::http::header::{AUTHORIZATION, CONTENT_TYPE, HOST, RETRY_AFTER, WWW_AUTHENTICATE};
-use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::http::uri::Authority;
+use axum::http::{HeaderMap, HeaderValue, StatusCode, Uri};
 use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 use serde_json::{Map, Value};
@@ -21,7 +22,7 @@ pub(crate) async fn guard(State(site): State<Arc<Site>>, request: Request, next:
     let began = Instant::now();
     let route = request.extensions().get::<MatchedPath>().cloned();
     let route = route.as_ref().map_or("none", MatchedPath::as_str);
-    let response = match admitted(&site, route, request.headers()) {
+    let response = match admitted(&site, route, request.uri(), request.headers()) {
         Ok(()) => answered(&site, request, next).await,
         Err(refusal) => refusal.into_response(),
     };
@@ -29,12 +30,12 @@ pub(crate) async fn guard(State(site): State<Arc<Site>>, request: Request, next:
     response
 }
 
-fn admitted(site: &Site, route: &str, headers: &HeaderMap) -> Result<(), Refusal> {
+fn admitted(site: &Site, route: &str, uri: &Uri, headers: &HeaderMap) -> Result<(), Refusal> {
     match &site.token {
         _ if route == OPEN => Ok(()),
         Some(token) if bears(headers, token) => Ok(()),
         Some(_) => Err(Refusal::new(401, "this service asks for its token").help("send it in the header: Authorization: Bearer TOKEN")),
-        None if is_local(headers) => Ok(()),
+        None if is_local(uri, headers) => Ok(()),
         // A page from elsewhere may have led a browser here under another name.
         None => Err(Refusal::new(403, "this service answers this machine alone").help("ask for it as localhost or 127.0.0.1")),
     }
@@ -46,8 +47,15 @@ fn bears(headers: &HeaderMap, token: &Token) -> bool {
     scheme.eq_ignore_ascii_case(b"Bearer ") && token.is(given)
 }
 
-fn is_local(headers: &HeaderMap) -> bool {
-    let host = headers.get(HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
+/// Whether every name by which the request asks for this service is one of this machine: the address may have one of its own, and
+/// a header may stand twice.
+fn is_local(uri: &Uri, headers: &HeaderMap) -> bool {
+    let named = headers.get_all(HOST).iter().map(|host| host.to_str().unwrap_or(""));
+    let hosts: Vec<&str> = uri.authority().map(Authority::as_str).into_iter().chain(named).collect();
+    headers.contains_key(HOST) && hosts.into_iter().all(is_this_machine)
+}
+
+fn is_this_machine(host: &str) -> bool {
     let name = match host.rsplit_once(':') {
         Some((name, port)) if port.bytes().all(|b| b.is_ascii_digit()) => name,
         _ => host,
@@ -96,13 +104,24 @@ mod tests {
 
     #[test]
     fn names_of_this_machine() {
+        let here = Uri::from_static("/surrogates");
         for host in ["localhost", "LOCALHOST:80", "127.0.0.1:8080", "[::1]", "[::1]:8080"] {
-            assert!(is_local(&with(HOST, host)), "{host}");
+            assert!(is_local(&here, &with(HOST, host)), "{host}");
         }
         for host in ["", "example.org", "localhost.example.org", "127.0.0.1.example.org:80", "::1", "localhost:80:90"] {
-            assert!(!is_local(&with(HOST, host)), "{host}");
+            assert!(!is_local(&here, &with(HOST, host)), "{host}");
         }
-        assert!(!is_local(&HeaderMap::new()));
+        assert!(!is_local(&here, &HeaderMap::new()));
+    }
+
+    #[test]
+    fn every_name_counts() {
+        let mut two = with(HOST, "localhost");
+        two.append(HOST, HeaderValue::from_static("example.org"));
+        assert!(!is_local(&Uri::from_static("/surrogates"), &two));
+        let one = with(HOST, "localhost");
+        assert!(is_local(&Uri::from_static("http://127.0.0.1:8080/surrogates"), &one));
+        assert!(!is_local(&Uri::from_static("http://example.org/surrogates"), &one));
     }
 
     #[test]

@@ -1,13 +1,13 @@
 //! `coldplate sweep`: every condition of a sweep file.
 
-mod parts;
+pub(super) mod parts;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use super::condition::pair_of;
 use super::output::Output;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::explore::sweep::bridge::Sweep;
 use crate::explore::sweep::record::SweepRecord;
 use crate::explore::sweep::shards::Shard;
@@ -17,9 +17,14 @@ use crate::pipeline::designs;
 
 /// Design of experiments: run every condition of a sweep file, or as many as its accuracy needs, resuming what is there
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, disable_help_subcommand = true)]
+#[command(subcommand_value_name = "merge", subcommand_help_heading = "Parts")]
 pub struct Args {
+    #[command(subcommand)]
+    step: Option<Step>,
     /// Sweep file
-    sweep: PathBuf,
+    #[arg(required = true)]
+    sweep: Option<PathBuf>,
     /// Folder for the tables and the journal (default: out/NAME, after the sweep file)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -36,25 +41,81 @@ pub struct Args {
     #[arg(long)]
     full: bool,
     /// Run the K-th of N parts alone, into a journal of its own
-    #[arg(long, value_name = "K/N", conflicts_with_all = ["shards", "merge"])]
+    #[arg(long, value_name = "K/N", conflicts_with_all = ["shards", "merge", "slurm"])]
     shard: Option<Shard>,
     /// Print the commands of N parts, one a line, for whatever runs commands
-    #[arg(long, value_name = "N", conflicts_with = "merge", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, value_name = "N", conflicts_with_all = ["merge", "slurm"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     shards: Option<u32>,
     /// Bring the journals of the parts together and write the tables; others than those in DIR/shards may be named
-    #[arg(long, value_name = "JOURNAL|DIR", num_args = 0.., conflicts_with = "retry_failed")]
+    #[arg(long, value_name = "JOURNAL|DIR", num_args = 0.., conflicts_with_all = ["retry_failed", "slurm"])]
     merge: Option<Vec<PathBuf>>,
-    /// Run as N tasks of an array of jobs on a cluster with Slurm, watch over them, and bring the results together
-    #[arg(long, value_name = "N", conflicts_with_all = ["shard", "shards", "merge"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
-    slurm: Option<u32>,
+    #[command(flatten)]
+    cluster: Cluster,
+}
+
+/// How a sweep is run on a cluster.
+#[derive(Debug, clap::Args)]
+pub(super) struct Cluster {
+    /// Run as N tasks of an array of jobs on a cluster with Slurm, watch over them, and bring the results together (default: one for ten conditions, 1000 at most)
+    #[arg(long, value_name = "N", num_args = 0..=1, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    slurm: Option<Option<u32>>,
     /// Option of sbatch, for example --sbatch=--time=4:00:00
     #[arg(long, value_name = "OPTION", requires = "slurm", allow_hyphen_values = true)]
     sbatch: Vec<String>,
 }
 
-/// The folder for the results of a sweep file where the user names none: `out/NAME`.
-pub fn default_folder(sweep: &Path) -> PathBuf {
-    Path::new("out").join(sweep.file_stem().unwrap_or("sweep".as_ref()))
+/// What may stand in place of the sweep file.
+#[derive(Debug, clap::Subcommand)]
+enum Step {
+    /// Bring the journals of the parts together and write the tables, as --merge does
+    Merge(Merge),
+}
+
+/// Bring the journals of the parts together and write the tables, as --merge does
+#[derive(Debug, clap::Args)]
+struct Merge {
+    /// Sweep file
+    sweep: PathBuf,
+    /// Journals or folders of them (default: those in DIR/shards)
+    #[arg(value_name = "JOURNAL|DIR")]
+    journals: Vec<PathBuf>,
+    /// Folder for the tables and the journal (default: out/NAME, after the sweep file)
+    #[arg(long, value_name = "DIR", help_heading = "Results")]
+    out: Option<PathBuf>,
+    /// About how many cells (default: the sweep file's, or else the machine file's own)
+    #[arg(long, value_name = "N", help_heading = "Machine")]
+    cells: Option<usize>,
+    /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
+    #[arg(long = "set", value_name = "KEY=VALUE", help_heading = "Machine")]
+    set: Vec<String>,
+    /// Every condition was solved in full, whatever accuracy the sweep file asks for
+    #[arg(long, help_heading = "Machine")]
+    full: bool,
+}
+
+/// The folder for the results of a sweep file: the one that was named, or `out/NAME`.
+pub(super) fn folder_of(sweep: &Path, named: Option<&Path>) -> PathBuf {
+    named.map_or_else(|| Path::new("out").join(sweep.file_stem().unwrap_or("sweep".as_ref())), Path::to_path_buf)
+}
+
+/// The sweep of a file, with values changed and, where asked for, every condition to be solved in full.
+///
+/// # Errors
+/// The file cannot be read or is wrong; a change is none.
+pub(super) fn opened(file: &Path, cells: Option<usize>, set: &[String], full: bool) -> Result<Sweep> {
+    let sets = set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let mut sweep = Sweep::open(file, cells, &sets)?;
+    if full {
+        sweep.solve_in_full();
+    }
+    Ok(sweep)
+}
+
+impl Args {
+    fn typed(&self) -> Result<parts::Typed<'_>> {
+        let sweep = self.sweep.as_deref().ok_or_else(|| Error::input("no sweep file is named").help("coldplate sweep SWEEP.toml"))?;
+        Ok(parts::Typed { sweep, cells: self.cells, set: &self.set, full: self.full })
+    }
 }
 
 /// Runs the command.
@@ -63,25 +124,26 @@ pub fn default_folder(sweep: &Path) -> PathBuf {
 /// Bad input, a folder that cannot be written, or every condition failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    if let Some(Step::Merge(asked)) = &args.step {
+        let sweep = opened(&asked.sweep, asked.cells, &asked.set, asked.full)?;
+        return parts::merge(&sweep, &folder_of(&asked.sweep, asked.out.as_deref()), &asked.journals, out);
+    }
+    let typed = args.typed()?;
     if let Some(count) = args.shards {
-        return parts::list(args, &sets, count as usize, out);
+        return parts::list(&typed, args.out.as_deref(), args.retry_failed, count as usize, out);
     }
-    let mut sweep = Sweep::open(&args.sweep, args.cells, &sets)?;
-    if args.full {
-        sweep.solve_in_full();
-    }
+    let sweep = opened(typed.sweep, args.cells, &args.set, args.full)?;
     if let Err(error) = designs::rehearse(&sweep) {
         out.note(&format!("warning: no surrogate can be fitted to this sweep: {}", error.what()));
     }
-    let folder = args.out.clone().unwrap_or_else(|| default_folder(&args.sweep));
+    let folder = folder_of(typed.sweep, args.out.as_deref());
     let progress = out.progress();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed: args.retry_failed };
     if let Some(shard) = args.shard {
         return parts::run(&sweep, shard, &folder, options, out);
     }
-    if let Some(parts) = args.slurm {
-        return parts::on_slurm(&sweep, args, parts as usize, &folder, out);
+    if let Some(record) = parts::on_slurm(&sweep, &typed, &args.cluster, &folder, args.retry_failed, out)? {
+        return parts::told_of_slurm(&sweep, &folder, record, start, out);
     }
     if let Some(journals) = &args.merge {
         return parts::merge(&sweep, &folder, journals, out);

@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use serde::Serialize;
 
-use super::{Args, notes, told};
+use super::{Cluster, notes, told};
+use crate::cli::condition::pair_of;
 use crate::cli::output::Output;
 use crate::error::Result;
 use crate::explore::cluster::{self, ClusterOptions, ClusterRecord};
@@ -14,6 +15,14 @@ use crate::explore::sweep::merge::{Merged, ranges};
 use crate::explore::sweep::record::SweepRecord;
 use crate::explore::sweep::shards::{self, Shard};
 use crate::explore::sweep::{Definition, SweepOptions};
+
+/// What the command of a part repeats of the one that was typed.
+pub(crate) struct Typed<'a> {
+    pub sweep: &'a Path,
+    pub cells: Option<usize>,
+    pub set: &'a [String],
+    pub full: bool,
+}
 
 /// Runs one part.
 pub(super) fn run(sweep: &Sweep, shard: Shard, folder: &Path, options: SweepOptions<'_>, out: Output) -> Result<u8> {
@@ -30,16 +39,17 @@ pub(super) fn run(sweep: &Sweep, shard: Shard, folder: &Path, options: SweepOpti
 }
 
 /// Prints the command of every part.
-pub(super) fn list(args: &Args, sets: &[(String, String)], count: usize, out: Output) -> Result<u8> {
+pub(super) fn list(typed: &Typed<'_>, folder: Option<&Path>, retry_failed: bool, count: usize, out: Output) -> Result<u8> {
     // Without the mesh, which takes its time.
-    let mut definition = Definition::read(&args.sweep)?;
-    if args.full {
+    let mut definition = Definition::read(typed.sweep)?;
+    if typed.full {
         definition.accuracy = None;
     }
-    shards::check(&definition.plan(&definition.scope(sets)?.variables)?)?;
+    let sets = typed.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    shards::check(&definition.plan(&definition.scope(&sets)?.variables)?)?;
     let command = |shard: Shard| {
-        let again = args.retry_failed.then(|| "--retry-failed".to_string());
-        shell(&[arguments(args, args.out.as_deref()), again.into_iter().chain(["--shard".into(), shard.to_string()]).collect()].concat())
+        let again = retry_failed.then(|| "--retry-failed".to_string());
+        shell(&[arguments(typed, folder), again.into_iter().chain(["--shard".into(), shard.to_string()]).collect()].concat())
     };
     let commands: Vec<String> = Shard::all(count).map(command).collect();
     let text: String = commands.iter().map(|line| format!("{line}\n")).collect();
@@ -53,14 +63,14 @@ struct Commands {
 }
 
 /// The command of a part but for its number, with this program as it was called, and a folder for the results.
-fn arguments(args: &Args, out: Option<&Path>) -> Vec<String> {
+fn arguments(typed: &Typed<'_>, out: Option<&Path>) -> Vec<String> {
     let path = |path: &Path| path.display().to_string();
     let program = std::env::args().next().unwrap_or_else(|| "coldplate".into());
-    let mut words = vec![program, "sweep".into(), path(&args.sweep)];
+    let mut words = vec![program, "sweep".into(), path(typed.sweep)];
     words.extend(out.iter().flat_map(|out| ["--out".into(), path(out)]));
-    words.extend(args.cells.iter().flat_map(|cells| ["--cells".into(), cells.to_string()]));
-    words.extend(args.full.then(|| "--full".to_string()));
-    words.extend(args.set.iter().flat_map(|set| ["--set".into(), set.clone()]));
+    words.extend(typed.cells.iter().flat_map(|cells| ["--cells".into(), cells.to_string()]));
+    words.extend(typed.full.then(|| "--full".to_string()));
+    words.extend(typed.set.iter().flat_map(|set| ["--set".into(), set.clone()]));
     words
 }
 
@@ -75,17 +85,38 @@ fn shell(words: &[String]) -> String {
 const POLL: Duration = Duration::from_secs(2);
 const POLL_PER_PART: Duration = Duration::from_millis(10);
 
-/// Runs the parts on a cluster and writes the tables.
-pub(super) fn on_slurm(sweep: &Sweep, args: &Args, parts: usize, folder: &Path, out: Output) -> Result<u8> {
-    let start = Instant::now();
+/// Conditions for each task where nobody says how many tasks there are, so that a task is longer than its start.
+const CONDITIONS_PER_TASK: usize = 10;
+/// The most tasks then: Slurm takes arrays up to 1001 unless it is told otherwise.
+const MOST_TASKS: usize = 1000;
+
+/// Runs the parts on a cluster where that is asked for, and brings their journals together in the one of the sweep.
+///
+/// # Errors
+/// What [`cluster::run`] has.
+pub(crate) fn on_slurm(
+    sweep: &Sweep,
+    typed: &Typed<'_>,
+    cluster: &Cluster,
+    folder: &Path,
+    retry_failed: bool,
+    out: Output,
+) -> Result<Option<ClusterRecord>> {
+    let Some(asked) = cluster.slurm else { return Ok(None) };
+    let parts =
+        asked.map_or_else(|| sweep.plan.conditions.len().div_ceil(CONDITIONS_PER_TASK).clamp(1, MOST_TASKS), |parts| parts as usize);
     let options = ClusterOptions {
         parts,
-        sbatch: args.sbatch.clone(),
-        command: shell(&arguments(args, Some(folder))),
-        retry_failed: args.retry_failed,
+        sbatch: cluster.sbatch.clone(),
+        command: shell(&arguments(typed, Some(folder))),
+        retry_failed,
         poll: POLL + POLL_PER_PART * u32::try_from(parts).unwrap_or(u32::MAX),
     };
-    let slurm = cluster::run(sweep, folder, &options, &out.progress())?;
+    cluster::run(sweep, folder, &options, &out.progress()).map(Some)
+}
+
+/// Writes the tables of what a cluster has run, and says what it was.
+pub(super) fn told_of_slurm(sweep: &Sweep, folder: &Path, slurm: ClusterRecord, start: Instant, out: Output) -> Result<u8> {
     let swept = sweep.tables(folder)?;
     notes(&swept, out);
     let (told, record) = told(sweep, &swept, None, start);

@@ -23,10 +23,10 @@ const WEIGHTS: [f64; 3] = {
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     let mut filling = Filling::of(content);
     filling.block("head", head(content, name));
-    filling.block("interface", interface(content));
+    filling.block("interface", interface(content, name));
     filling.block("tables", tables(content));
     filling.block("scratch", scratch(content));
-    filling.block("condition", array("x", content.variables.len()));
+    filling.block("condition", array(&format!("{name}_condition"), content.variables.len()));
     filling.block("tests", vectors(content));
     let mut text = filling.fill(SOURCE, name);
     if let Some(own) = &content.in_time {
@@ -52,13 +52,13 @@ fn head(content: &Content, name: &str) -> String {
 }
 
 /// Inputs and outputs, with what every place of an array is.
-fn interface(content: &Content) -> String {
+fn interface(content: &Content, name: &str) -> String {
     let mut text = String::from("VAR_INPUT\n");
     for (place, own) in content.variables.iter().enumerate() {
         let (name, unit) = (comment(&own.name), comment(&own.unit));
         let _ = writeln!(text, "    (* x[{place}]: {name}, {:?} to {:?} {unit} *)", own.low, own.high);
     }
-    text.push_str(&array("x", content.variables.len()));
+    let _ = writeln!(text, "    x : {name}_condition;");
     text.push_str("    (* Probability with which a verdict is said, between one half and one. *)\n    confidence : LREAL := 0.95;\n");
     text.push_str("END_VAR\nVAR_OUTPUT\n");
     for (place, own) in content.points.iter().enumerate() {
@@ -185,9 +185,12 @@ fn time_vectors(content: &Content, own: &InTime) -> String {
     constants(&tables)
 }
 
+/// Below this, sizes are written as zero: matiec takes no literal that REAL has no number for.
+const SMALLEST: f64 = 1e-37;
+
 /// A literal of type LREAL: the standard wants a point, also before an exponent.
 fn number(value: f64) -> String {
-    let text = format!("{value:?}");
+    let text = format!("{:?}", if value.abs() < SMALLEST { 0.0 } else { value });
     match text.split_once('e') {
         Some((mantissa, exponent)) if mantissa.contains('.') => format!("{mantissa}E{exponent}"),
         Some((mantissa, exponent)) => format!("{mantissa}.0E{exponent}"),
@@ -227,6 +230,6 @@ mod tests {
 
     #[test]
     fn literals_have_a_point() {
-        assert_eq!([1e-7, -2.5e300, 0.1, 3.0].map(number), ["1.0E-7", "-2.5E300", "0.1", "3.0"]);
+        assert_eq!([1e-7, -2.5e300, 0.1, 3.0, -1e-40].map(number), ["1.0E-7", "-2.5E300", "0.1", "3.0", "0.0"]);
     }
 }

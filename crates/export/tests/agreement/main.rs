@@ -1,5 +1,6 @@
 //! Every target beside the runtime: the same files, the same conditions, the same answers.
 
+mod accessible;
 mod browser;
 mod c99;
 mod c99_single;
@@ -15,6 +16,7 @@ mod octave;
 mod onnx;
 mod over_time;
 mod st;
+mod st_compiled;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -242,11 +244,15 @@ pub fn margins(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
     all
 }
 
+/// Where programs keep what they can make or fetch again.
+pub fn cache() -> Option<PathBuf> {
+    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
+    cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))
+}
+
 /// A program that `scripts/clients` installs in a folder of its own.
 pub fn client(program: &str) -> Option<PathBuf> {
-    let cache = std::env::var_os("XDG_CACHE_HOME").map(PathBuf::from);
-    let cache = cache.or_else(|| Some(PathBuf::from(std::env::var_os("HOME")?).join(".cache")))?;
-    Some(cache.join("coldplate/clients/bin").join(program)).filter(|path| path.exists())
+    Some(cache()?.join("coldplate/clients/bin").join(program)).filter(|path| path.exists())
 }
 
 /// Whether the Python of `scripts/clients` is there and has this package; says so where it has not.

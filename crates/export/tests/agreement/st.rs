@@ -1,4 +1,5 @@
-//! The function block, run by a small interpreter, since no compiler of structured text comes from a package registry.
+//! The function block, run by a small interpreter, since no compiler of structured text comes from a package registry
+//! ([`crate::st_compiled`] takes those that were built by hand).
 
 use std::process::Command;
 
@@ -50,7 +51,7 @@ fn count(name: &str) -> usize {
 }
 
 /// Values, half widths, inside, per limit what is limited, its margin and its probability, and the verdict.
-fn answers(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
+pub fn answers(surrogate: &Surrogate<'_>, x: &[f64]) -> Vec<f64> {
     let points = surrogate.point_count();
     let (mut values, mut bands) = (vec![0.0; points], vec![Band::default(); points]);
     let chance = surrogate.assess(x, None, 0.95, &mut values, &mut bands).expect("the shapes fit");

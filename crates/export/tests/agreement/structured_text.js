@@ -4,10 +4,10 @@
 "use strict";
 
 const KEYWORDS = ("IF THEN ELSIF ELSE END_IF FOR TO BY DO END_FOR WHILE END_WHILE NOT AND OR MOD TRUE FALSE VAR VAR_INPUT VAR_OUTPUT " +
-    "END_VAR CONSTANT ARRAY OF FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK BOOL DINT LREAL").split(" ");
+    "END_VAR CONSTANT TYPE END_TYPE ARRAY OF FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK BOOL DINT LREAL").split(" ");
 const RESERVED = ("LEFT RIGHT MID LEN CONCAT INSERT DELETE REPLACE FIND SEL MUX GT GE EQ LE LT NE ADD SUB MUL DIV MOVE SHL SHR ROL ROR " +
     "LOG SIN COS TAN ASIN ACOS ATAN EXPT TRUNC SR RS TON TOF TP CTU CTD TIME DATE REAL INT STRING STEP ACTION TASK PROGRAM AT RETAIN XOR " +
-    "CASE REPEAT UNTIL EXIT RETURN WITH TYPE STRUCT N R S L D P").split(" ");
+    "CASE REPEAT UNTIL EXIT RETURN WITH STRUCT N R S L D P").split(" ");
 const STANDARD = {
     ABS: [["LREAL"], "LREAL", Math.abs], SQRT: [["LREAL"], "LREAL", Math.sqrt], LN: [["LREAL"], "LREAL", Math.log],
     EXP: [["LREAL"], "LREAL", Math.exp], MIN: [["LREAL", "LREAL"], "LREAL", Math.min], MAX: [["LREAL", "LREAL"], "LREAL", Math.max],
@@ -40,6 +40,7 @@ function structuredText(text) {
     let at = 0;
     const functions = {};
     const blocks = {};
+    const types = {};
     let scope = null;
     const peek = () => list[at].kind;
     const fail = (what) => { throw new Error(`${what}, near ${list.slice(Math.max(0, at - 8), at + 4).map((t) => t.text ?? t.kind).join(" ")}`); };
@@ -50,7 +51,18 @@ function structuredText(text) {
     function typeName() {
         for (const kind of ["BOOL", "DINT", "LREAL"]) if (taken(kind)) return { element: kind };
         const name = take("name").text;
+        if (types[name]) return types[name];
         return blocks[name] ? { block: name } : fail(`unknown type ${name}`);
+    }
+    function arrayOrType() {
+        if (!taken("ARRAY")) { const type = typeName(); return { length: type.length ?? null, type: { element: type.element, block: type.block } }; }
+        take("[");
+        if (Number(take("DINT").text) !== 0) fail("arrays begin at 0");
+        take("..");
+        const length = Number(take("DINT").text) + 1;
+        take("]");
+        take("OF");
+        return { length, type: typeName() };
     }
     function signed() {
         const minus = taken("-");
@@ -68,16 +80,7 @@ function structuredText(text) {
                 const name = take("name").text;
                 if (scope.variables[name] || RESERVED.includes(name) || STANDARD[name] || functions[name]) fail(`${name} is taken`);
                 take(":");
-                let length = null;
-                if (taken("ARRAY")) {
-                    take("[");
-                    if (Number(take("DINT").text) !== 0) fail("arrays begin at 0");
-                    take("..");
-                    length = Number(take("DINT").text) + 1;
-                    take("]");
-                    take("OF");
-                }
-                const type = typeName();
+                const { length, type } = arrayOrType();
                 const zero = type.element === "BOOL" ? false : 0;
                 let initial = length === null ? zero : new Array(length).fill(zero);
                 if (taken(":=")) {
@@ -227,6 +230,16 @@ function structuredText(text) {
         Object.entries(variables).map(([name, own]) => [name, own.block ? blocks[own.block].make() : Array.isArray(own.initial) ? own.initial.slice() : own.initial]),
     );
     while (peek() !== "end") {
+        while (taken("TYPE")) {
+            while (!taken("END_TYPE")) {
+                const name = take("name").text;
+                if (types[name] || RESERVED.includes(name)) fail(`${name} is taken`);
+                take(":");
+                const { length, type } = arrayOrType();
+                types[name] = { ...type, length };
+                take(";");
+            }
+        }
         const isFunction = taken("FUNCTION");
         if (!isFunction) take("FUNCTION_BLOCK");
         const name = take("name").text;

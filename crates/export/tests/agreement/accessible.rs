@@ -1,0 +1,129 @@
+//! The page judged by an independent program, axe-core, in Chromium and Firefox: roles, names, contrast, order, in the light and in the
+//! dark, with everything shown that can be; and whether it fits on a phone.
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+
+use coldplate_export::{Target, export};
+use coldplate_runtime::Surrogate;
+
+use crate::browser::{browsers, told};
+use crate::{cache, folder, skipped};
+
+/// What the page is made to do before it is judged, and how.
+const ACTS: &str = r##"
+<script>
+(async () => {
+  const told = [];
+  const tell = (key, value) => told.push(`${key}: ${String(value).replace(/\s+/g, " ").trim()}`);
+  const byId = (id) => document.getElementById(id);
+  const rest = () => new Promise((done) => setTimeout(done, 100));
+  const tags = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
+  const judge = async (what) => {
+    const found = await axe.run(document, { runOnly: { type: "tag", values: tags } });
+    for (const own of found.violations) tell("violation", `${what}: ${own.id}: ${own.help}: ${own.nodes.map((node) => `${node.target} ${node.any.map((one) => one.message)}`).join("; ")}`);
+    tell("rules", found.passes.length);
+    tell("contrast", found.passes.some((own) => own.id === "color-contrast"));
+  };
+  const moved = (share) => {
+    for (const slider of document.querySelectorAll(".variable input[type=range]")) {
+      slider.value = Number(slider.min) + share * (Number(slider.max) - Number(slider.min));
+      slider.dispatchEvent(new Event("input", { bubbles: true }));
+    }
+  };
+  const drop = async (text) => {
+    byId("summary").textContent = "";
+    byId("wrong").hidden = true;
+    const files = new DataTransfer();
+    files.items.add(new File([text], "tests.csv"));
+    document.dispatchEvent(new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true }));
+    for (let k = 0; k < 50 && byId("summary").textContent === "" && byId("wrong").hidden; k += 1) await rest();
+  };
+  try {
+    for (let k = 0; k < 100 && !byId("predictions").querySelector("title"); k += 1) await rest();
+    await judge("as it opens");
+    byId("keep").click();
+    await drop(TABLE);
+    tell("summary", byId("summary").textContent);
+    await judge("compared, with readings");
+    await drop("nonsense\n1\n");
+    tell("refused", !byId("wrong").hidden);
+    for (const share of [0, 1, 1.5]) {
+      moved(share);
+      tell("verdict", byId("verdict").className);
+      await rest();
+      await judge(`at ${share} of the ranges`);
+    }
+    tell("dark", matchMedia("(prefers-color-scheme: dark)").matches);
+    for (const width of [320, 390]) {
+      document.body.style.width = `${width}px`;
+      await rest();
+      const wide = [...document.body.querySelectorAll("*")].filter((own) => !own.closest(".scroll, #pictures, svg, option") && own.getBoundingClientRect().right > width + 1);
+      tell("wider than a phone", `${width}: ${wide.map((own) => `${own.tagName}#${own.id}.${own.className}`).join(" ")}`);
+    }
+  } catch (error) { tell("error", `${error} ${error.stack}`); }
+  location = `http://ADDRESS/?${encodeURIComponent(told.join("\n"))}`;
+})();
+</script>
+"##;
+
+/// What `scripts/clients` installs of axe-core.
+fn judge() -> Option<String> {
+    let path = cache()?.join("coldplate/axe/node_modules/axe-core/axe.min.js");
+    let text = std::fs::read_to_string(path).ok();
+    if text.is_none() {
+        skipped("axe-core is not there: scripts/clients installs it");
+    }
+    text
+}
+
+fn fixture(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../runtime/fixtures/{name}.cps"))
+}
+
+#[test]
+fn an_independent_judge_finds_nothing() {
+    let Some(judge) = judge() else { return };
+    let folder = folder("accessible");
+    for name in ["uncertain", "moving"] {
+        let bytes = std::fs::read(fixture(name)).expect("it is there");
+        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
+        let head: Vec<String> = surrogate.variables().map(|own| format!("{} [{}]", own.name, own.unit)).collect();
+        let middle: Vec<String> = surrogate.variables().map(|own| (0.5 * (own.low + own.high)).to_string()).collect();
+        let point = surrogate.points().next().expect("there is one");
+        let table = format!("{},{} [{}]\\n{},25\\n", head.join(","), point.name, point.unit, middle.join(","));
+        let file = export(&surrogate, Target::Html, name).expect("the name is one").swap_remove(0);
+        let page = String::from_utf8(file.content).expect("a page is text");
+        for dark in [false, true] {
+            for (program, mut arguments) in browsers(&folder) {
+                let own = folder.join(program.split('-').next().expect("it has a name"));
+                let _ = std::fs::remove_dir_all(&own);
+                if program == "chromium" {
+                    arguments.extend(dark.then(|| "--force-dark-mode".to_string()));
+                } else {
+                    std::fs::create_dir_all(&own).expect("the folder can be written to");
+                    let scheme = format!("user_pref(\"layout.css.prefers-color-scheme.content-override\", {});\n", i32::from(!dark));
+                    std::fs::write(own.join("user.js"), scheme).expect("the folder can be written to");
+                }
+                let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+                let address = listener.local_addr().expect("it has one").to_string();
+                let acts = ACTS.replace("TABLE", &format!("\"{table}\"")).replace("ADDRESS", &address);
+                let path = folder.join(format!("{name}-{program}-{dark}.html"));
+                let whole = page.replace("</body>", &format!("<script>{judge}</script>{acts}</body>"));
+                std::fs::write(&path, whole).expect("the folder can be written to");
+                let told = told(program, &arguments, &path, &listener);
+                let of = |key: &str| told.iter().filter_map(|line| line.strip_prefix(&format!("{key}: "))).collect::<Vec<_>>();
+                let what = format!("{program}, {name}, dark {dark}");
+                assert_eq!(of("error"), Vec::<&str>::new(), "{what}");
+                assert_eq!(of("violation"), Vec::<&str>::new(), "{what}");
+                assert_eq!(of("dark"), [dark.to_string()], "{what}");
+                assert_eq!(of("refused"), ["true"], "{what}");
+                assert!(of("summary")[0].contains("1 conditions"), "{what}: {told:#?}");
+                assert_eq!(of("contrast"), ["true"; 5], "{what}");
+                assert!(of("rules").iter().all(|count| count.parse::<usize>().is_ok_and(|count| count >= 20)), "{what}: {told:#?}");
+                assert_eq!(of("wider than a phone"), ["320:", "390:"], "{what}");
+            }
+        }
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}
