@@ -55,13 +55,27 @@ const ACTS: &str = r##"
       await judge(`at ${share} of the ranges`);
     }
     tell("dark", matchMedia("(prefers-color-scheme: dark)").matches);
-    for (const width of [320, 390]) {
-      document.body.style.width = `${width}px`;
-      await rest();
-      const wide = [...document.body.querySelectorAll("*")].filter((own) => !own.closest(".scroll, #pictures, svg, option") && own.getBoundingClientRect().right > width + 1);
-      tell("wider than a phone", `${width}: ${wide.map((own) => `${own.tagName}#${own.id}.${own.className}`).join(" ")}`);
-    }
   } catch (error) { tell("error", `${error} ${error.stack}`); }
+  location = `http://ADDRESS/?${encodeURIComponent(told.join("\n"))}`;
+})();
+</script>
+"##;
+
+/// What a page of a phone's width tells of itself, with readings laid beside it.
+const NARROW: &str = r##"
+<script>
+(async () => {
+  const rest = () => new Promise((done) => setTimeout(done, 100));
+  const byId = (id) => document.getElementById(id);
+  for (let k = 0; k < 100 && !byId("predictions").querySelector("title"); k += 1) await rest();
+  byId("keep").click();
+  const files = new DataTransfer();
+  files.items.add(new File([TABLE], "tests.csv"));
+  document.dispatchEvent(new DragEvent("drop", { dataTransfer: files, bubbles: true, cancelable: true }));
+  for (let k = 0; k < 50 && byId("summary").textContent === ""; k += 1) await rest();
+  const wide = [...document.body.querySelectorAll("*")].filter((own) => !own.closest(".scroll, #pictures, svg, option") && own.getBoundingClientRect().right > innerWidth + 1);
+  const small = [...document.querySelectorAll("button, select, input")].filter((own) => own.offsetParent && own.getBoundingClientRect().height < 16);
+  const told = [`width: ${innerWidth}`, `whole: ${document.documentElement.scrollWidth}`, `wide: ${wide.map((own) => `${own.tagName}#${own.id}`).join(" ")}`, `small: ${small.map((own) => own.id || own.textContent).join(" ")}`, `summary: ${byId("summary").textContent}`];
   location = `http://ADDRESS/?${encodeURIComponent(told.join("\n"))}`;
 })();
 </script>
@@ -81,6 +95,14 @@ fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../runtime/fixtures/{name}.cps"))
 }
 
+/// One reading at the middle of the ranges, as a text of JavaScript.
+fn table(surrogate: &Surrogate<'_>) -> String {
+    let head: Vec<String> = surrogate.variables().map(|own| format!("{} [{}]", own.name, own.unit)).collect();
+    let middle: Vec<String> = surrogate.variables().map(|own| (0.5 * (own.low + own.high)).to_string()).collect();
+    let point = surrogate.points().next().expect("there is one");
+    format!("\"{},{} [{}]\\n{},25\\n\"", head.join(","), point.name, point.unit, middle.join(","))
+}
+
 #[test]
 fn an_independent_judge_finds_nothing() {
     let Some(judge) = judge() else { return };
@@ -88,10 +110,7 @@ fn an_independent_judge_finds_nothing() {
     for name in ["uncertain", "moving"] {
         let bytes = std::fs::read(fixture(name)).expect("it is there");
         let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
-        let head: Vec<String> = surrogate.variables().map(|own| format!("{} [{}]", own.name, own.unit)).collect();
-        let middle: Vec<String> = surrogate.variables().map(|own| (0.5 * (own.low + own.high)).to_string()).collect();
-        let point = surrogate.points().next().expect("there is one");
-        let table = format!("{},{} [{}]\\n{},25\\n", head.join(","), point.name, point.unit, middle.join(","));
+        let table = table(&surrogate);
         let file = export(&surrogate, Target::Html, name).expect("the name is one").swap_remove(0);
         let page = String::from_utf8(file.content).expect("a page is text");
         for dark in [false, true] {
@@ -107,7 +126,7 @@ fn an_independent_judge_finds_nothing() {
                 }
                 let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
                 let address = listener.local_addr().expect("it has one").to_string();
-                let acts = ACTS.replace("TABLE", &format!("\"{table}\"")).replace("ADDRESS", &address);
+                let acts = ACTS.replace("TABLE", &table).replace("ADDRESS", &address);
                 let path = folder.join(format!("{name}-{program}-{dark}.html"));
                 let whole = page.replace("</body>", &format!("<script>{judge}</script>{acts}</body>"));
                 std::fs::write(&path, whole).expect("the folder can be written to");
@@ -121,7 +140,37 @@ fn an_independent_judge_finds_nothing() {
                 assert!(of("summary")[0].contains("1 conditions"), "{what}: {told:#?}");
                 assert_eq!(of("contrast"), ["true"; 5], "{what}");
                 assert!(of("rules").iter().all(|count| count.parse::<usize>().is_ok_and(|count| count >= 20)), "{what}: {told:#?}");
-                assert_eq!(of("wider than a phone"), ["320:", "390:"], "{what}");
+            }
+        }
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}
+
+#[test]
+fn it_fits_on_a_phone() {
+    let folder = folder("phone");
+    for name in ["uncertain", "moving"] {
+        let bytes = std::fs::read(fixture(name)).expect("it is there");
+        let surrogate = Surrogate::open(&bytes).expect("the fixtures are intact");
+        let file = export(&surrogate, Target::Html, name).expect("the name is one").swap_remove(0);
+        let page = String::from_utf8(file.content).expect("a page is text");
+        for width in ["320", "390"] {
+            for (program, arguments) in browsers(&folder) {
+                std::fs::create_dir_all(folder.join("firefox")).expect("the folder can be written to");
+                let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+                let address = listener.local_addr().expect("it has one").to_string();
+                let acts = NARROW.replace("TABLE", &table(&surrogate)).replace("ADDRESS", &address);
+                let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("the folder can be written to");
+                write("page.html", &page.replace("</body>", &format!("{acts}</body>")));
+                // A window cannot be as narrow as a phone, a frame can.
+                write("phone.html", &format!("<!doctype html><iframe src=\"page.html\" width=\"{width}\" height=\"700\" style=\"border: 0\"></iframe>"));
+                let told = told(program, &arguments, &folder.join("phone.html"), &listener);
+                let one = |key: &str| told.iter().find_map(|line| line.strip_prefix(&format!("{key}: "))).unwrap_or("-").trim().to_string();
+                let what = format!("{program}, {name}, {width}: {told:#?}");
+                assert_eq!(one("width"), width, "{what}");
+                assert!(one("whole").parse::<f64>().is_ok_and(|whole| whole <= width.parse().expect("a number")), "{what}");
+                assert_eq!((one("wide"), one("small")), (String::new(), String::new()), "{what}");
+                assert!(one("summary").contains("1 conditions, 1 readings"), "{what}");
             }
         }
     }
