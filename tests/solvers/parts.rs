@@ -49,7 +49,7 @@ fn parts_run_by_xargs_give_the_same_bytes() {
     );
     assert_eq!(tables(&folder.join("of parts/(all)")), expected);
     // Once more: nothing is left to be taken, and nothing was run.
-    let again = json(&folder, &["sweep", "sweep.toml", "--out", "of parts/(all)", "--merge"]);
+    let again = json(&folder, &["sweep", "merge", "sweep.toml", "--out", "of parts/(all)"]);
     assert_eq!((&again["merged"]["taken"], &again["merged"]["doubles"]), (&0.into(), &40.into()), "{again}");
     assert_eq!(runs(&folder).len(), 41);
     std::fs::remove_dir_all(&folder).unwrap();
@@ -84,7 +84,7 @@ fn damage_doubles_and_strangers() {
     let sound = std::fs::read(&path).unwrap();
     // A tail that was never finished, then a damaged line within: both cost their conditions alone.
     std::fs::write(&path, &sound[..sound.len() - 7]).unwrap();
-    let ended = output(&folder, &["sweep", "sweep.toml", "--out", "cut", "--merge", "out/shards"]);
+    let ended = output(&folder, &["sweep", "merge", "sweep.toml", "out/shards", "--out", "cut"]);
     assert!(said(&ended).contains("1 of 41 conditions are in no journal"), "{}", said(&ended));
     let mut damaged = sound.clone();
     let header = sound.iter().position(|b| *b == b'\n').unwrap();

@@ -129,8 +129,23 @@ fn nothing_is_lost_or_done_twice() {
     preempted(&slurm, &folder);
     stuck(&slurm, &folder);
     full_disk(&slurm, &folder);
+    main_job(&slurm, &folder);
     drop(slurm);
     std::fs::remove_dir_all(&folder).unwrap();
+}
+
+/// The main job has its sweep run there too, in as many tasks as the number of conditions says, and goes on to the end by itself.
+fn main_job(slurm: &Slurm, folder: &Path) {
+    let folder = folder.join("job");
+    std::fs::create_dir_all(&folder).unwrap();
+    shell(&folder, 41, "", "echo \"t = $x\"");
+    let mut command = coldplate(&folder, &["run", "sweep.toml", "--out", "out", "--slurm", "--sbatch=--time=5", "--json"]);
+    let ended = command.env("SLURM_CONF", slurm.folder.join("slurm.conf")).output().unwrap();
+    assert!(ended.status.success(), "{}", said(&ended));
+    let told: serde_json::Value = serde_json::from_slice(&ended.stdout).unwrap();
+    assert_eq!((&told["slurm"]["parts"], &told["conditions"], &told["resumed"]), (&5.into(), &41.into(), &41.into()), "{told}");
+    assert!(folder.join("out/surrogate.cps").exists() && folder.join("out/report.html").exists());
+    assert_eq!(runs(&folder).len(), 41);
 }
 
 /// A job of a partition that goes before takes all nodes: the tasks go back into the queue, and on from where they were.

@@ -112,7 +112,7 @@ fn block(out: &mut String, block: &Block) {
             out.push_str("</details>\n");
         }
         Block::Code(words) => {
-            let _ = writeln!(out, "<pre><code>{}</code></pre>", text(words));
+            let _ = writeln!(out, "<pre tabindex=\"0\"><code>{}</code></pre>", text(words));
         }
     }
 }
@@ -137,8 +137,8 @@ fn folded_table(out: &mut String, table: &Table) {
 }
 
 fn plain_table(out: &mut String, table: &Table) {
-    // Wide tables scroll by themselves instead of widening the page.
-    out.push_str("<div class=\"wide\"><table>\n");
+    // Wide tables scroll by themselves instead of widening the page, by keyboard too.
+    out.push_str("<div class=\"wide\" tabindex=\"0\"><table>\n");
     if !table.caption.is_empty() {
         let _ = writeln!(out, "<caption>{}</caption>", text(&table.caption));
     }

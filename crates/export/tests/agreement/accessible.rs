@@ -163,7 +163,10 @@ fn it_fits_on_a_phone() {
                 let write = |name: &str, text: &str| std::fs::write(folder.join(name), text).expect("the folder can be written to");
                 write("page.html", &page.replace("</body>", &format!("{acts}</body>")));
                 // A window cannot be as narrow as a phone, a frame can.
-                write("phone.html", &format!("<!doctype html><iframe src=\"page.html\" width=\"{width}\" height=\"700\" style=\"border: 0\"></iframe>"));
+                write(
+                    "phone.html",
+                    &format!("<!doctype html><iframe src=\"page.html\" width=\"{width}\" height=\"700\" style=\"border: 0\"></iframe>"),
+                );
                 let told = told(program, &arguments, &folder.join("phone.html"), &listener);
                 let one = |key: &str| told.iter().find_map(|line| line.strip_prefix(&format!("{key}: "))).unwrap_or("-").trim().to_string();
                 let what = format!("{program}, {name}, {width}: {told:#?}");
