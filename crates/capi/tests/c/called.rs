@@ -67,3 +67,41 @@ fn expected(bytes: &[u8]) -> Vec<f64> {
     }
     all
 }
+
+/// Both examples under the sanitizers; the one of C++ asks one handle from four threads.
+#[test]
+fn sanitizers_find_nothing() {
+    let folder = std::env::temp_dir().join(format!("coldplate-capi-sanitized-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder can be made");
+    let strict = ["-Wall", "-Wextra", "-Wpedantic", "-Werror", "-Wconversion", "-Wshadow", "-g", "-O1", "-I"];
+    for (compiler, standard, example, sanitizer) in [
+        ("gcc", "-std=c99", "query.c", "-fsanitize=address,undefined"),
+        ("clang", "-std=c99", "query.c", "-fsanitize=address,undefined"),
+        ("g++", "-std=c++11", "threads.cpp", "-fsanitize=address,undefined"),
+        ("g++", "-std=c++11", "threads.cpp", "-fsanitize=thread"),
+        ("clang++", "-std=c++17", "threads.cpp", "-fsanitize=thread"),
+    ] {
+        if !is_there(compiler) {
+            continue;
+        }
+        let program = folder.join("program");
+        let made = run(Command::new(compiler)
+            .arg(standard)
+            .args(strict)
+            .arg(own().join("include"))
+            .args([sanitizer, "-fno-sanitize-recover=all"])
+            .arg(own().join("examples").join(example))
+            .arg(library())
+            .args(["-lm", "-lpthread", "-ldl", "-o"])
+            .arg(&program));
+        let what = format!("{compiler} {sanitizer} {example}");
+        assert!(made.status.success(), "{what}: {}", String::from_utf8_lossy(&made.stderr));
+        for name in ["uncertain", "held", "moving"] {
+            let output = run(Command::new(&program).arg(own().join(format!("../runtime/fixtures/{name}.cps"))));
+            assert!(output.status.success(), "{what}, {name}: {}", String::from_utf8_lossy(&output.stderr));
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            assert!(example == "query.c" || said.trim() == "8000 answers in 4 threads", "{what}, {name}: {said}");
+        }
+    }
+    let _ = std::fs::remove_dir_all(&folder);
+}
