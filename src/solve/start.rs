@@ -31,8 +31,26 @@ impl Anchors {
         self.differences.is_empty()
     }
 
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.differences.len()
+    }
+
     /// Moves `temperatures` (K) along the known differences to where the linearised residual is smallest.
     pub fn improve(&self, jacobian: &Jacobian<'_>, residual: &[f64], temperatures: &mut [f64]) {
+        self.improve_weighed(jacobian, residual, None, temperatures);
+    }
+
+    /// The same with a weight of each node's residual: without, water, whose coefficients are large, counts for more than what hardly
+    /// holds to anything.
+    pub fn improve_weighed(&self, jacobian: &Jacobian<'_>, residual: &[f64], weights: Option<&[f64]>, temperatures: &mut [f64]) {
+        let weigh = |values: &mut [f64]| {
+            if let Some(weights) = weights {
+                values.iter_mut().zip(weights).for_each(|(v, w)| *v *= w);
+            }
+        };
+        let mut residual = residual.to_vec();
+        weigh(&mut residual);
         let m = self.differences.len();
         let (mut wide, mut product) = (vec![0.0; residual.len()], vec![0.0; residual.len()]);
         let mut images: Vec<Vec<f32>> = Vec::with_capacity(m);
@@ -40,6 +58,7 @@ impl Anchors {
         for (i, difference) in self.differences.iter().enumerate() {
             for_chunks(&mut wide, |first, part| part.iter_mut().zip(&difference[first..]).for_each(|(w, d)| *w = f64::from(*d)));
             jacobian.multiply(&wide, &mut product);
+            weigh(&mut product);
             let parts: Vec<f64> = product.par_chunks(CHUNK).zip(residual.par_chunks(CHUNK)).map(|(p, r)| dot_chunk(p, r)).collect();
             right[i] = -parts.iter().sum::<f64>();
             let mut image = vec![0.0f32; product.len()];

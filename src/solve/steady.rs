@@ -34,7 +34,7 @@ pub struct Solver<'a> {
     pub(super) system: System,
     pub(super) multigrid: Multigrid,
     is_symmetric: bool,
-    reference: (Load, Solution),
+    pub(super) reference: (Load, Solution),
     anchors: Anchors,
     pieces: Pieces,
 }
@@ -258,15 +258,18 @@ impl<'a> Solver<'a> {
         within: f64,
         (work, scratch): &mut (Workspace, Scratch),
     ) -> Outcome {
-        let solids = self.network.solids;
         if self.is_symmetric {
             return conjugate_gradients(matrix, b, x, within, MOST_KRYLOV, |r, z| self.multigrid.apply(r, z, work));
         }
-        gmres(matrix, b, x, within, MOST_KRYLOV, scratch, |r, z| {
-            let (solid, water) = z.split_at_mut(solids);
-            self.multigrid.apply(&r[..solids], solid, work);
-            self.follow_streams(streams, &r[solids..], solid, water);
-        })
+        gmres(matrix, b, x, within, MOST_KRYLOV, scratch, |r, z| self.precondition(streams, r, z, work))
+    }
+
+    /// About what the linearised network makes of a right-hand side (W): solids by one cycle, then the water that follows from them, K.
+    pub(super) fn precondition(&self, streams: &[StreamState], r: &[f64], z: &mut [f64], work: &mut Workspace) {
+        let solids = self.network.solids;
+        let (solid, water) = z.split_at_mut(solids);
+        self.multigrid.apply(&r[..solids], solid, work);
+        self.follow_streams(streams, &r[solids..], solid, water);
     }
 
     /// Water temperatures that follow from given wall temperatures, by one pass downstream.

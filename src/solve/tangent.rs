@@ -276,7 +276,7 @@ impl<'a> Tangent<'a> {
 }
 
 /// The size of each row: the largest of its products with a few vectors of noise between -1 and 1.
-fn sizes(matrix: &Jacobian<'_>) -> Vec<f64> {
+pub(super) fn sizes(matrix: &Jacobian<'_>) -> Vec<f64> {
     let n = matrix.rows();
     let (mut size, mut product) = (vec![0.0f64; n], vec![0.0; n]);
     for k in 0..4 {

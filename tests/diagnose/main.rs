@@ -15,6 +15,7 @@ mod mesh;
 mod next;
 mod over_time;
 mod pipe;
+mod reduced;
 mod refused;
 mod restless;
 #[allow(dead_code)] // the benchmark uses all of it

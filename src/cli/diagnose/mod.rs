@@ -14,7 +14,7 @@ use crate::figures::chart::output::check_name;
 use crate::foundation::atomic_file;
 use crate::pipeline::diagnosis::input::{costs, kind_named, uncertain, user_kinds};
 use crate::pipeline::{diagnosis, refit};
-use crate::solve::sensitivity::Study;
+use crate::solve::sensitivity::{Study, Tables};
 
 /// What the simulation gets wrong against measured data, the cause by name, the extended machine and its gain
 #[derive(Debug, clap::Args)]
@@ -63,6 +63,9 @@ pub struct Args {
     /// About how many cells (default: 3000 or the machine file's own, whichever is less)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
+    /// Solve every steady state by itself (default: tables on a reduced model, and the end result once in full)
+    #[arg(long)]
+    full: bool,
 }
 
 /// Cells that suffice where only differences matter.
@@ -74,7 +77,8 @@ const USUAL_CELLS: usize = 3000;
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let study = Study::read(&args.machine, &sets, Some(args.cells.unwrap_or(USUAL_CELLS)))?;
+    let tables = if args.full { Tables::InFull } else { Tables::Reduced };
+    let study = Study::read(&args.machine, &sets, Some(args.cells.unwrap_or(USUAL_CELLS)))?.with_tables(tables);
     let machine = &study.model.machine;
     let path = measured::goal(args.out.as_deref(), &args.machine, machine, "extended")?;
     if let Some(report) = &args.report {

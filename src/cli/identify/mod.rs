@@ -14,7 +14,7 @@ use crate::evidence::identify::record::HeldOut;
 use crate::evidence::identify::{self, Free, IdentifyOptions, Problem};
 use crate::foundation::atomic_file;
 use crate::foundation::progress::Progress;
-use crate::solve::sensitivity::Study;
+use crate::solve::sensitivity::{Study, Tables};
 use show::Found;
 
 /// Parameters of a machine file from measured data
@@ -65,6 +65,9 @@ pub struct Args {
     /// About how many cells (default: the machine file's own)
     #[arg(long, value_name = "N")]
     cells: Option<usize>,
+    /// Solve every steady state by itself (default: tables on a reduced model, and the end result once in full)
+    #[arg(long)]
+    full: bool,
 }
 
 /// Runs the command.
@@ -74,7 +77,8 @@ pub struct Args {
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let clock = Instant::now();
     let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let tables = if args.full { Tables::InFull } else { Tables::Reduced };
+    let study = Study::read(&args.machine, &sets, args.cells)?.with_tables(tables);
     let machine = &study.model.machine;
     let mut all = measured::data(args.data.as_deref(), machine)?;
     measured::drop_sensors(&mut all, &args.without)?;

@@ -199,7 +199,7 @@ impl Finalists<'_> {
             return Ok((round > 0 || fitted.level != self.base.level).then(|| self.base.at(fitted.level)));
         }
         let Some(Extended { study, .. }) = self.predictor.extended(&members)? else { return Ok(None) };
-        Ok(Some(Comparison::about(self.problem, &study, self.catalogue, self.predictor.scales)?.at(fitted.level)))
+        Ok(Some(self.base.about(self.problem, &study, self.catalogue, self.predictor.scales)?.at(fitted.level)))
     }
 
     /// The screen of the machine as it is under another covariance.

@@ -38,6 +38,8 @@ pub struct Joint {
     pub correlations: Vec<Vec<f64>>,
     /// Predictions, K.
     pub values: Vec<f64>,
+    /// The same before the sensors' own errors.
+    pub machine: Vec<f64>,
     /// Covariance without what was fitted.
     pub errors: ErrorParts,
     /// The discrepancy left.
@@ -97,10 +99,10 @@ fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], b
         let used = FitData { whitener: &whitener, level: learnt, ..used };
         fitted = rested(fit_again(finals.predictor, &free, &fitted, used)?, used)?;
     }
-    let Fitted { amplitudes, deviations, correlations, values, level, .. } = fitted;
+    let Fitted { amplitudes, deviations, correlations, values, machine, level, .. } = fitted;
     let cause = |j: usize| Cause { hypothesis: free[j].clone(), amplitude: amplitudes[j], deviation: deviations[j] };
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
-    Ok(Joint { causes: own, others, correlations, values, errors, level })
+    Ok(Joint { causes: own, others, correlations, values, machine, errors, level })
 }
 
 /// A number that is fitted beside causes.

@@ -7,19 +7,36 @@ use super::{Diagnosis, Problem, Verdict};
 use crate::error::Result;
 use crate::evidence::discrepancy::Level as DiscrepancyLevel;
 use crate::foundation::progress::Progress;
+use crate::solve::sensitivity::Tables;
 
 /// Rungs at most.
 const MOST_RUNGS: usize = 5;
 /// A misfit left that is less probable than this asks for another cause.
 const LEFT: f64 = 0.01;
+/// What readings of the end result may be off on the reduced model, K: noise and what meshes leave open are tens of this.
+const ACCURACY: f64 = 1e-3;
 
 /// Diagnoses: screens all causes, fits the most probable ones, decides, and says what is gained and what to measure next. Where a
-/// cause is named and unseen data are predicted better with it, the machine is extended and diagnosed again.
+/// cause is named and unseen data are predicted better with it, the machine is extended and diagnosed again. Tables are solved on the
+/// reduced model ([`Tables::Reduced`]) and their end result once in full; should they differ by more than a millikelvin, all of it is
+/// done in full.
 ///
 /// # Errors
 /// The machine as it is cannot be solved at the data's conditions.
 pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let clock = Instant::now();
+    let mut found = climbed(problem, progress)?;
+    if let Some(off) = found.off_in_full.filter(|off| off.is_nan() || *off > ACCURACY) {
+        progress.say(&format!("the reduced model is off by {off:.1e} K: everything again in full"));
+        let study = problem.study.clone().with_tables(Tables::InFull);
+        found = climbed(&Problem { study, ..problem.clone() }, progress)?;
+    }
+    found.seconds = clock.elapsed().as_secs_f64();
+    Ok(found)
+}
+
+/// All rungs.
+fn climbed(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let mut found = once(problem, progress)?;
     let mut here = problem.clone();
     while let Some(last) = found.rungs.last()
@@ -47,10 +64,10 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
         rung.share = 1.0 - square(&rung.predicted, problem) / square(&found.residuals.predicted, problem);
         found.sets.get_or_insert_default().extend(rung.sets.iter().cloned());
         found.explained = Some(rung.predicted.clone());
+        found.off_in_full = found.off_in_full.zip(next.off_in_full).map(|(first, last)| first.max(last));
         found.gain = found.gain.map(|first| rung.gain.iter().fold(first, |first, last| first.and_then(last)));
         found.rungs.push(rung);
     }
-    found.seconds = clock.elapsed().as_secs_f64();
     Ok(found)
 }
 

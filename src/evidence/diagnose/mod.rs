@@ -331,6 +331,9 @@ pub struct Diagnosis {
     pub unexplained: discrepancy::Level,
     /// The covariance that was used.
     pub whitener: Whitener,
+    /// Of a table on the reduced model, the largest difference of the end result's predictions from those of full solves, K: of the
+    /// machine with what is named, or as it is.
+    pub off_in_full: Option<f64>,
     /// Seconds it took.
     pub seconds: f64,
 }
@@ -371,5 +374,5 @@ pub fn signatures(
     if data.is_transient() {
         return history::Logs { study, data, start, scales, user }.signatures(uncertain, hypotheses, None);
     }
-    signature::steady(study, data, uncertain, hypotheses, scales, user)
+    signature::steady(study, data, uncertain, hypotheses, (scales, user), None)
 }

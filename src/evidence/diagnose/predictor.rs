@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::evidence::identify;
 use crate::evidence::measurement::Data;
 use crate::explore::simulate::Start;
-use crate::solve::sensitivity::Study;
+use crate::solve::sensitivity::{Study, Tables};
 
 /// Difference step, as a share of the prior's scale.
 const STEP: f64 = 0.02;
@@ -127,6 +127,17 @@ impl Predictor<'_> {
             let (values, fields) = identify::steady_near(&study, self.data, near)?;
             Ok(Solved { values, fields })
         }
+    }
+
+    /// How far predictions before the sensors' own errors (K) are from those of full solves with the same hypotheses in force: the
+    /// largest difference, K; without end where there is no such solve.
+    pub(super) fn off_in_full(&self, members: &[(&Hypothesis, f64)], values: &[f64]) -> f64 {
+        let in_full = || -> Result<Vec<f64>> {
+            let acting: Vec<(&Hypothesis, f64)> = members.iter().filter(|(h, _)| !h.is_sensor()).copied().collect();
+            let found = self.extended(&acting)?.ok_or_else(|| Error::input("the machine file has no words for this cause"))?;
+            Ok(identify::steady_near(&found.study.with_tables(Tables::InFull), self.data, &[])?.0)
+        };
+        in_full().map_or(f64::INFINITY, |full| full.iter().zip(values).fold(0.0, |m: f64, (f, v)| m.max((f - v).abs())))
     }
 
     /// The step that slopes are made of, as a share of the prior's scale, and whether it is taken to both sides.

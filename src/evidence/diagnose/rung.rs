@@ -18,6 +18,7 @@ use crate::evidence::discrepancy::Level;
 use crate::evidence::identify::chi_square_tail;
 use crate::evidence::measurement::whiten;
 use crate::foundation::progress::Progress;
+use crate::solve::sensitivity::Tables;
 
 /// Explanations whose law has a number that is fitted, one after another.
 const MOST_SETTLED: usize = 3;
@@ -159,6 +160,21 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         let alone = alone(&predictor, &rung, &outcome.view.mesh).iter().map(|values| explained(values)).collect();
         Rung { share: explained(&rung.predicted), alone, ..rung }
     });
+    let off_in_full = (study.tables == Tables::Reduced && !data.is_transient()).then(|| {
+        progress.say("the end result in full");
+        let named = explanations.first().filter(|_| answer.names_causes());
+        match (named, &joint, outcome.leading()) {
+            (Some(_), Some(Joint { causes, others, machine, .. }), _) => {
+                let members: Vec<_> = causes.iter().chain(others).map(|c| (&c.hypothesis, c.amplitude)).collect();
+                predictor.off_in_full(&members, machine)
+            }
+            (Some(best), None, Some((_, fitted))) => {
+                let members: Vec<_> = best.causes.iter().map(|c| &c.hypothesis).zip(fitted.amplitudes.iter().copied()).collect();
+                predictor.off_in_full(&members, &fitted.machine)
+            }
+            _ => predictor.off_in_full(&[], &base.found.prediction.values),
+        }
+    });
     let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
         progress.say("what to measure next");
         let open: Vec<&Explanation> = answer.set.iter().map(|i| &explanations[*i]).collect();
@@ -184,6 +200,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         unexplained,
         explanations,
         whitener: base.whitener,
+        off_in_full,
         seconds: 0.0,
     })
 }

@@ -1,6 +1,6 @@
 //! All hypotheses and all pairs of them beside the whitened residual, with the look-elsewhere effect.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use crate::foundation::random::Random;
@@ -9,6 +9,8 @@ use crate::foundation::random::Random;
 const SIMULATIONS: usize = 2000;
 /// How many of them go through the screen as one matrix.
 const BATCH: usize = 125;
+/// Columns that are multiplied with all before them as one matrix.
+const GRAM: usize = 256;
 /// A signature shorter than this, whitened and for an amplitude of its prior's scale, cannot show.
 const FAINT: f64 = 0.05;
 
@@ -63,12 +65,17 @@ impl Screened {
         relabelled: Vec<Option<Vec<f64>>>,
     ) -> Self {
         let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| signatures[visible[j]][i]);
-        let gram = matrix.transpose() * &matrix;
-        let products =
-            |v: &[f64]| -> Vec<f64> { (0..visible.len()).map(|j| matrix.column(j).iter().zip(v).map(|(s, r)| s * r).sum()).collect() };
-        let along = products(&residual);
-        let of = |left: &Vec<f64>| Relabelled { misfit: left.iter().map(|v| v * v).sum(), along: products(left) };
-        let relabelled = relabelled.par_iter().map(|left| left.as_ref().map(of)).collect();
+        let gram = gram(&matrix);
+        let along = matrix.tr_mul(&DVector::from_column_slice(&residual)).as_slice().to_vec();
+        // All of them through the signatures at once: a product with each one alone takes most of a screen.
+        let left: Vec<&Vec<f64>> = relabelled.iter().flatten().collect();
+        let products = matrix.transpose() * DMatrix::from_fn(residual.len(), left.len(), |i, k| left[k][i]);
+        let mut columns = products.column_iter();
+        let mut of = |left: &Vec<f64>| Relabelled {
+            misfit: left.iter().map(|v| v * v).sum(),
+            along: columns.next().map_or(Vec::new(), |column| column.iter().copied().collect()),
+        };
+        let relabelled = relabelled.iter().map(|left| left.as_ref().map(&mut of)).collect();
         let (chosen_from, is_rare) = (vec![1.0; visible.len()], vec![false; visible.len()]);
         Self { residual, visible, columns: matrix, along, gram, signed, most, relabelled, chosen_from, is_rare }
     }
@@ -190,6 +197,23 @@ impl Screened {
         let count: usize = (0..SIMULATIONS.div_ceil(BATCH)).into_par_iter().map(exceeding).sum();
         (1 + count) as f64 / (SIMULATIONS + 1) as f64
     }
+}
+
+/// Scalar products of all columns with each other: half of them are made, in parts.
+fn gram(columns: &DMatrix<f64>) -> DMatrix<f64> {
+    let (rows, n) = columns.shape();
+    let rest = columns.transpose();
+    let part = |first: usize| -> (usize, DMatrix<f64>) {
+        let width = GRAM.min(n - first);
+        (first, rest.rows(0, first + width) * columns.view((0, first), (rows, width)))
+    };
+    let parts: Vec<(usize, DMatrix<f64>)> = (0..n.div_ceil(GRAM)).into_par_iter().map(|k| part(k * GRAM)).collect();
+    let mut gram = DMatrix::zeros(n, n);
+    for (first, part) in parts {
+        gram.view_mut((0, first), part.shape()).copy_from(&part);
+    }
+    gram.fill_lower_triangle_with_upper_triangle();
+    gram
 }
 
 #[cfg(test)]

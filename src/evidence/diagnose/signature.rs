@@ -13,10 +13,13 @@ use crate::describe::machine::SensorResponse;
 use crate::error::Result;
 use crate::evidence::identify::{Prediction, conditions, own_key, states};
 use crate::evidence::measurement::{Data, whiten};
-use crate::solve::sensitivity::{Adjoint, Derivatives, Parameter, Study, Target};
+use crate::solve::sensitivity::{Adjoint, Derivatives, Parameter, Study, Tables, Target};
 
 /// Relative residual of adjoint fields: causes are compared, and what is named is fitted.
 const ADJOINT: f64 = 1e-9;
+/// The same where only the covariance is made of them.
+const ROUGH: f64 = 1e-6;
+
 /// The machine as it is beside the data, and the slope of every hypothesis.
 #[derive(Debug, Clone)]
 pub struct Signatures {
@@ -36,7 +39,7 @@ pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-/// Signatures in steady state.
+/// Signatures in steady state, from the temperatures `near` of a machine much like this one, where there are any.
 ///
 /// # Errors
 /// The machine as it is cannot be solved at the data's conditions.
@@ -45,11 +48,13 @@ pub fn steady(
     data: &Data,
     uncertain: &[Parameter],
     hypotheses: &[Hypothesis],
-    scales: &Scales,
-    user: &[UserKind],
+    (scales, user): (&Scales, &[UserKind]),
+    near: Option<&[Vec<f64>]>,
 ) -> Result<Signatures> {
     let (distinct, index) = conditions(data);
-    let states = states(study, &distinct)?;
+    let states = states(study, &distinct, near.unwrap_or(&[]))?;
+    // Beside a machine much like it only what is uncertain is asked for: how large it is, not which cause it is.
+    let aim = if near.is_some() && study.tables == Tables::Reduced { ROUGH } else { ADJOINT };
     let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
     let wanted: Vec<_> = uncertain.iter().chain(&variables).cloned().collect();
     let derivatives = EffectDerivatives::new(study, hypotheses, user);
@@ -60,8 +65,7 @@ pub fn steady(
         effects: Vec<Vec<f64>>,
     }
     let of = |at: &Derivatives<'_>| -> Result<At> {
-        let adjoints: Vec<Adjoint> =
-            data.sensors.par_iter().map(|s| at.adjoint_within(Target::Sensor(*s), ADJOINT)).collect::<Result<_>>()?;
+        let adjoints: Vec<Adjoint> = data.sensors.par_iter().map(|s| at.adjoint_within(Target::Sensor(*s), aim)).collect::<Result<_>>()?;
         let mut slopes = wanted
             .iter()
             .map(|p| {

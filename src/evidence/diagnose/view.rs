@@ -1,13 +1,14 @@
 //! The data beside one machine: predictions, their change on a finer mesh, and the covariance of the residual.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::effects::{CommonFactor, Hypothesis, Scales, hypotheses};
 use super::history::TIME_TOLERANCE;
 use super::screen::Screened;
-use super::signature::Signatures;
+use super::signature::{self, Signatures};
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
@@ -37,6 +38,8 @@ pub struct Comparison {
     pub whitener: Whitener,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
+    /// Temperatures of all nodes on each finer mesh at each distinct condition of a table, K.
+    finer: Arc<Vec<Vec<Vec<f64>>>>,
 }
 
 impl Comparison {
@@ -45,11 +48,25 @@ impl Comparison {
     /// # Errors
     /// The machine cannot be solved at the data's conditions.
     pub fn of(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+        Self::beside(problem, study, catalogue, scales, None)
+    }
+
+    /// The same of a machine much like one that is known.
+    fn beside(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales, known: Option<&Self>) -> Result<Self> {
         let uncertain = problem.uncertain.iter().map(|u| study.parameter(&u.parameter.name)).collect::<Result<Vec<Parameter>>>()?;
-        let mut found = signatures(study, &problem.data, problem.start, &uncertain, catalogue, scales, &problem.user)?;
-        let MeshShare { correction: mesh, scatter } = MeshShare::of(study, &problem.data, &found.prediction.values, |finer| {
-            identify::values_within(finer, &problem.data, problem.start, TIME_TOLERANCE)
-        })?;
+        let (data, is_log) = (&problem.data, problem.data.is_transient());
+        let near = known.map(|known| known.found.fields.as_slice());
+        let mut found = if is_log {
+            signatures(study, data, problem.start, &uncertain, catalogue, scales, &problem.user)?
+        } else {
+            signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
+        };
+        let on_finer = |finer: &Study, near: &[Vec<f64>]| match is_log {
+            true => Ok((identify::values_within(finer, data, problem.start, TIME_TOLERANCE)?, Vec::new())),
+            false => identify::steady_near(finer, data, near),
+        };
+        let begun = known.map_or(&[][..], |known| known.finer.as_slice());
+        let MeshShare { correction: mesh, scatter, fields: finer } = MeshShare::of(study, data, &found.prediction.values, begun, on_finer)?;
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
         let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);
@@ -63,7 +80,8 @@ impl Comparison {
         let network = &study.model.network;
         let numbers = catalogue.iter().filter_map(|h| Some((h.clone(), h.of_a_number(network)?))).collect();
         let whitener = errors.whitener(&level, &all);
-        Ok(Self { without: whitener.log_determinant(), whitener, level, found, mesh, errors, readings, numbers })
+        let finer = Arc::new(finer);
+        Ok(Self { without: whitener.log_determinant(), whitener, level, found, mesh, errors, readings, numbers, finer })
     }
 
     /// The same with another discrepancy.
@@ -86,11 +104,11 @@ impl Comparison {
     }
 
     /// Of a machine in which a cause is in force, without signatures of others: with the cause, errors and the mesh's share act differently
-    /// too.
+    /// too. It is much like this one.
     ///
     /// # Errors
     /// As [`Comparison::of`].
-    pub fn about(problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
+    pub fn about(&self, problem: &Problem, study: &Study, catalogue: &[Hypothesis], scales: &Scales) -> Result<Self> {
         let own: HashSet<(&str, &str)> = catalogue.iter().map(|h| (h.kind(), h.place.as_str())).collect();
         let mut common = hypotheses(study, &problem.data, &problem.user);
         let network = &study.model.network;
@@ -98,7 +116,7 @@ impl Comparison {
             h.common_factor().is_some() || h.discrepancy(network, &problem.discrepancy).is_some() || h.of_a_number(network).is_some()
         };
         common.retain(|h| counts(h) && own.contains(&(h.kind(), h.place.as_str())));
-        Self::of(problem, study, &common, scales)
+        Self::beside(problem, study, &common, scales, Some(self))
     }
 
     /// The screen: signatures beside the residual.

@@ -11,6 +11,7 @@ use crate::evidence::measurement::{Whitener, whiten};
 use crate::foundation::numbers::TWO_SIDED_95;
 use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;
+use crate::solve::sensitivity::Tables;
 
 /// The covariance is renewed until the estimate rests within this share of its standard deviation.
 const RENEWED: f64 = 1e-2;
@@ -21,6 +22,8 @@ const OPEN: f64 = 0.5;
 const EXPLORED: f64 = 10.0;
 /// A misfit less probable than this, with whatever was learnt, widens the intervals by the root of its ratio to what was expected.
 const HELD: f64 = 0.01;
+/// What predictions may be off on the reduced model at the values found, K.
+const ACCURACY: f64 = 1e-3;
 /// A misfit rises hardly by less than this: chi-square of one degree of freedom, 95 %.
 const HARDLY: f64 = 3.841_459;
 
@@ -99,6 +102,8 @@ pub struct Estimate {
     pub whitener: Whitener,
     /// Predictions computed.
     pub evaluations: usize,
+    /// Of a table on the reduced model, the largest difference of the predictions at the values found from those of full solves, K.
+    pub off_in_full: Option<f64>,
 }
 
 /// A model error and what is left beside it.
@@ -134,7 +139,27 @@ pub fn identify_and_learn(problem: &Problem, options: &IdentifyOptions, progress
     found(problem, options, true, progress)
 }
 
+/// Tables are solved on the reduced model, and the end result once in full; where they differ by more than is allowed, all is solved in
+/// full.
 fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
+    let found = searched(problem, options, learns, progress)?;
+    if problem.study.tables == Tables::InFull || problem.data.is_transient() {
+        return Ok(found);
+    }
+    let study = problem.study.clone().with_tables(Tables::InFull);
+    let in_full = Problem { study, ..problem.clone() };
+    let own = found.predictions.1.iter().zip(&found.mesh.correction).map(|(p, m)| p - m);
+    let off = in_full
+        .predict_free(&found.values, false, TIME_TOLERANCE)
+        .map_or(f64::INFINITY, |full| full.values.iter().zip(own).fold(0.0, |m: f64, (f, v)| m.max((f - v).abs())));
+    if off <= ACCURACY {
+        return Ok(Estimate { off_in_full: Some(off), ..found });
+    }
+    progress.say(&format!("the reduced model is off by {off:.1e} K: everything again in full"));
+    searched(&in_full, options, learns, progress)
+}
+
+fn searched(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &dyn Progress) -> Result<Estimate> {
     check(problem)?;
     let mut search = Search::new(problem, progress);
     let start: Vec<f64> = problem.free.iter().map(|f| f.coordinate(f.parameter.value.clamp(f.bounds.0, f.bounds.1))).collect();
@@ -428,6 +453,7 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
         covariance,
         given,
         evaluations: search.evaluations,
+        off_in_full: None,
     }
 }
 

@@ -28,30 +28,37 @@ pub struct MeshShare {
     pub correction: Vec<f64>,
     /// How far that may be off: columns of unit variance, one entry per reading, K.
     pub scatter: Vec<Vec<f64>>,
+    /// Temperatures of all nodes at each distinct condition of a table on each of these meshes, K: where solves of a machine much like it
+    /// begin.
+    pub fields: Vec<Vec<Vec<f64>>>,
 }
 
 impl MeshShare {
     /// Nothing, in so many readings.
     pub fn none(readings: usize) -> Self {
-        Self { correction: vec![0.0; readings], scatter: Vec::new() }
+        Self { correction: vec![0.0; readings], scatter: Vec::new(), fields: Vec::new() }
     }
 
-    /// Of a machine that predicts `own` (K, one per reading of `data`), from what `predict` says of it on finer meshes. Nothing where there
-    /// are no cells, but lumped nodes alone.
+    /// Of a machine that predicts `own` (K, one per reading of `data`), from what `predict` says of it on finer meshes: predictions and the
+    /// temperatures of all nodes, beginning with those that are `known` of a machine much like it on the same mesh. Nothing where there are
+    /// no cells, but lumped nodes alone.
     ///
     /// # Errors
     /// The machine cannot be meshed so, or `predict` fails.
-    pub fn of(study: &Study, data: &Data, own: &[f64], predict: impl Fn(&Study) -> Result<Vec<f64>> + Sync) -> Result<Self> {
+    pub fn of(study: &Study, data: &Data, own: &[f64], known: &[Vec<Vec<f64>>], predict: impl Finer) -> Result<Self> {
         let cells = study.model.mesh.cells as f64;
         if cells == 0.0 {
             return Ok(Self::none(own.len()));
         }
-        let of = |factor: f64| -> Result<Meshed> {
-            let meshed = Study::new(study.document().clone(), Some((factor * cells) as usize))?;
+        let of = |(k, factor): (usize, f64)| -> Result<Meshed> {
+            let meshed = Study::new(study.document().clone(), Some((factor * cells) as usize))?.with_tables(study.tables);
             let square = (meshed.model.mesh.cells as f64 / cells).powf(-2.0 / 3.0);
-            Ok(Meshed { values: predict(&meshed)?, square })
+            let (values, fields) = predict(&meshed, known.get(k).map_or(&[], Vec::as_slice))?;
+            Ok(Meshed { values, fields, square })
         };
-        let mut meshes: Vec<Meshed> = [FINER].par_iter().chain(&BETWEEN).map(|factor| of(*factor)).collect::<Result<_>>()?;
+        let [second, third] = BETWEEN;
+        let mut meshes: Vec<Meshed> = [FINER, second, third].into_par_iter().enumerate().map(of).collect::<Result<_>>()?;
+        let fields = meshes.iter_mut().map(|mesh| std::mem::take(&mut mesh.fields)).collect();
         let finest = meshes.remove(0);
         // What an imported mesh, which stays as it is, says of its limit is nothing.
         let slope = |i: usize| if finest.square < LEAST_FINER { (own[i] - finest.values[i]) / (1.0 - finest.square) } else { 0.0 };
@@ -65,7 +72,8 @@ impl MeshShare {
         };
         let open: Vec<Vec<f64>> = std::iter::once(beyond.clone()).chain(meshes.iter().map(from_line)).collect();
         let scatter = open.iter().flat_map(|apart| (0..data.names.len()).map(|k| of_sensor(apart, k))).collect();
-        Ok(Self { correction: finest.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect(), scatter })
+        let correction = finest.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect();
+        Ok(Self { correction, scatter, fields })
     }
 
     /// Whether there is none: of lumped nodes alone, or where it is not known.
@@ -85,14 +93,21 @@ impl MeshShare {
 /// As [`MeshShare::of`].
 pub fn continued(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
     let own = values(study, data, start)?;
-    let share = MeshShare::of(study, data, &own, |finer| values(finer, data, start))?;
+    let share = MeshShare::of(study, data, &own, &[], |finer: &Study, _: &[Vec<f64>]| Ok((values(finer, data, start)?, Vec::new())))?;
     Ok(own.iter().zip(&share.correction).map(|(v, m)| v + m).collect())
 }
+
+/// Predictions of all readings on a finer mesh and the temperatures of its nodes, from temperatures that resemble these: all in K.
+pub trait Finer: Fn(&Study, &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> + Sync {}
+
+impl<F: Fn(&Study, &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> + Sync> Finer for F {}
 
 /// Predictions on a mesh.
 struct Meshed {
     /// K
     values: Vec<f64>,
+    /// Of every node at each distinct condition of a table, K.
+    fields: Vec<Vec<f64>>,
     /// Square of its cells' length over that of the model's.
     square: f64,
 }

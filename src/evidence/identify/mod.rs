@@ -320,9 +320,9 @@ impl Problem {
     /// # Errors
     /// As [`MeshShare::of`].
     fn mesh_share(&self, values: &[f64], own: &[f64]) -> Result<MeshShare> {
-        MeshShare::of(&self.study, &self.data, own, |finer| {
+        MeshShare::of(&self.study, &self.data, own, &[], |finer: &Study, _: &[Vec<f64>]| {
             let finer = Self { study: finer.clone(), ..self.clone() };
-            Ok(finer.predict_free(values, false, TIME_TOLERANCE)?.values)
+            Ok((finer.predict_free(values, false, TIME_TOLERANCE)?.values, Vec::new()))
         })
     }
 

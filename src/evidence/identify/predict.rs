@@ -11,13 +11,15 @@ use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, PlaceStart, Seen, Start, StartPlace};
 use crate::foundation::document::Document;
 use crate::solve::Nearby;
-use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Target, Variation};
+use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Tables, Target, Variation};
 use crate::units::Measurand;
 
 /// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
 pub const TIME_TOLERANCE: f64 = 1e-3;
 /// Error allowed in the temperatures of a steady state that begins near another one, K: slopes are differences of these.
 const STEADY_TOLERANCE: f64 = 2e-5;
+/// The same of states at which derivatives are taken.
+const STATE_TOLERANCE: f64 = 1e-6;
 /// Share of the heat that time steps may leave open, for each kelvin that may be wrong in them.
 const BALANCE: f64 = 1e-5;
 /// Relative step of parameters where only differences of whole runs give the slope.
@@ -64,14 +66,47 @@ pub fn conditions(data: &Data) -> (Vec<Condition>, Vec<usize>) {
     (distinct, index)
 }
 
-/// A steady state with its derivatives at each condition, solved from the first one's state.
+/// A steady state with its derivatives at each condition; solved from the temperatures `near` of a machine much like this one where it has
+/// as many nodes.
 ///
 /// # Errors
 /// As [`Study::at`].
-pub fn states<'a>(study: &'a Study, conditions: &[Condition]) -> Result<Vec<Derivatives<'a>>> {
+pub fn states<'a>(study: &'a Study, conditions: &[Condition], near: &[Vec<f64>]) -> Result<Vec<Derivatives<'a>>> {
     let Some(first) = conditions.first() else { return Ok(Vec::new()) };
-    let solver = study.model.solver(first)?;
-    conditions.par_iter().map(|c| Derivatives::new(study, c, &study.model.solve(&solver, c)?)).collect()
+    if study.tables == Tables::InFull {
+        let solver = study.model.solver(first)?;
+        return conditions.par_iter().map(|c| Derivatives::new(study, c, &study.model.solve(&solver, c)?)).collect();
+    }
+    let loads: Vec<Load> = conditions.iter().map(|c| Load::at(&study.model.machine, c)).collect::<Result<_>>()?;
+    let fields = fields(study, conditions, &loads, near, STATE_TOLERANCE)?;
+    conditions.par_iter().zip(&fields).map(|(c, field)| Derivatives::at(study, c, field)).collect()
+}
+
+/// Temperatures of all nodes at each condition, K.
+fn fields(study: &Study, conditions: &[Condition], loads: &[Load], near: &[Vec<f64>], within: f64) -> Result<Vec<Vec<f64>>> {
+    let (model, tables) = (&study.model, study.tables);
+    let near = if near.len() == loads.len() && near.iter().all(|field| field.len() == model.network.nodes) { near } else { &[] };
+    match (near.first(), tables) {
+        (Some(first), _) => {
+            let nearby = Nearby::new(&model.network, &loads[0], first.clone())?;
+            if tables == Tables::Reduced {
+                return nearby.table(loads, &near.iter().map(Vec::as_slice).collect::<Vec<_>>(), within);
+            }
+            loads.par_iter().zip(near).map(|(load, from)| nearby.temperatures(load, from, within)).collect()
+        }
+        (None, Tables::Reduced) => {
+            let solver = model.solver(&conditions[0])?;
+            let first = solver.steady(&loads[0])?.temperatures;
+            let mut found = vec![first.clone()];
+            let others = &loads[1..];
+            found.extend(Nearby::of(solver).table(others, &vec![first.as_slice(); others.len()], within)?);
+            Ok(found)
+        }
+        (None, Tables::InFull) => {
+            let solver = model.solver(&conditions[0])?;
+            loads.par_iter().map(|load| Ok(solver.steady(load)?.temperatures)).collect()
+        }
+    }
 }
 
 /// Predictions and slopes with the machine as `study` has it.
@@ -133,18 +168,8 @@ pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -
 pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
     let (distinct, index) = conditions(data);
     let model = &study.model;
-    let near = if near.len() == distinct.len() && near[0].len() == model.network.nodes { near } else { &[] };
     let loads: Vec<Load> = distinct.iter().map(|c| Load::at(&model.machine, c)).collect::<Result<_>>()?;
-    let fields: Vec<Vec<f64>> = match near.first() {
-        Some(first) => {
-            let nearby = Nearby::new(&model.network, &loads[0], first.clone())?;
-            loads.par_iter().zip(near).map(|(load, from)| nearby.temperatures(load, from, STEADY_TOLERANCE)).collect::<Result<_>>()?
-        }
-        None => {
-            let solver = model.solver(&distinct[0])?;
-            loads.par_iter().map(|load| Ok(solver.steady(load)?.temperatures)).collect::<Result<_>>()?
-        }
-    };
+    let fields = fields(study, &distinct, &loads, near, STEADY_TOLERANCE)?;
     let read = |(field, load): (&Vec<f64>, &Load)| -> Vec<f64> {
         let places = model.network.sensors.iter().zip(&model.machine.sensors);
         places.map(|(at, s)| s.shows.settled(at.read(field, load))).collect()
@@ -160,18 +185,17 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
     let all: Vec<&Parameter> = parameters.iter().chain(&variables).collect();
     let variations: Vec<Variation> = all.par_iter().map(|p| study.variation(p)).collect::<Result<_>>()?;
     let targets: Vec<Target> = data.sensors.iter().map(|s| Target::Sensor(*s)).collect();
-    let solver = study.model.solver(&distinct[0])?;
+    if variations.is_empty() {
+        let (values, _) = steady_near(study, data, &[])?;
+        let none = vec![Vec::new(); values.len()];
+        return Ok(Prediction { values, slopes: none.clone(), conditions: none });
+    }
+    let points = states(study, &distinct, &[])?;
     let sensors = &study.model.network.sensors;
     let responses: Vec<SensorResponse> = data.sensors.iter().map(|s| study.model.machine.sensors[*s].shows).collect();
     let own: Vec<Option<(usize, String)>> = all.iter().map(|p| own_key(p, data)).collect();
     let shown = |temperatures: &[f64]| responses.iter().zip(temperatures).map(|(r, t)| r.settled(*t)).collect::<Vec<f64>>();
-    let at = |c: &Condition| -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-        let state = study.model.solve(&solver, c)?;
-        if variations.is_empty() {
-            let read: Vec<f64> = data.sensors.iter().map(|s| sensors[*s].read(&state.solution.temperatures, &state.load)).collect();
-            return Ok((shown(&read), vec![Vec::new(); targets.len()]));
-        }
-        let point = Derivatives::new(study, c, &state)?;
+    let at = |point: &Derivatives<'_>| -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
         let read: Vec<f64> = data.sensors.iter().map(|s| sensors[*s].read(&point.state.solution.temperatures, &point.state.load)).collect();
         let mut slopes = point.jacobian_of(&targets, &variations)?.slopes;
         for (k, row) in slopes.iter_mut().enumerate() {
@@ -184,7 +208,7 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
         }
         Ok((shown(&read), slopes))
     };
-    let found: Vec<(Vec<f64>, Vec<Vec<f64>>)> = distinct.par_iter().map(at).collect::<Result<_>>()?;
+    let found: Vec<(Vec<f64>, Vec<Vec<f64>>)> = points.par_iter().map(at).collect::<Result<_>>()?;
     let p = parameters.len();
     let mut prediction = Prediction { values: Vec::new(), slopes: Vec::new(), conditions: Vec::new() };
     for (r, k) in places(data) {

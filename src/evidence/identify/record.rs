@@ -38,6 +38,9 @@ pub struct IdentifyRecord {
     /// Where the identified machine is written, if that was asked for.
     pub machine: Option<String>,
     pub evaluations: usize,
+    /// Largest difference of the predictions at the values found on the reduced model from those of full solves; null with `--full` and of
+    /// logs.
+    pub off_in_full_K: Option<f64>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
     pub seconds: f64,
@@ -256,6 +259,7 @@ impl Estimate {
             starts: self.ends.clone(),
             machine: None,
             evaluations: self.evaluations,
+            off_in_full_K: self.off_in_full,
             faults: Vec::new(),
             seconds: 0.0,
         }

@@ -34,5 +34,5 @@ pub use parameter::{Kind, Parameter};
 pub use point::{Adjoint, Derivatives, Jacobian, Target};
 pub use response::{Basis, Course, Moment, Moments};
 pub use screen::{Disturbance, Screen};
-pub use study::Study;
+pub use study::{Study, Tables};
 pub use uncertain::UncertainNumber;

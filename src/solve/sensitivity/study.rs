@@ -17,6 +17,18 @@ pub struct Study {
     document: Document,
     /// Machine, mesh and network.
     pub model: MeshedMachine,
+    /// How tables of its steady states are solved.
+    pub tables: Tables,
+}
+
+/// How tables of steady states are solved.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Tables {
+    /// In a small space of states that were solved, see [`Nearby::table`](crate::solve::Nearby::table).
+    #[default]
+    Reduced,
+    /// Every state by itself.
+    InFull,
 }
 
 impl Study {
@@ -38,7 +50,12 @@ impl Study {
     /// As [`Study::read`].
     pub fn new(document: Document, cells: Option<usize>) -> Result<Self> {
         let machine = Machine::from_document(&document)?;
-        Ok(Self { model: MeshedMachine::new(machine, cells)?, document })
+        Ok(Self { model: MeshedMachine::new(machine, cells)?, document, tables: Tables::default() })
+    }
+
+    /// The same machine with tables of its steady states solved otherwise.
+    pub fn with_tables(self, tables: Tables) -> Self {
+        Self { tables, ..self }
     }
 
     /// The machine file.
@@ -120,7 +137,7 @@ impl Study {
                 (mesh, network)
             }
         };
-        Ok(Self { document, model: MeshedMachine { machine, mesh, network } })
+        Ok(Self { document, model: MeshedMachine { machine, mesh, network }, tables: self.tables })
     }
 
     /// The machine with one value changed, and its network where that is another one.

@@ -40,7 +40,7 @@ pub struct Fitted {
     /// Predictions, K.
     pub values: Vec<f64>,
     /// The same before the sensors' own errors.
-    machine: Vec<f64>,
+    pub machine: Vec<f64>,
     /// What is left of the readings that were used, K, at the places they belong to.
     pub left: Vec<f64>,
     /// Change of the predictions of these with each amplitude, K per unit.
