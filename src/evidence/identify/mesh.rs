@@ -47,7 +47,7 @@ impl MeshShare {
             return Ok(Self::none(own.len()));
         }
         let of = |factor: f64| -> Result<Meshed> {
-            let meshed = Study::new(study.document().clone(), Some((factor * cells) as usize))?;
+            let meshed = study.finer(factor)?;
             let square = (meshed.model.mesh.cells as f64 / cells).powf(-2.0 / 3.0);
             Ok(Meshed { values: predict(&meshed)?, square })
         };
