@@ -4,12 +4,14 @@
 //!     cargo bench --bench solver -- cost [CELLS ...]     one steady state of the five-axis machine from file to temperatures
 //!     cargo bench --bench solver -- linear [N] [DIR]     one linear system of N^3 unknowns to 1e-8; its matrix goes to DIR
 //!     cargo bench --bench solver -- sweep [CELLS]        further conditions beside the first
+//!     cargo bench --bench solver -- cells                cells chosen for an accuracy beside cells of one size: docs/images/cells.svg
 //!
 //!     cargo test --release --test order -- --nocapture | cargo bench --bench solver -- convergence
 //!                                                        the errors those tests print, as docs/images/convergence.svg
 //!
 //! `compare.py` beside this file solves the exported matrix with other programs and prints both.
 
+mod cells;
 mod linear;
 mod plot;
 
@@ -33,6 +35,7 @@ fn main() {
         Some("cost") => cost(&args[1..].iter().filter_map(|a| a.parse().ok()).collect::<Vec<_>>()),
         Some("linear") => linear::run(number(1).unwrap_or(171), args.get(2).map(Path::new)),
         Some("convergence") => convergence(),
+        Some("cells") => cells::run(Path::new(IMAGES)),
         Some("sweep") => sweep(number(1).unwrap_or(1_000_000)),
         _ => {
             println!("memory bandwidth (triad, all cores): {:.1} GB/s\n", triad());

@@ -59,7 +59,9 @@ pub fn draw(path: &Path, title: &str, axes: [&str; 2], series: &[Series], (slope
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
         chart.draw_series(points.iter().map(|p| Circle::new(*p, 4, colour.filled()))).expect("its points");
     }
-    let under = |x: f64| 0.8 * least / span.start.powf(slope) * x.powf(slope);
+    // Where it falls it is lowest at its end.
+    let lowest = if slope < 0.0 { span.end } else { span.start };
+    let under = |x: f64| 0.8 * least * (x / lowest).powf(slope);
     chart
         .draw_series([PathElement::new([span.start, span.end].map(|x| (x, under(x))), BLACK.stroke_width(1))])
         .expect("a slope")
@@ -67,7 +69,7 @@ pub fn draw(path: &Path, title: &str, axes: [&str; 2], series: &[Series], (slope
         .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], BLACK));
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(if slope < 0.0 { SeriesLabelPosition::UpperRight } else { SeriesLabelPosition::UpperLeft })
         .label_font(font)
         .background_style(WHITE.mix(0.85))
         .border_style(RGBColor(200, 200, 200))

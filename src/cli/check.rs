@@ -2,11 +2,14 @@
 
 use std::path::PathBuf;
 
-use super::condition::{ConditionArgs, pair_of};
+use super::cells::{CellsArgs, stated_cells};
+use super::condition::ConditionArgs;
 use super::output::Output;
 use super::text::table;
+use crate::describe::machine::Machine;
 use crate::discretise::network::EnclosureViews;
 use crate::error::{Error, Result};
+use crate::foundation::document::Document;
 use crate::foundation::numbers::significant;
 use crate::solve::meshed::described::UncertainRecord;
 use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
@@ -23,9 +26,8 @@ pub struct Args {
     /// Change a value of the machine file, KEY=VALUE
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (default: the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
+    #[command(flatten)]
+    cells: CellsArgs,
     /// Also say which coolant flow takes up the heat of all sources with this rise, such as "1 K"
     #[arg(long, value_name = "KELVIN", allow_hyphen_values = true)]
     rise: Option<String>,
@@ -36,11 +38,16 @@ pub struct Args {
 /// # Errors
 /// The machine file cannot be used.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let sets = args.cells.with(&args.set)?;
+    let given = args.condition.values()?;
+    let counting = |machine: &Machine| {
+        args.condition.condition(machine).map(|c| vec![c]).or_else(|e| if given.is_empty() { machine.usual_conditions() } else { Err(e) })
+    };
+    let progress = out.progress();
+    let study = Study::for_conditions(Document::with_sets(&args.machine, &sets)?, args.cells.cells, counting, &progress)?;
+    drop(progress);
     let (model, uncertain) = (&study.model, study.uncertain()?);
     // Heats are shown where the condition is complete; an inventory needs none.
-    let given = args.condition.values()?;
     let condition = match args.condition.condition(&model.machine) {
         Ok(condition) => Some(condition),
         Err(error) if given.is_empty() => {
@@ -176,6 +183,21 @@ fn text(model: &MeshedMachine, found: &Inventory, uncertain: &[UncertainNumber])
         model.network.sensors.len(),
         model.machine.limits.len()
     );
+    if let Some(chosen) = &model.chosen {
+        text += &format!(
+            "cells chosen to leave less than {} K open, at {} conditions; estimates from {} cells\n",
+            significant(chosen.accuracy, 3),
+            chosen.conditions,
+            chosen.checked_on
+        );
+        let sensors = model.network.sensor_names.iter().zip(&chosen.sensors);
+        let limits = model.machine.limits.iter().map(|l| &l.name).zip(&chosen.limits);
+        let of = |what: &str, (name, open): (&String, &Option<f64>)| Some(vec![name.clone(), what.into(), format!("{:.4}", (*open)?)]);
+        let rows: Vec<Vec<String>> = sensors.filter_map(|own| of("", own)).chain(limits.filter_map(|own| of("limit", own))).collect();
+        text += "\n";
+        text += &table(&["what the mesh leaves open", "", "K"], &rows);
+        text += &stated_cells(model, chosen).map(|note| format!("note: {note}\n")).collect::<String>();
+    }
     if !model.machine.assumptions.is_empty() {
         let rows: Vec<Vec<String>> =
             model.machine.assumptions.iter().map(|a| vec![a.key.clone(), a.value.clone(), a.reason.clone()]).collect();

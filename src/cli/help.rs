@@ -84,7 +84,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
 /// Options by what they are about; those named here with a command are that command's alone.
 const HEADINGS: &[(&str, &[&str])] = &[
     ("Condition", &["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature", "at"]),
-    ("Machine", &["set", "cells", "machine", "full", "mesh_tolerance", "no_mesh_error"]),
+    ("Machine", &["set", "cells", "machine", "full", "mesh_accuracy", "mesh_tolerance", "no_mesh_error"]),
     (
         "Data",
         &[

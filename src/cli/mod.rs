@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, arguments in, a library call, a report out.
 
+mod cells;
 pub mod chart;
 pub mod check;
 pub mod completions;

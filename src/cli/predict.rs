@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::condition::pair_of;
+use super::cells::CellsArgs;
 use super::measured;
 use super::output::Output;
 use super::text::table;
@@ -42,9 +42,8 @@ pub struct Args {
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (default: the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
+    #[command(flatten)]
+    cells: CellsArgs,
 }
 
 /// Most readings that are shown one by one.
@@ -55,8 +54,8 @@ const MOST_SHOWN: usize = 60;
 /// # Errors
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let sets = args.cells.with(&args.set)?;
+    let study = Study::read(&args.machine, &sets, args.cells.cells)?;
     let start = measured::start(&args.from)?;
     if let Some(path) = &args.out {
         if args.data.as_ref().is_some_and(|data| data.canonicalize().is_ok_and(|d| path.canonicalize().is_ok_and(|p| p == d))) {

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use super::condition::pair_of;
 use super::output::Output;
+use crate::describe::machine::Machine;
 use crate::error::{Error, Result};
 use crate::foundation::atomic_file;
 use crate::foundation::document::Document;
@@ -79,7 +80,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let progress = out.progress();
     progress.at("meshing");
-    let study = Study::new(document, args.cells)?;
+    let study = Study::for_conditions(document, args.cells, Machine::usual_conditions, &progress)?;
+    if args.field && study.model.chosen.is_some() {
+        let error = Error::input("the field is kept on cells of one size only, and these follow from an accuracy").in_file(&args.machine);
+        return Err(error.at_key("--field").help("state --cells, or leave --field out"));
+    }
     let stated = args.range.iter().map(|text| pair_of(text, "--range")).collect::<Result<Vec<_>>>()?;
     let ranges = ranges(&study.model.machine.variables, args.vary.as_deref(), &stated).map_err(|e| e.in_file(&args.machine))?;
     let settings = Settings {

@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::condition::{ConditionArgs, pair_of};
+use super::cells::CellsArgs;
+use super::condition::ConditionArgs;
 use super::output::Output;
 use super::spread::Draws;
 use super::text::table;
@@ -32,9 +33,8 @@ pub struct Args {
     /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (default: the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
+    #[command(flatten)]
+    cells: CellsArgs,
     /// Of a reduced model: how far readings spread over so many draws of its parameters
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..=10_000_000))]
     draws: Option<u32>,
@@ -52,7 +52,7 @@ pub struct Args {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
-    let of_machine = [("--set", !args.set.is_empty()), ("--cells", args.cells.is_some()), ("--to", !args.to.is_empty())];
+    let of_machine = [("--set", !args.set.is_empty()), args.cells.given(), ("--to", !args.to.is_empty())];
     if let Some(bytes) = super::reduced::bytes(&args.machine, &of_machine)? {
         let draws = Draws { count: args.draws.map(|count| count as usize), seed: args.seed, in_full: args.full };
         return super::spread::run(&args.machine, &bytes, &args.condition, (draws, &args.sensor), out);
@@ -61,8 +61,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         let error = Error::input("draws are taken of a reduced model").at_key("--draws").in_file(&args.machine);
         return Err(error.help("make one: `coldplate reduce MACHINE --uncertain`; --full solves its draws in full"));
     }
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let study = Study::read(&args.machine, &sets, args.cells)?;
+    let sets = args.cells.with(&args.set)?;
+    let study = Study::read(&args.machine, &sets, args.cells.cells)?;
     let condition = args.condition.condition(&study.model.machine)?;
     let all = Sensitivities::of(&study, &condition, &args.sensor, &args.to)?;
     let Sensitivities { at, rows, parameters, found } = &all;

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::cells::CellsArgs;
 use super::condition::{ConditionArgs, pair_of};
 use super::output::{self, Output};
 use super::text::table;
@@ -66,9 +67,8 @@ pub struct Args {
     /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (default: the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
+    #[command(flatten)]
+    cells: CellsArgs,
     /// Error allowed in each time step
     #[arg(long, value_name = "DIFFERENCE", default_value = "0.01 K")]
     tolerance: String,
@@ -89,6 +89,9 @@ pub struct Args {
     resume: bool,
 }
 
+/// Most conditions of the schedule that cells are chosen for, where an accuracy is asked for.
+const CHOSEN_AT: usize = 8;
+
 /// Runs the command.
 ///
 /// # Errors
@@ -108,8 +111,8 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if let Some(bytes) = surrogate_bytes(&args.machine)? {
         return of_surrogate(&bytes, args, options, start, out);
     }
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
-    let reduced = super::reduced::bytes(&args.machine, &[("--set", !args.set.is_empty()), ("--cells", args.cells.is_some())])?;
+    let sets = args.cells.with(&args.set)?;
+    let reduced = super::reduced::bytes(&args.machine, &[("--set", !args.set.is_empty()), args.cells.given()])?;
     let reduced = reduced.map(|bytes| ReducedModel::from_bytes(&bytes).map_err(|e| e.in_file(&args.machine))).transpose()?;
     let machine = match &reduced {
         Some(model) => model.machine.clone(),
@@ -130,7 +133,9 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     if args.resume && options.checkpoint.as_ref().is_some_and(|path| !path.exists()) {
         out.note("note: there is no checkpoint yet; beginning at the beginning");
     }
-    let model = MeshedMachine::new(machine, args.cells)?;
+    let progress = out.progress();
+    let model = MeshedMachine::for_conditions(machine, args.cells.cells, |_| Ok(schedule.far_apart(CHOSEN_AT)), &progress)?;
+    drop(progress);
     let bar = progress_bar(schedule.start(), schedule.end(), out);
     let history = simulate::run(&model, &schedule, &options, &mut |seen| {
         bar.set_position((1e3 * (seen.state.time - schedule.start()) / (schedule.end() - schedule.start())) as u64);
@@ -150,8 +155,8 @@ fn surrogate_bytes(path: &Path) -> Result<Option<Vec<u8>>> {
 
 /// A schedule run through a surrogate.
 fn of_surrogate(bytes: &[u8], args: &Args, mut options: simulate::SimulateOptions, start: Instant, out: Output) -> Result<u8> {
-    if !args.set.is_empty() || args.cells.is_some() {
-        let option = if args.cells.is_some() { "--cells" } else { "--set" };
+    if !args.set.is_empty() || args.cells.given().1 {
+        let option = if args.cells.given().1 { args.cells.given().0 } else { "--set" };
         return Err(Error::input("a surrogate has its machine built in").at_key(option).in_file(&args.machine));
     }
     let surrogate = open(bytes).map_err(|e| e.in_file(&args.machine))?;

@@ -5,7 +5,8 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::condition::{ConditionArgs, pair_of};
+use super::cells::{CellsArgs, stated_cells};
+use super::condition::ConditionArgs;
 use super::output::Output;
 use super::places::{Place, hottest, hottest_text};
 use super::text::table;
@@ -29,9 +30,8 @@ pub struct Args {
     /// Change a value of the machine file, for example contact.motor.conductance="560 W/(m2 K)"
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (default: the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
+    #[command(flatten)]
+    cells: CellsArgs,
     /// Warn where the mesh leaves more than this open in a reading
     #[arg(long, value_name = "KELVIN", default_value = "0.1 K", allow_hyphen_values = true)]
     mesh_tolerance: String,
@@ -52,11 +52,11 @@ pub struct Args {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let start = Instant::now();
-    let options = [("--set", !args.set.is_empty()), ("--cells", args.cells.is_some())];
+    let options = [("--set", !args.set.is_empty()), args.cells.given()];
     if let Some(bytes) = super::reduced::bytes(&args.machine, &options)? {
         return super::reduced::run(&args.machine, &bytes, &args.condition, (args.vtu.as_deref(), args.hottest), out);
     }
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let sets = args.cells.with(&args.set)?;
     let tolerance = units::parse(&args.mesh_tolerance, Dimension::DIFFERENCE).map_err(|e| e.at_key("--mesh-tolerance"))?;
     if tolerance.is_nan() || tolerance <= 0.0 {
         let error = Error::input("a tolerance must be positive").at_key("--mesh-tolerance").read(&args.mesh_tolerance);
@@ -79,12 +79,13 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let progress = out.progress();
     progress.at("meshing");
-    let model = MeshedMachine::new(machine, args.cells)?;
+    let model = MeshedMachine::for_conditions(machine, args.cells.cells, |_| Ok(vec![condition.clone()]), &progress)?;
     let solver = model.solver_heard(&condition, &progress)?;
     let state = model.solve(&solver, &condition)?;
     drop(solver);
     progress.at("what the mesh costs");
-    let mesh = if args.no_mesh_error { None } else { mesh_errors(&model, &condition, &state, out) };
+    let is_asked = !args.no_mesh_error && model.chosen.is_none();
+    let mesh = if is_asked { mesh_errors(&model, &condition, &state, out) } else { None };
     drop(progress);
     for warning in mesh.iter().flat_map(|mesh| too_coarse(&model, mesh, tolerance)) {
         out.note(&warning);
@@ -144,17 +145,19 @@ fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, c
     let mut text = format!("{}\n\n", model.machine.name);
     let shown = model.shown(state);
     let row = |s: usize, name: &String, reading: f64| -> Vec<String> {
-        let open = mesh.map(|mesh| format!("{:.3}", mesh.errors[s]));
+        let known = model.chosen.as_ref().map(|chosen| chosen.sensors[s]);
+        let open = known.or(mesh.map(|mesh| Some(mesh.errors[s]))).map(|open| open.map_or_else(String::new, |e| format!("{e:.3}")));
         let reads = shown.iter().find(|(n, _)| n == name).map(|(_, shown)| format!("reads {shown:.3}"));
         [Some(name.clone()), Some(format!("{reading:.3}")), open, reads].into_iter().flatten().collect()
     };
+    let has_open = mesh.is_some() || model.chosen.is_some();
     let readings = model.readings(state);
     let mut blocks = Vec::new();
     for (measurand, what) in [(Measurand::Temperature, "sensor"), (Measurand::Displacement, "displacement")] {
         let own = model.network.measurands.iter().zip(&model.network.sensor_names).enumerate().filter(|(_, (own, _))| **own == measurand);
         let rows: Vec<Vec<String>> = own.map(|(s, (_, name))| row(s, name, readings[s])).collect();
         let open = format!("mesh {}", measurand.unit_of_differences());
-        let header = [Some(what), Some(measurand.unit()), mesh.map(|_| open.as_str()), (!shown.is_empty()).then_some("")];
+        let header = [Some(what), Some(measurand.unit()), has_open.then_some(open.as_str()), (!shown.is_empty()).then_some("")];
         if !rows.is_empty() || measurand == Measurand::Temperature {
             blocks.push(table(&header.into_iter().flatten().collect::<Vec<_>>(), &rows));
         }
@@ -236,6 +239,11 @@ fn text(model: &MeshedMachine, state: &SteadyState, mesh: Option<&MeshErrors>, c
     );
     for note in model.boundary_notes(state) {
         text += &format!("note: {note}\n");
+    }
+    if let Some(chosen) = &model.chosen {
+        let (asked, cells) = (significant(chosen.accuracy, 3), model.mesh.cells);
+        text += &stated_cells(model, chosen).map(|note| format!("note: {note}\n")).collect::<String>();
+        text += &format!("{cells} cells, chosen to leave less than {asked} K open; estimates from {} cells\n", chosen.checked_on);
     }
     text += &format!(
         "{} unknowns, {} Newton steps, {} Krylov iterations, {:.2} s\n",

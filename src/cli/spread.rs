@@ -142,9 +142,12 @@ fn names(model: &ReducedModel, slopes: &Slopes) -> Result<Vec<Follows>> {
     Ok(all)
 }
 
-/// The full network, on a mesh of as many cells.
+/// The full network, on a mesh of as many cells, or on the one that follows from the accuracy that the machine file asks for.
 fn full(model: &ReducedModel) -> Result<Network> {
-    let meshed = MeshedMachine::new(model.machine.clone(), Some(model.made.cells))?;
+    let mut meshed = MeshedMachine::new(model.machine.clone(), Some(model.made.cells))?;
+    if meshed.network.nodes != model.made.nodes && model.machine.accuracy.is_some() {
+        meshed = MeshedMachine::new(model.machine.clone(), None)?;
+    }
     if meshed.network.nodes == model.made.nodes {
         return Ok(meshed.network);
     }

@@ -216,6 +216,11 @@ impl Schedule {
         Condition::from_si(self.rows[row.min(self.rows.len() - 1)].values.clone())
     }
 
+    /// At most so many of the conditions that the rows state, those farthest apart.
+    pub fn far_apart(&self, most: usize) -> Vec<Condition> {
+        Condition::far_apart(&(0..self.rows.len()).map(|row| self.stated(row)).collect::<Vec<_>>(), most)
+    }
+
     /// The stretches between the rows, those without duration (steps) included.
     pub fn segments(&self) -> impl Iterator<Item = Segment> + '_ {
         self.rows.windows(2).enumerate().map(|(row, ends)| Segment { from: ends[0].time, until: ends[1].time, row })

@@ -42,7 +42,7 @@ pub fn model(text: &str, size: f64) -> MeshedMachine {
     let machine = machine(text);
     let mesh = Mesh::with_size(&machine, size).unwrap_or_else(|e| panic!("{e}"));
     let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));
-    MeshedMachine { machine, mesh, network }
+    MeshedMachine { machine, mesh, network, chosen: None }
 }
 
 /// Solves the machine on a mesh of an element size (m), at [`CONDITION`].

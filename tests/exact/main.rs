@@ -6,6 +6,7 @@
 //! -- --nocapture` prints the table of docs/verification.md.
 
 mod bench;
+mod cells;
 mod channel;
 mod circuits;
 mod convection;

@@ -229,6 +229,8 @@ fn mistakes_name_their_place_and_a_remedy() {
         ("chamber.wall_area", "-1 m2", "larger than zero"),
         ("chamber.preasure", "1 Pa", "did you mean 'pressure'"),
         ("mesh.cells", "many", "whole number"),
+        ("mesh.accuracy", "0 K", "larger than zero"),
+        ("mesh.accuracy", "0.1", "unit"),
         ("descripton", "x", "did you mean 'description'"),
         ("node.motor.capacity", "1 J/K", "no 'motor'"),
     ] {

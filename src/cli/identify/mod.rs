@@ -6,7 +6,7 @@ mod show;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::condition::pair_of;
+use super::cells::CellsArgs;
 use super::measured;
 use super::output::Output;
 use crate::error::{Error, Result};
@@ -62,9 +62,8 @@ pub struct Args {
     /// Change a value of the machine file first
     #[arg(long = "set", value_name = "KEY=VALUE")]
     set: Vec<String>,
-    /// About how many cells (default: the machine file's own)
-    #[arg(long, value_name = "N")]
-    cells: Option<usize>,
+    #[command(flatten)]
+    cells: CellsArgs,
     /// Solve every steady state by itself (default: tables on a reduced model, and the end result once in full)
     #[arg(long)]
     full: bool,
@@ -76,9 +75,9 @@ pub struct Args {
 /// Bad input, or numerics that failed.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let clock = Instant::now();
-    let sets = args.set.iter().map(|s| pair_of(s, "--set")).collect::<Result<Vec<_>>>()?;
+    let sets = args.cells.with(&args.set)?;
     let tables = if args.full { Tables::InFull } else { Tables::Reduced };
-    let study = Study::read(&args.machine, &sets, args.cells)?.with_tables(tables);
+    let study = Study::read(&args.machine, &sets, args.cells.cells)?.with_tables(tables);
     let machine = &study.model.machine;
     let mut all = measured::data(args.data.as_deref(), machine)?;
     measured::drop_sensors(&mut all, &args.without)?;

@@ -67,6 +67,31 @@ impl Condition {
             )))
     }
 
+    /// At most so many of some conditions, those farthest apart: the first, and again and again the one farthest from all chosen,
+    /// every variable counted in shares of what it spans.
+    pub fn far_apart(all: &[Self], most: usize) -> Vec<Self> {
+        let Some(first) = all.first() else { return Vec::new() };
+        let span = |v: usize| {
+            let values = all.iter().map(|c| c.si[v]);
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            if high > low { high - low } else { f64::INFINITY }
+        };
+        let spans: Vec<f64> = (0..first.si.len()).map(span).collect();
+        let apart = |a: &Self, b: &Self| -> f64 { (0..spans.len()).map(|v| ((a.si[v] - b.si[v]) / spans[v]).powi(2)).sum() };
+        let mut chosen = vec![first.clone()];
+        let mut nearest: Vec<f64> = all.iter().map(|c| apart(c, first)).collect();
+        while chosen.len() < most {
+            let farthest = nearest.iter().enumerate().fold((0, 0.0), |m: (usize, f64), (i, d)| if *d > m.1 { (i, *d) } else { m });
+            if farthest.1 == 0.0 {
+                break;
+            }
+            let next = all[farthest.0].clone();
+            nearest.iter_mut().zip(all).for_each(|(own, c)| *own = own.min(apart(c, &next)));
+            chosen.push(next);
+        }
+        chosen
+    }
+
     /// The SI values in the order of [`Machine::variables`].
     pub fn si(&self) -> &[f64] {
         &self.si
@@ -86,6 +111,29 @@ impl Condition {
     /// Every variable by name, as a value with its unit: `"2500.00 rpm"`.
     pub fn by_name(&self, machine: &Machine) -> BTreeMap<String, String> {
         machine.variables.iter().zip(&self.si).map(|(v, si)| (v.name.clone(), v.with_unit(*si, 6))).collect()
+    }
+}
+
+impl Machine {
+    /// Conditions that stand for all the machine is made for: every variable at its default, or in the middle of its range, and
+    /// each at either end of its range by itself.
+    ///
+    /// # Errors
+    /// A variable has neither a default nor a range.
+    pub fn usual_conditions(&self) -> Result<Vec<Condition>> {
+        let middle = |v: &Variable| v.default.or(v.range.map(|(low, high)| f64::midpoint(low, high)));
+        let known: Vec<Variable> = self.variables.iter().map(|v| Variable { default: middle(v), ..v.clone() }).collect();
+        let first = Condition::given(&known, &[])?;
+        let mut found = vec![first.clone()];
+        for (v, variable) in self.variables.iter().enumerate().filter(|(v, _)| !self.unused.contains(v)) {
+            let (low, high) = variable.range.unwrap_or((first.si[v], first.si[v]));
+            for end in [low, high].into_iter().filter(|end| *end != first.si[v]) {
+                let mut moved = first.clone();
+                moved.si[v] = end;
+                found.push(moved);
+            }
+        }
+        Ok(found)
     }
 }
 

@@ -118,6 +118,8 @@ pub struct Machine {
     pub model_error: ModelError,
     /// Cells aimed at when the caller does not say.
     pub default_cells: usize,
+    /// What the mesh may leave open in a reading, K, where the file asks for that instead.
+    pub accuracy: Option<f64>,
     /// The names formulas use, slot by slot.
     symbols: condition::Symbols,
     /// Variables that nothing follows, as indices.

@@ -11,7 +11,7 @@ use super::enclosures::enclosures;
 use super::fluids::Fluids;
 use super::geometry::{check_length, parts};
 use super::heat_flows::heat_flows;
-use super::keys::{CELLS, SCHEMA, radiation as keys};
+use super::keys::{ACCURACY, CELLS, SCHEMA, radiation as keys};
 use super::library::Shelf;
 use super::names::Index;
 use super::sensors::{limits, measurements, nodes, sensors};
@@ -82,7 +82,7 @@ fn machine(document: &Document) -> Result<Machine> {
     symbols.take_named();
     let chamber = chamber(&root, &symbols)?;
     let named_by_chamber = symbols.take_named();
-    let default_cells = cells(&root)?;
+    let (default_cells, accuracy) = cells(&root)?;
 
     let mut shelf = Shelf::read(&root)?;
     let folder = document.file().parent().unwrap_or(Path::new(""));
@@ -150,6 +150,7 @@ fn machine(document: &Document) -> Result<Machine> {
         correlations,
         model_error,
         default_cells,
+        accuracy,
         symbols,
         unused: Vec::new(),
     };
@@ -203,14 +204,15 @@ fn chamber(root: &Section<'_>, symbols: &Symbols) -> Result<Chamber> {
     Ok(Chamber { temperature, enclosure, pressure, accommodation, gap })
 }
 
-fn cells(root: &Section<'_>) -> Result<usize> {
+fn cells(root: &Section<'_>) -> Result<(usize, Option<f64>)> {
     let section = root.section_or_empty("mesh")?;
     let cells = CELLS.read_whole(&section)?;
     if cells > 1_000_000_000 {
         return Err(section.error_at("cells", "more than 10^9 cells").help("use fewer"));
     }
+    let accuracy = section.has(ACCURACY.name).then(|| ACCURACY.read(&section)).transpose()?;
     section.finish()?;
-    Ok(cells)
+    Ok((cells, accuracy))
 }
 
 /// No two blocks may share volume.

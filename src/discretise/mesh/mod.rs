@@ -108,9 +108,13 @@ impl Mesh {
         if size.is_nan() || size <= 0.0 {
             return Err(Error::input("the element size must be positive").at_key("element_size").read(size));
         }
+        Self::with_divisions(machine, &Self::divisions_at(machine, size), size)
+    }
+
+    /// Cell counts of each block, in the order of parts and blocks, that an element size (m) gives.
+    pub fn divisions_at(machine: &Machine, size: f64) -> Vec<[usize; 3]> {
         let blocks = machine.parts.iter().flat_map(|p| p.blocks.iter().map(move |b| (p, b)));
-        let counts: Vec<[usize; 3]> = blocks.map(|(part, block)| divisions(block, size * part.element_scale)).collect();
-        Self::with_divisions(machine, &counts, size)
+        blocks.map(|(part, block)| divisions(block, size * part.element_scale)).collect()
     }
 
     /// A mesh with given cell counts for each block, in the order of parts and blocks (those that are missing get

@@ -51,7 +51,7 @@ impl MeshShare {
             return Ok(Self::none(own.len()));
         }
         let of = |(k, factor): (usize, f64)| -> Result<Meshed> {
-            let meshed = Study::new(study.document().clone(), Some((factor * cells) as usize))?.with_tables(study.tables);
+            let meshed = study.finer(factor)?;
             let square = (meshed.model.mesh.cells as f64 / cells).powf(-2.0 / 3.0);
             let (values, fields) = predict(&meshed, known.get(k).map_or(&[], Vec::as_slice))?;
             Ok(Meshed { values, fields, square })

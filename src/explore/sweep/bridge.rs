@@ -6,10 +6,14 @@ use super::merge::{self, Merged};
 use super::own::Own;
 use super::shards::{self, Shard, ShardRecord};
 use super::{Definition, Grow, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, answered, execute, execute_growing, own};
-use crate::describe::machine::{Condition, ModelError, Scope};
+use crate::describe::machine::{Condition, Machine, ModelError, Scope};
 use crate::error::{Error, Result};
 use crate::explore::external::{Program, Values};
+use crate::foundation::progress::Silent;
 use crate::solve::sensitivity::Study;
+
+/// Most conditions of the design that cells are chosen for, where the machine file asks for an accuracy of the mesh.
+const CHOSEN_AT: usize = 16;
 
 /// A sweep ready to run.
 #[derive(Debug)]
@@ -53,7 +57,9 @@ impl Sweep {
                 Ok(Self { definition, scope, plan, solver: Solving::Program(Box::new(program)) })
             }
             (None, Some(document)) => {
-                let study = Study::new(document, cells.or(definition.cells))?;
+                let rows: Vec<Condition> = plan.conditions.iter().map(|row| Condition::from_si(row.clone())).collect();
+                let counting = |_: &Machine| Ok(Condition::far_apart(&rows, CHOSEN_AT));
+                let study = Study::for_conditions(document, cells.or(definition.cells), counting, &Silent)?;
                 Self::of(definition, plan, study)
             }
             (None, None) => Err(Error::input("there is neither a machine nor a solver").in_file(path).help("name the machine file")),

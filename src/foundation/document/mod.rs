@@ -73,6 +73,18 @@ impl Document {
         Self::parse(&text, path)
     }
 
+    /// Reads a file and applies `sets` (key, value) to it; see [`Document::apply_set`].
+    ///
+    /// # Errors
+    /// As [`Document::read`] and [`Document::apply_set`].
+    pub fn with_sets(path: impl AsRef<Path>, sets: &[(String, String)]) -> Result<Self> {
+        let mut document = Self::read(path)?;
+        for (key, value) in sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        Ok(document)
+    }
+
     /// Parses `text`; `file` is the name used in errors.
     ///
     /// # Errors

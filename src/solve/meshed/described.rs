@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::inventory::{ChannelEntry, ContactEntry, ImportEntry, PartEntry, SourceEntry};
-use super::{BoundaryEntry, Inventory, MeshedMachine};
+use super::{BoundaryEntry, ChosenRecord, Inventory, MeshedMachine};
 use crate::describe::machine::{Assumption, Condition};
 use crate::discretise::network::{EnclosureViews, Load};
 use crate::error::{Error, Result};
@@ -20,6 +20,9 @@ pub struct MachineRecord<'a> {
     pub cells: usize,
     pub unknowns: usize,
     pub element_size_m: f64,
+    /// How the cells were chosen, where an accuracy was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen_cells: Option<ChosenRecord>,
     pub parts: &'a [PartEntry],
     pub imports: &'a [ImportEntry],
     pub contacts: &'a [ContactEntry],
@@ -97,6 +100,7 @@ impl MeshedMachine {
             cells: self.mesh.cells,
             unknowns: self.network.nodes,
             element_size_m: self.mesh.element_size,
+            chosen_cells: ChosenRecord::of(self),
             parts: &found.parts,
             imports: &found.imports,
             contacts: &found.contacts,

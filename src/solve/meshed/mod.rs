@@ -8,19 +8,21 @@ mod inventory;
 mod limits;
 mod mesh_error;
 pub mod record;
+mod within;
 
 pub use boundaries::BoundaryEntry;
 pub use flows::{Flows, Named, NamedRoute, OutletSensor};
 pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory, source_powers};
 pub use limits::{LimitState, limit_states};
 pub use mesh_error::MeshErrors;
-pub use record::{MeshRecord, SolveRecord};
+pub use record::{ChosenRecord, MeshRecord, SolveRecord};
+pub use within::ChosenCells;
 
 use crate::describe::machine::{Condition, Machine};
 use crate::discretise::mesh::Mesh;
 use crate::discretise::network::{Load, Network};
 use crate::error::Result;
-use crate::foundation::progress::Progress;
+use crate::foundation::progress::{Progress, Silent};
 use crate::solve::{Solution, Solver};
 
 /// Machine, mesh and network.
@@ -32,14 +34,35 @@ pub struct MeshedMachine {
     pub mesh: Mesh,
     /// The network they make.
     pub network: Network,
+    /// How its cells were chosen, where an accuracy was asked for.
+    pub chosen: Option<ChosenCells>,
 }
 
 impl MeshedMachine {
-    /// Meshes `machine` with about `cells` cells (the machine's own default where `None`) and builds its network.
+    /// Meshes `machine` with about `cells` cells and builds its network. Where `None`, the machine file says how many, or what they may
+    /// leave open at the conditions that the machine is made for ([`Machine::usual_conditions`]).
     ///
     /// # Errors
-    /// As [`Mesh::with_cells`] and [`Network::build`]; more cells than the free memory holds.
+    /// As [`MeshedMachine::for_conditions`].
     pub fn new(machine: Machine, cells: Option<usize>) -> Result<Self> {
+        Self::for_conditions(machine, cells, Machine::usual_conditions, &Silent)
+    }
+
+    /// The same, where the conditions that count are known.
+    ///
+    /// # Errors
+    /// As [`Mesh::with_cells`] and [`Network::build`]; more cells than the free memory holds. Where an accuracy is asked for, as
+    /// [`MeshedMachine::within`] and those of `conditions`.
+    pub fn for_conditions(
+        machine: Machine,
+        cells: Option<usize>,
+        conditions: impl FnOnce(&Machine) -> Result<Vec<Condition>>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        if let (None, Some(accuracy)) = (cells, machine.accuracy) {
+            let conditions = conditions(&machine)?;
+            return Self::within(machine, accuracy, &conditions, progress);
+        }
         let size = Mesh::size_for(&machine, cells.unwrap_or(machine.default_cells))?;
         budget::check(Mesh::count(&machine, size))?;
         let mesh = Mesh::with_size(&machine, size)?;
@@ -52,7 +75,7 @@ impl MeshedMachine {
     /// As [`Network::build`].
     pub fn on(machine: Machine, mesh: Mesh) -> Result<Self> {
         let network = Network::build(&machine, &mesh).map_err(|error| error.in_file(&machine.file))?;
-        Ok(Self { machine, mesh, network })
+        Ok(Self { machine, mesh, network, chosen: None })
     }
 
     /// A solver whose setup is shared by every condition; `reference` should resemble them.

@@ -36,6 +36,9 @@ pub struct SolveRecord {
     /// What the mesh leaves open in every reading, where that was estimated.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshRecord>,
+    /// How the cells were chosen, where an accuracy was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen_cells: Option<ChosenRecord>,
     pub unknowns: usize,
     pub newton_iterations: usize,
     pub krylov_iterations: usize,
@@ -110,6 +113,46 @@ impl MeshRecord {
             tolerance_K: tolerance,
             within_tolerance: temperatures().all(|(_, e)| *e <= tolerance),
         }
+    }
+}
+
+/// Cells that were chosen to keep readings within an accuracy.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs, non_snake_case)]
+pub struct ChosenRecord {
+    pub accuracy_K: f64,
+    pub cells: usize,
+    /// Estimate of what these leave open in each temperature, at the condition where that is most.
+    pub errors_K: BTreeMap<String, f64>,
+    /// The same of each limit's value.
+    pub limits_K: BTreeMap<String, f64>,
+    /// What cells that the file states for a part leave open beside, by part: not counted.
+    pub stated_K: BTreeMap<String, f64>,
+    /// Cells of the mesh with all lines cut in two, from which the estimates come.
+    pub checked_on: usize,
+    /// At how many conditions.
+    pub conditions: usize,
+    /// Cells and largest estimate, K, of every mesh on the way.
+    pub rounds: Vec<(usize, f64)>,
+}
+
+impl ChosenRecord {
+    /// Of a model; `None` where its cells were not chosen so.
+    pub fn of(model: &MeshedMachine) -> Option<Self> {
+        let chosen = model.chosen.as_ref()?;
+        let named = |names: &mut dyn Iterator<Item = &String>, errors: &[Option<f64>]| -> BTreeMap<String, f64> {
+            names.zip(errors).filter_map(|(name, e)| Some((name.clone(), (*e)?))).collect()
+        };
+        Some(Self {
+            accuracy_K: chosen.accuracy,
+            cells: model.mesh.cells,
+            errors_K: named(&mut model.network.sensor_names.iter(), &chosen.sensors),
+            limits_K: named(&mut model.machine.limits.iter().map(|l| &l.name), &chosen.limits),
+            stated_K: chosen.stated.iter().map(|(part, open)| (model.machine.parts[*part].name.clone(), *open)).collect(),
+            checked_on: chosen.checked_on,
+            conditions: chosen.conditions,
+            rounds: chosen.rounds.clone(),
+        })
     }
 }
 
@@ -230,6 +273,7 @@ impl MeshedMachine {
             part_to_part: heat_flow_matrix(network, &state.load, &solution.temperatures).into_iter().map(flow).collect(),
             notes: self.boundary_notes(state),
             mesh: None,
+            chosen_cells: ChosenRecord::of(self),
             unknowns: network.nodes,
             newton_iterations: solution.newton_iterations,
             krylov_iterations: solution.krylov_iterations,

@@ -3,12 +3,13 @@
 use std::path::Path;
 
 use super::parameter::Parameter;
-use crate::describe::machine::{Machine, Part, SCHEMA};
+use crate::describe::machine::{Block, Condition, Machine, Part, SCHEMA};
 use crate::describe::schema;
 use crate::discretise::mesh::Mesh;
 use crate::discretise::network::Network;
 use crate::error::{Error, Result};
 use crate::foundation::document::Document;
+use crate::foundation::progress::{Progress, Silent};
 use crate::solve::meshed::MeshedMachine;
 
 /// A machine file and its model.
@@ -37,11 +38,7 @@ impl Study {
     /// # Errors
     /// As [`Machine::read`] and [`MeshedMachine::new`].
     pub fn read(path: impl AsRef<Path>, sets: &[(String, String)], cells: Option<usize>) -> Result<Self> {
-        let mut document = Document::read(path)?;
-        for (key, value) in sets {
-            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
-        }
-        Self::new(document, cells)
+        Self::new(Document::with_sets(path, sets)?, cells)
     }
 
     /// From a file that is parsed already.
@@ -49,13 +46,46 @@ impl Study {
     /// # Errors
     /// As [`Study::read`].
     pub fn new(document: Document, cells: Option<usize>) -> Result<Self> {
+        Self::for_conditions(document, cells, Machine::usual_conditions, &Silent)
+    }
+
+    /// The same, where the conditions that count are known; see [`MeshedMachine::for_conditions`].
+    ///
+    /// # Errors
+    /// As [`Machine::from_document`] and [`MeshedMachine::for_conditions`].
+    pub fn for_conditions(
+        document: Document,
+        cells: Option<usize>,
+        conditions: impl FnOnce(&Machine) -> Result<Vec<Condition>>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
         let machine = Machine::from_document(&document)?;
-        Ok(Self { model: MeshedMachine::new(machine, cells)?, document, tables: Tables::default() })
+        Ok(Self { model: MeshedMachine::for_conditions(machine, cells, conditions, progress)?, document, tables: Tables::default() })
     }
 
     /// The same machine with tables of its steady states solved otherwise.
     pub fn with_tables(self, tables: Tables) -> Self {
         Self { tables, ..self }
+    }
+
+    /// The same machine on about `factor` times the cells; where these follow an accuracy, on so many more along every line alike.
+    ///
+    /// # Errors
+    /// As [`MeshedMachine::new`] and [`MeshedMachine::on`].
+    pub fn finer(&self, factor: f64) -> Result<Self> {
+        let own = &self.model;
+        if own.chosen.is_none() {
+            let finer = Self::new(self.document.clone(), Some((factor * own.mesh.cells as f64) as usize))?;
+            return Ok(finer.with_tables(self.tables));
+        }
+        let along = factor.cbrt();
+        let blocks = own.machine.parts.iter().flat_map(|p| &p.blocks);
+        let more = |(n, block): ([usize; 3], &Block)| -> [usize; 3] {
+            std::array::from_fn(|d| if block.cells[d].is_some() { n[d] } else { (n[d] as f64 * along).round() as usize })
+        };
+        let counts: Vec<[usize; 3]> = own.mesh.divisions().into_iter().zip(blocks).map(more).collect();
+        let mesh = Mesh::with_divisions(&own.machine, &counts, own.mesh.element_size / along)?;
+        Ok(Self { document: self.document.clone(), model: MeshedMachine::on(own.machine.clone(), mesh)?, tables: self.tables })
     }
 
     /// The machine file.
@@ -137,7 +167,7 @@ impl Study {
                 (mesh, network)
             }
         };
-        Ok(Self { document, model: MeshedMachine { machine, mesh, network }, tables: self.tables })
+        Ok(Self { document, model: MeshedMachine { machine, mesh, network, chosen: self.model.chosen.clone() }, tables: self.tables })
     }
 
     /// The machine with one value changed, and its network where that is another one.

@@ -40,7 +40,16 @@ const TRIPLE: Form = Form::List(&Form::Quantity(MILLIMETRES), Some(3));
 pub(super) const CELLS: Key =
     Key::new("cells", Form::Whole(1), "cells aimed at when the caller does not say").or(Unstated::Whole(20_000)).reaching(Reach::Mesh);
 
-const MESH: Table = Table { doc: "how finely the machine is meshed", keys: &[&[CELLS]], one_of: &[] };
+/// What the mesh may leave open in a reading.
+pub(super) const ACCURACY: Key = Key::new(
+    "accuracy",
+    Form::Quantity(KELVIN),
+    "cells are chosen so that they leave less than this open in every reading: `\"0.05 K\"`; `cells` then says nothing",
+)
+.positive()
+.reaching(Reach::Mesh);
+
+const MESH: Table = Table { doc: "how finely the machine is meshed", keys: &[&[CELLS, ACCURACY]], one_of: &[] };
 
 const NAME: Key = Key::new("name", Form::Text, "one line").required().reaching(Reach::Report).also(&["title"]);
 const DESCRIPTION: Key = Key::new("description", Form::Text, "free text").reaching(Reach::Report);

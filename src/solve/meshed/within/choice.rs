@@ -1,0 +1,89 @@
+//! Where more cells do the most.
+
+use super::trial::{Counts, Line, cells};
+
+/// Order at which the share of a line of cells in the errors is taken to fall with their number.
+pub(super) const ORDER: f64 = 1.5;
+/// Largest factor on the cells of a line in one round, either way.
+const MOST: f64 = 2.0;
+/// Largest factor by which one round means to bring down what is open: with more, lines that hardly matter would grow too.
+const FALL: f64 = 2.0;
+/// Share of the cells of a line by which they grow at once.
+const STEP: f64 = 0.25;
+
+/// A line of cells with its share in the errors of all readings.
+#[derive(Debug, Clone)]
+pub(super) struct Share {
+    pub line: Line,
+    /// What its cells leave open in every reading, over the accuracy.
+    pub open: Vec<f64>,
+    /// The fewest cells that it may have: those that were too few before are among them.
+    pub least: usize,
+}
+
+impl Share {
+    /// The largest.
+    pub(super) fn largest(&self) -> f64 {
+        self.open.iter().fold(0.0, |m: f64, e| m.max(e.abs()))
+    }
+
+    /// Other cells along the line, `factor` times as many.
+    fn scaled(&mut self, factor: f64) {
+        let shrink = factor.powf(-ORDER);
+        self.open.iter_mut().for_each(|open| *open *= shrink);
+    }
+}
+
+/// Sum of the squares of all shares in every reading.
+fn squares(shares: &[Share], readings: usize) -> Vec<f64> {
+    (0..readings).map(|f| shares.iter().map(|s| s.open[f] * s.open[f]).sum()).collect()
+}
+
+/// Cells along all lines with which what is open comes down to `aim`, or by [`FALL`]: `whole` is what is known to be open in every reading with all
+/// lines together, and the shares say where it is from. Where lines may shrink, each begins with fewer cells than it has, and cells are added where
+/// they take the most from what is open above the aim, for each that is added. The shares are brought up to date.
+pub(super) fn refined(counts: &Counts, shares: &mut [Share], whole: &[f64], (aim, may_shrink): (f64, bool)) -> Counts {
+    let now = squares(shares, whole.len());
+    let factor = |(w, square): (&f64, &f64)| if *square > 0.0 { w / square.sqrt() / aim.max(w / FALL) } else { 0.0 };
+    let factor: Vec<f64> = whole.iter().zip(&now).map(factor).collect();
+    let mut found = counts.clone();
+    for share in shares.iter_mut() {
+        let n = &mut found[share.line.block][share.line.axis];
+        let fewer = if may_shrink { ((*n as f64 / MOST).ceil() as usize).max(share.least).min(*n) } else { *n };
+        share.scaled(fewer as f64 / *n as f64);
+        *n = fewer;
+    }
+    let mut open = squares(shares, whole.len());
+    let over = |square: f64, factor: f64| (square.max(0.0).sqrt() * factor - 1.0).max(0.0);
+    loop {
+        let best = (shares.iter().enumerate())
+            .filter_map(|(k, share)| {
+                let Line { block, axis, .. } = share.line;
+                let n = found[block][axis];
+                let more = n + ((n as f64 * STEP) as usize).max(1);
+                if more as f64 > MOST * counts[block][axis] as f64 {
+                    return None;
+                }
+                let left = (n as f64 / more as f64).powf(2.0 * ORDER);
+                let gain = |f: usize| over(open[f], factor[f]) - over(open[f] - share.open[f].powi(2) * (1.0 - left), factor[f]);
+                let gain: f64 = (0..whole.len()).map(gain).sum();
+                let added = cells(&vec![found[block]]) / n as f64 * (more - n) as f64;
+                (gain > 0.0).then_some((k, more, gain / added))
+            })
+            .reduce(|a, b| if b.2 > a.2 { b } else { a });
+        let Some((k, more, _)) = best else { break };
+        let Line { block, axis, .. } = shares[k].line;
+        for (open, own) in open.iter_mut().zip(&shares[k].open) {
+            *open -= own * own * (1.0 - (found[block][axis] as f64 / more as f64).powf(2.0 * ORDER));
+        }
+        shares[k].scaled(more as f64 / found[block][axis] as f64);
+        found[block][axis] = more;
+    }
+    for share in shares.iter_mut() {
+        let Line { block, axis, .. } = share.line;
+        if found[block][axis] > counts[block][axis] {
+            share.least = counts[block][axis];
+        }
+    }
+    found
+}
