@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::learnt::{ALLOWED, Learnt, SensorError, learnt, sensor_errors};
-use super::search::{Point, Search, pseudo_inverse, square};
+use super::search::{Point, Search, Stride, pseudo_inverse, square};
 use super::{Free, MeshShare, Problem, TIME_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::evidence::discrepancy::Level;
@@ -99,6 +99,9 @@ pub struct Estimate {
     pub whitener: Whitener,
     /// Predictions computed.
     pub evaluations: usize,
+    /// Where the search ended, and how it runs logs about there.
+    pub(super) end: Point,
+    pub(super) stride: Stride,
 }
 
 /// A model error and what is left beside it.
@@ -172,11 +175,15 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     let Some(mut best) = ends.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
         return Err(Error::numerics("no start led anywhere"));
     };
-    if continues && let Err(e) = search.continue_from(&best) {
-        progress.say(&format!("the mesh's share stays that of the machine file: {e}"));
-    }
-    for _ in 0..MOST_RENEWALS {
+    for round in 0..MOST_RENEWALS {
         (best, whitener) = search.whole(best.coordinates)?;
+        if round == 0 && continues {
+            if let Err(e) = search.continue_from(&best) {
+                progress.say(&format!("the mesh's share stays that of the machine file: {e}"));
+            }
+            whitener = search.stated(&best.prediction);
+            best = search.under(best, &whitener);
+        }
         if search.rests(&best, &whitener, RENEWED) {
             break;
         }
@@ -428,6 +435,8 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
         covariance,
         given,
         evaluations: search.evaluations,
+        end: best,
+        stride: search.stride.clone(),
     }
 }
 
