@@ -69,8 +69,8 @@ pub struct Gain {
     pub conditions: Vec<String>,
     /// Every reading.
     pub readings: Vec<HeldOutReading>,
-    /// Standard deviation of the amplitude of each cause that all data point to, from how it moves while each test of three or more is
-    /// kept out (the jackknife); empty where there are fewer, or where a part of the data points elsewhere.
+    /// Standard deviation of the amplitude of each cause that all data point to, in its hypothesis' unit, from how it moves while tests
+    /// of a log are kept out (the jackknife); empty of steady tables, of fewer than three tests, and where a part points elsewhere.
     pub scatter: Vec<f64>,
 }
 
@@ -350,5 +350,26 @@ impl<'a> Folds<'a> {
     fn places(&self, which: &[usize]) -> Vec<(usize, usize)> {
         let all = whiten::places(self.predictor.data);
         which.iter().map(|i| all[*i]).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The jackknife of a mean is its standard error; where a part points elsewhere there is none.
+    #[test]
+    fn scatter_of_a_mean() {
+        let days = [1.0, 2.0, 4.0, 9.0];
+        let mean = |days: &[f64]| days.iter().sum::<f64>() / days.len() as f64;
+        let without = |out: usize| {
+            let kept: Vec<f64> = days.iter().enumerate().filter(|(i, _)| *i != out).map(|(_, d)| *d).collect();
+            Some(Change { kelvin: Vec::new(), amplitudes: Some(vec![mean(&kept)]) })
+        };
+        let mut changes: Vec<Option<Change>> = (0..days.len()).map(without).collect();
+        let variance = days.iter().map(|d| (d - mean(&days)).powi(2)).sum::<f64>() / 3.0;
+        assert!((scatter(&changes)[0] - (variance / 4.0).sqrt()).abs() < 1e-12);
+        changes[2] = None;
+        assert!(scatter(&changes).is_empty());
     }
 }
