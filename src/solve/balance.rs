@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::system::{entering_temperature, surface_states};
+use crate::discretise::network::surface::SurfaceState;
 use crate::discretise::network::{BoundaryState, ContactFactors, EnclosureViews, Load, NONE, Network, StreamState};
 use crate::physics::radiation::SIGMA;
 
@@ -34,17 +35,22 @@ pub struct Balance {
 
 /// The balance at given temperatures.
 pub fn balance(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Balance {
+    balance_with(network, load, streams, temperatures, &surface_states(network, load, temperatures))
+}
+
+/// The same where the states of the surfaces are known.
+pub fn balance_with(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64], surfaces: &[SurfaceState]) -> Balance {
     let mut found = Balance {
         sources: network.sources.iter().zip(&load.powers).map(|(s, p)| s.total(*p, temperatures)).collect(),
         boundaries: vec![0.0; load.boundaries.len()],
         circuits: vec![0.0; network.circuits.len()],
         ..Balance::default()
     };
-    for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+    for (surface, state) in network.surfaces.iter().zip(surfaces) {
         found.radiation -= state.radiated;
         found.gas -= state.gas;
         for l in surface.boundaries() {
-            found.boundaries[l] -= surface.through(l, &state, load);
+            found.boundaries[l] -= surface.through(l, state, load);
         }
     }
     for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {

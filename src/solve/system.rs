@@ -101,6 +101,18 @@ impl System {
 
     /// Jacobian of the residual at `temperatures`, the streams' coefficients held as they are.
     pub fn jacobian<'a>(&self, network: &'a Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Jacobian<'a> {
+        self.jacobian_with(network, load, streams, temperatures, &surface_states(network, load, temperatures))
+    }
+
+    /// The same where the states of the surfaces are known.
+    pub fn jacobian_with<'a>(
+        &self,
+        network: &'a Network,
+        load: &Load,
+        streams: &[StreamState],
+        temperatures: &[f64],
+        surfaces: &[SurfaceState],
+    ) -> Jacobian<'a> {
         let mut rest = self.pattern.clone();
         let mut diagonal = vec![0.0; network.nodes];
         let mut slots = self.slots.iter();
@@ -111,7 +123,7 @@ impl System {
                 rest.values[*slot as usize] += value;
             }
         });
-        for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+        for (surface, state) in network.surfaces.iter().zip(surfaces) {
             diagonal[surface.node as usize] += state.slope;
         }
         for (source, power) in network.sources.iter().zip(&load.powers).filter(|(s, _)| s.law.follows_temperature()) {
@@ -174,14 +186,26 @@ impl System {
 
     /// Heat leaving each node minus heat entering it, W: zero in the steady state.
     pub fn residual(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
-        heats(network, (&self.profiles, &self.is_constant), load, streams, temperatures)
+        self.residual_with(network, load, streams, temperatures, &surface_states(network, load, temperatures))
+    }
+
+    /// The same where the states of the surfaces are known.
+    pub fn residual_with(
+        &self,
+        network: &Network,
+        load: &Load,
+        streams: &[StreamState],
+        temperatures: &[f64],
+        surfaces: &[SurfaceState],
+    ) -> Vec<f64> {
+        heats(network, (&self.profiles, &self.is_constant), load, streams, temperatures, surfaces)
     }
 }
 
 /// As [`System::residual`], for a network whose residual is asked for once: no pattern is needed for it.
 pub fn residual(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
     let (profiles, is_constant) = conduction(network);
-    heats(network, (&profiles, &is_constant), load, streams, temperatures)
+    heats(network, (&profiles, &is_constant), load, streams, temperatures, &surface_states(network, load, temperatures))
 }
 
 /// Conductances of the blocks at 300 K, and whether they are the same at all temperatures.
@@ -197,6 +221,7 @@ fn heats(
     load: &Load,
     streams: &[StreamState],
     temperatures: &[f64],
+    surfaces: &[SurfaceState],
 ) -> Vec<f64> {
     let t = |n: u32| temperatures[n as usize];
     let mut r = vec![0.0; network.nodes];
@@ -223,7 +248,7 @@ fn heats(
     for (a, b, area) in &network.radiative {
         flow(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
     }
-    for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+    for (surface, state) in network.surfaces.iter().zip(surfaces) {
         r[surface.node as usize] += state.heat;
     }
     for (source, power) in network.sources.iter().zip(&load.powers) {

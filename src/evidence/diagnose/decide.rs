@@ -8,7 +8,7 @@ use crate::evidence::identify::chi_square_tail;
 
 /// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
 const ALARM_MISFIT: f64 = 0.002;
-const ALARM_CAUSE: f64 = 0.006;
+pub const ALARM_CAUSE: f64 = 0.006;
 /// Probability at which something is said without reserve.
 const CERTAIN: f64 = 0.9;
 /// An explanation that takes less of the squared residual than this, leaves more than models usually do, and for certain gains nothing

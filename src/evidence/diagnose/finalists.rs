@@ -11,7 +11,7 @@ use super::probability::{self, Candidate, Ground, Posterior};
 use super::refine::{Begun, FitData, Fitted, first_look, fit_again, fit_begun};
 use super::screen::Screened;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
-use super::{Cause, Explanation, Problem, signatures};
+use super::{Cause, Explanation, Problem, decide, signatures};
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
 use crate::evidence::identify::chi_square_tail;
@@ -174,7 +174,9 @@ impl Finalists<'_> {
             }
             let view = now.view.clone();
             self.settle(&mut now, &view);
-            if round == 0 && self.leaves_much(&now) {
+            // In logs, whose fits are runs, no pair was tried so far.
+            let is_open = self.problem.data.is_transient() && self.look_beside(&now) < decide::ALARM_CAUSE;
+            if round == 0 && (is_open || self.leaves_much(&now)) {
                 progress.say("looking for a second cause beside the best ones");
                 let pairs = self.seconds(&now, &view).unwrap_or_else(|e| {
                     progress.say(&format!("a second cause could not be looked for: {e}"));
@@ -242,6 +244,15 @@ impl Finalists<'_> {
         least.is_some_and(|(_, f)| {
             !f.level.is_usual() || chi_square_tail(f.misfit, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
         })
+    }
+
+    /// Probability that pure noise lets some cause take away as much as the best one does of what the most probable explanation leaves.
+    pub fn look_beside(&self, now: &Outcome) -> f64 {
+        let Some((members, fitted)) = now.leading().filter(|(_, fitted)| fitted.left.len() == self.base.readings.len()) else { return 1.0 };
+        let own = (fitted.level != now.view.level).then(|| now.view.at(fitted.level)).map(|view| (self.screened_by(&view), view));
+        let (screened, view) = own.as_ref().map_or((&now.screened, &now.view), |(screened, view)| (screened, view));
+        let slopes: Vec<Vec<f64>> = fitted.slopes.iter().map(|slope| view.whitener.apply(slope)).collect();
+        screened.look_beside(members, &view.whitener.apply(&fitted.left), &slopes)
     }
 
     /// What was fitted and is not among the linear candidates (a second cause found beside the first) stays one.

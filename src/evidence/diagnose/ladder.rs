@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use super::decide::ALARM_CAUSE;
 use super::rung::{Rung, once, square};
 use super::{Diagnosis, Problem, Verdict};
 use crate::error::Result;
@@ -75,8 +76,8 @@ fn percent(share: f64) -> String {
     format!("{:.0} %", 100.0 * share)
 }
 
-/// Whether the readings ask for another cause: more is left than what is stated explains. How much of that is a usual discrepancy is
-/// decided as for the first cause, by what another one takes of it.
+/// Whether the readings ask for another cause: more is left than what is stated explains, or something stands out of it. How much of
+/// that is a usual discrepancy is decided as for the first cause, by what another one takes of it.
 fn leaves_much(rung: &Rung) -> bool {
-    rung.left != DiscrepancyLevel::NONE || rung.probability_left < LEFT
+    rung.left != DiscrepancyLevel::NONE || rung.probability_left < LEFT || rung.look_beside < ALARM_CAUSE
 }

@@ -45,6 +45,8 @@ pub struct Rung {
     pub left: Level,
     /// Probability of a misfit as large as is left, beside that discrepancy.
     pub probability_left: f64,
+    /// Probability that pure noise lets some other cause take away as much of what is left as the best one does.
+    pub look_beside: f64,
     /// Where most of what is left is.
     pub where_left: Option<WhereLeft>,
     /// What it gains on data its selection has not seen.
@@ -158,7 +160,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     };
     let rung = rung.map(|rung| {
         let alone = alone(&predictor, &rung, &outcome.view.mesh).iter().map(|values| explained(values)).collect();
-        Rung { share: explained(&rung.predicted), alone, ..rung }
+        Rung { share: explained(&rung.predicted), look_beside: finals.look_beside(&outcome), alone, ..rung }
     });
     let off_in_full = (study.tables == Tables::Reduced && !data.is_transient()).then(|| {
         progress.say("the end result in full");
@@ -289,6 +291,7 @@ fn rung(
         alone: Vec::new(),
         left: joint.map_or(best.level, |joint| joint.level),
         probability_left: chi_square_tail(best.misfit, left.len().saturating_sub(named).max(1)),
+        look_beside: 1.0,
         where_left: most.map(|k| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(1e-300) }),
         gain,
         sets,

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
+use crate::evidence::identify::chi_square_tail;
 use crate::foundation::random::Random;
 
 /// Simulated data sets of pure noise.
@@ -13,6 +14,8 @@ const BATCH: usize = 125;
 const GRAM: usize = 256;
 /// A signature shorter than this, whitened and for an amplitude of its prior's scale, cannot show.
 const FAINT: f64 = 0.05;
+/// What is left of a signature's square beside causes that are in force, as a share of it, for it to be another one.
+const DISTINCT: f64 = 0.01;
 
 /// The whitened residual beside whitened signatures.
 #[derive(Debug, Clone)]
@@ -197,6 +200,29 @@ impl Screened {
         let count: usize = (0..SIMULATIONS.div_ceil(BATCH)).into_par_iter().map(exceeding).sum();
         (1 + count) as f64 / (SIMULATIONS + 1) as f64
     }
+
+    /// Probability that pure noise lets some hypothesis take away as much as the best one does of what fitted causes leave: `left` and
+    /// their slopes, both whitened as this screen is. Bonferroni's bound over all hypotheses; those without an amplitude are not tried.
+    pub fn look_beside(&self, members: &[usize], left: &[f64], slopes: &[Vec<f64>]) -> f64 {
+        let mut own: Vec<DVector<f64>> = Vec::new();
+        for slope in slopes {
+            let slope = DVector::from_column_slice(slope);
+            let rest = own.iter().fold(slope, |rest, q| &rest - q * q.dot(&rest));
+            own.extend(rest.try_normalize(0.0));
+        }
+        let left = own.iter().fold(DVector::from_column_slice(left), |left, q| &left - q * q.dot(&left));
+        let along = self.columns.tr_mul(&left);
+        let beside: Vec<DVector<f64>> = own.iter().map(|q| self.columns.tr_mul(q)).collect();
+        let is_tried = |j: &usize| !members.contains(j) && !self.is_fixed(*j);
+        let gain = |j: usize| {
+            let (whole, b) = (self.gram[(j, j)], along[j]);
+            let g = whole - beside.iter().map(|c| c[j] * c[j]).sum::<f64>();
+            let is_possible = g > DISTINCT * whole && (b > 0.0 || self.signed[j]);
+            if is_possible { b * b / g - 2.0 * self.chosen_from[j].ln() } else { 0.0 }
+        };
+        let best = (0..self.visible.len()).filter(is_tried).map(gain).fold(0.0, f64::max);
+        (self.visible.len() as f64 * chi_square_tail(best, 1)).min(1.0)
+    }
 }
 
 /// Scalar products of all columns with each other: half of them are made, in parts.
@@ -241,5 +267,21 @@ mod tests {
         let tame = screened(&[3.0, 3.0], &signatures, &[0.1, f64::INFINITY]);
         assert!(screened(&[3.0, 3.0], &signatures, &[f64::INFINITY; 2]).look_elsewhere(1) < 0.01);
         assert!(tame.look_elsewhere(1) > 0.1, "{}", tame.look_elsewhere(1));
+    }
+
+    /// Noise along a cause in force asks for no other; what stands out across it does, were it never so little of the whole misfit.
+    #[test]
+    fn what_stands_out_of_much_noise_is_seen_beside_a_cause() {
+        let n = 400;
+        let signature = |k: usize| -> Vec<f64> { (0..n).map(|i| ((k + 1) as f64 * 0.05 * i as f64).sin() / 10.0).collect() };
+        let signatures: Vec<Vec<f64>> = (0..20).map(signature).collect();
+        let mut random = Random::new(7);
+        let noise: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+        let with = |amplitude: f64, k: usize| -> Vec<f64> { noise.iter().zip(&signatures[k]).map(|(z, s)| z + amplitude * s).collect() };
+        let alone = |left: &[f64]| screened(left, &signatures, &[f64::INFINITY; 20]).look_beside(&[3], left, &signatures[3..4]);
+        assert!(alone(&noise) > 0.05 && alone(&with(5.0, 3)) > 0.05);
+        let two = with(5.0, 11);
+        assert!(chi_square_tail(two.iter().map(|v| v * v).sum(), n) > 0.01, "no misfit as a whole");
+        assert!(alone(&two) < 1e-3, "{}", alone(&two));
     }
 }

@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::learnt::{ALLOWED, Learnt, SensorError, learnt, sensor_errors};
-use super::search::{Point, Search, pseudo_inverse, square};
-use super::{Free, MeshShare, Problem, TIME_TOLERANCE};
+use super::search::{Point, Search, Stride, pseudo_inverse, square};
+use super::{Free, MeshShare, Pace, Problem, TIME_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::{Whitener, whiten};
@@ -104,6 +104,9 @@ pub struct Estimate {
     pub evaluations: usize,
     /// Of a table on the reduced model, the largest difference of the predictions at the values found from those of full solves, K.
     pub off_in_full: Option<f64>,
+    /// Where the search ended, and how it runs logs about there.
+    pub(super) end: Point,
+    pub(super) stride: Stride,
 }
 
 /// A model error and what is left beside it.
@@ -150,7 +153,7 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     let in_full = Problem { study, ..problem.clone() };
     let own = found.predictions.1.iter().zip(&found.mesh.correction).map(|(p, m)| p - m);
     let off = in_full
-        .predict_free(&found.values, false, TIME_TOLERANCE)
+        .predict_free(&found.values, false, Pace::own(TIME_TOLERANCE))
         .map_or(f64::INFINITY, |full| full.values.iter().zip(own).fold(0.0, |m: f64, (f, v)| m.max((f - v).abs())));
     if off <= ACCURACY {
         return Ok(Estimate { off_in_full: Some(off), ..found });
@@ -197,11 +200,15 @@ fn searched(problem: &Problem, options: &IdentifyOptions, learns: bool, progress
     let Some(mut best) = ends.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost)) else {
         return Err(Error::numerics("no start led anywhere"));
     };
-    if continues && let Err(e) = search.continue_from(&best) {
-        progress.say(&format!("the mesh's share stays that of the machine file: {e}"));
-    }
-    for _ in 0..MOST_RENEWALS {
+    for round in 0..MOST_RENEWALS {
         (best, whitener) = search.whole(best.coordinates)?;
+        if round == 0 && continues {
+            if let Err(e) = search.continue_from(&best) {
+                progress.say(&format!("the mesh's share stays that of the machine file: {e}"));
+            }
+            whitener = search.stated(&best.prediction);
+            best = search.under(best, &whitener);
+        }
         if search.rests(&best, &whitener, RENEWED) {
             break;
         }
@@ -454,6 +461,8 @@ fn summary(search: &Search<'_>, nominal: &Point, ended: Ended, kept: Vec<usize>,
         given,
         evaluations: search.evaluations,
         off_in_full: None,
+        end: best,
+        stride: search.stride.clone(),
     }
 }
 

@@ -20,6 +20,7 @@ mod scan;
 mod search;
 mod write;
 
+use predict::{Pace, Steps};
 use rayon::prelude::*;
 
 use crate::describe::machine::Machine;
@@ -306,38 +307,39 @@ impl Problem {
     /// # Errors
     /// As [`predict`].
     pub fn predict(&self, values: &[f64]) -> Result<Prediction> {
-        self.predict_some(values, true, true, TIME_TOLERANCE)
+        Ok(self.predict_some(values, (true, true), Pace::own(TIME_TOLERANCE))?.0)
     }
 
-    /// The same without those with respect to the conditions, and without `slopes` without any; logs run to an error in each time
-    /// step, K.
-    fn predict_free(&self, values: &[f64], slopes: bool, tolerance: f64) -> Result<Prediction> {
-        self.predict_some(values, slopes, false, tolerance)
+    /// The same without those with respect to the conditions, and without `slopes` without any.
+    fn predict_free(&self, values: &[f64], slopes: bool, pace: Pace<'_>) -> Result<Prediction> {
+        Ok(self.predict_some(values, (slopes, false), pace)?.0)
     }
 
-    /// What an endlessly fine mesh changes in the predictions `own` (K) at values of the free parameters.
+    /// What an endlessly fine mesh changes in the predictions `own` (K) at values of the free parameters, logs run as they were for
+    /// these.
     ///
     /// # Errors
     /// As [`MeshShare::of`].
-    fn mesh_share(&self, values: &[f64], own: &[f64]) -> Result<MeshShare> {
+    fn mesh_share(&self, values: &[f64], own: &[f64], pace: Pace<'_>) -> Result<MeshShare> {
         MeshShare::of(&self.study, &self.data, own, &[], |finer: &Study, _: &[Vec<f64>]| {
             let finer = Self { study: finer.clone(), ..self.clone() };
-            Ok((finer.predict_free(values, false, TIME_TOLERANCE)?.values, Vec::new()))
+            Ok((finer.predict_free(values, false, pace)?.values, Vec::new()))
         })
     }
 
-    fn predict_some(&self, values: &[f64], slopes: bool, conditions: bool, tolerance: f64) -> Result<Prediction> {
+    /// Predictions, with the steps that logs took.
+    fn predict_some(&self, values: &[f64], wanted: (bool, bool), pace: Pace<'_>) -> Result<(Prediction, Steps)> {
         if self.free.iter().all(|f| f.test.is_none()) {
-            return self.predict_held(&self.data, &self.held_in(None), values, (slopes, conditions), tolerance);
+            return self.predict_held(&self.data, &self.held_in(None), values, wanted, pace);
         }
         let own = |test: &String| {
             let rows = self.data.rows.iter().filter(|row| row.test == *test).cloned().collect();
             let data = Data { rows, ..self.data.clone() };
-            self.predict_held(&data, &self.held_in(Some(test)), values, (slopes, conditions), tolerance)
+            self.predict_held(&data, &self.held_in(Some(test)), values, wanted, pace)
         };
         let tests = self.data.tests();
-        let found = tests.par_iter().map(own).collect::<Result<Vec<_>>>()?;
-        Ok(predict::joined(&self.data, &tests, &found))
+        let (found, steps): (Vec<_>, Vec<_>) = tests.par_iter().map(own).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+        Ok((predict::joined(&self.data, &tests, &found), steps.into_iter().flatten().collect()))
     }
 
     /// Predictions of data in which only the parameters `held` act; the slopes of the others are zero.
@@ -347,12 +349,12 @@ impl Problem {
         held: &[usize],
         values: &[f64],
         (slopes, conditions): (bool, bool),
-        tolerance: f64,
-    ) -> Result<Prediction> {
+        pace: Pace<'_>,
+    ) -> Result<(Prediction, Steps)> {
         let study = self.machine_of(held, values)?;
         let asked = if slopes { held } else { &[] };
         let parameters = asked.iter().map(|k| study.parameter(&self.free[*k].parameter.name)).collect::<Result<Vec<_>>>()?;
-        let mut found = predict::predict_some(&study, data, &parameters, conditions, self.start, tolerance)?;
+        let (mut found, steps) = predict::predict_some(&study, data, &parameters, conditions, self.start, pace)?;
         for row in found.slopes.iter_mut().filter(|_| slopes) {
             let mut whole = vec![0.0; self.free.len()];
             for (slope, k) in row.iter().zip(held) {
@@ -361,6 +363,6 @@ impl Problem {
             }
             *row = whole;
         }
-        Ok(found)
+        Ok((found, steps))
     }
 }

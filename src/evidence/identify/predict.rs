@@ -1,5 +1,7 @@
 //! Predictions of the readings, with their derivatives with respect to parameters and conditions.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 
 use crate::describe::machine::{Condition, Machine, Reading, Sensor, SensorResponse};
@@ -48,6 +50,25 @@ pub struct Prediction {
     pub slopes: Vec<Vec<f64>>,
     /// Derivatives with respect to every condition variable, K per SI unit.
     pub conditions: Vec<Vec<f64>>,
+}
+
+/// Ends of the time steps that the logs of each test were run in, s.
+pub(super) type Steps = BTreeMap<String, Vec<f64>>;
+
+/// How logs are run.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pace<'a> {
+    /// Error allowed in each time step, K.
+    pub tolerance: f64,
+    /// Steps to take whatever their error, in the tests that are named: machines that differ by little are compared in the same ones.
+    pub steps: Option<&'a Steps>,
+}
+
+impl Pace<'_> {
+    /// Steps of their own.
+    pub fn own(tolerance: f64) -> Self {
+        Self { tolerance, steps: None }
+    }
 }
 
 /// Distinct conditions of the data and which each row has.
@@ -114,7 +135,7 @@ fn fields(study: &Study, conditions: &[Condition], loads: &[Load], near: &[Vec<f
 /// # Errors
 /// The machine cannot be solved at a condition, or a log cannot be run.
 pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Start) -> Result<Prediction> {
-    predict_some(study, data, parameters, true, start, TIME_TOLERANCE)
+    predict_within(study, data, parameters, start, TIME_TOLERANCE)
 }
 
 /// The same, with logs run to another error in each time step, K.
@@ -122,22 +143,23 @@ pub fn predict(study: &Study, data: &Data, parameters: &[Parameter], start: Star
 /// # Errors
 /// As [`predict`].
 pub fn predict_within(study: &Study, data: &Data, parameters: &[Parameter], start: Start, tolerance: f64) -> Result<Prediction> {
-    if data.is_transient() { logs(study, data, parameters, true, start, tolerance) } else { steady(study, data, parameters, true) }
+    Ok(predict_some(study, data, parameters, true, start, Pace::own(tolerance))?.0)
 }
 
-/// The same; without `conditions` the slopes with respect to the condition variables are left out (empty rows).
+/// The same, with the steps that logs took; without `conditions` the slopes with respect to the condition variables are left out
+/// (empty rows).
 pub(super) fn predict_some(
     study: &Study,
     data: &Data,
     parameters: &[Parameter],
     conditions: bool,
     start: Start,
-    tolerance: f64,
-) -> Result<Prediction> {
+    pace: Pace<'_>,
+) -> Result<(Prediction, Steps)> {
     if data.is_transient() {
-        logs(study, data, parameters, conditions, start, tolerance)
+        logs(study, data, parameters, conditions, start, pace)
     } else {
-        steady(study, data, parameters, conditions)
+        Ok((steady(study, data, parameters, conditions)?, Steps::new()))
     }
 }
 
@@ -155,7 +177,7 @@ pub fn values(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
 /// As [`predict`].
 pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<Vec<f64>> {
     if data.is_transient() {
-        return Ok(run_logs(study, data, start, None, tolerance)?.0);
+        return Ok(run_logs(study, data, start, None, Pace::own(tolerance))?.values);
     }
     Ok(steady_near(study, data, &[])?.0)
 }
@@ -220,8 +242,17 @@ fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions:
     Ok(prediction)
 }
 
-fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool, start: Start, tolerance: f64) -> Result<Prediction> {
-    let (values, temperatures) = run_logs(study, data, start, None, tolerance)?;
+fn logs(
+    study: &Study,
+    data: &Data,
+    parameters: &[Parameter],
+    with_conditions: bool,
+    start: Start,
+    pace: Pace<'_>,
+) -> Result<(Prediction, Steps)> {
+    let Ran { values, temperatures, steps } = run_logs(study, data, start, None, pace)?;
+    // In the same steps, of whose own error a difference has next to nothing.
+    let beside = Pace { steps: Some(&steps), ..pace };
     let step = |p: &Parameter| match p.value {
         _ if p.dimension.is_absolute() || p.kind == Kind::Offset => RUN_KELVIN,
         0.0 => RUN_STEP_FROM_ZERO * p.step(0.0),
@@ -237,7 +268,7 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
         // What a sensor shows changes nothing of what it stands in.
         let moved = match own_key(p, data) {
             Some(_) => in_rows(data, &shown(&study, data, &temperatures)),
-            None => run_logs(&study, data, start, None, tolerance)?.0,
+            None => run_logs(&study, data, start, None, beside)?.values,
         };
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
@@ -249,13 +280,13 @@ fn logs(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: b
         if step == 0.0 || variable.name == schedule::TIME || !acts(study, data, v, step)? {
             return Ok(vec![0.0; values.len()]);
         }
-        let (moved, _) = run_logs(study, data, start, Some((v, step)), tolerance)?;
+        let moved = run_logs(study, data, start, Some((v, step)), beside)?.values;
         Ok(moved.iter().zip(&values).map(|(a, b)| (a - b) / step).collect())
     };
     let variables = if with_conditions { study.model.machine.variables.len() } else { 0 };
     let conditions: Vec<Vec<f64>> = (0..variables).into_par_iter().map(shifted).collect::<Result<_>>()?;
     let rows = |columns: &[Vec<f64>]| (0..values.len()).map(|i| columns.iter().map(|c| c[i]).collect()).collect();
-    Ok(Prediction { slopes: rows(&columns), conditions: rows(&conditions), values })
+    Ok((Prediction { slopes: rows(&columns), conditions: rows(&conditions), values }, steps))
 }
 
 /// Whether a variable acts on anything when it is more by a step throughout a log.
@@ -303,7 +334,7 @@ pub fn histories(study: &Study, data: &Data, start: Start, tolerance: f64) -> Re
             _ => MOMENTS_OF_CELLS,
         });
         let mut look = |seen: &Seen<'_>| moments.see(seen.state.time, seen.condition, seen.load, &seen.state.temperatures);
-        let temperatures = run_log(study, data, test, start, None, tolerance, Some(&mut look))?;
+        let (temperatures, _) = run_log(study, data, test, (start, None), Pace::own(tolerance), Some(&mut look))?;
         Ok((temperatures, moments.into_kept()))
     };
     let (found, moments): (Vec<_>, Vec<_>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
@@ -377,12 +408,21 @@ pub fn own_key(parameter: &Parameter, data: &Data) -> Option<(usize, String)> {
 /// Temperatures of all sensors' places at the rows of each test, K.
 type Courses = Vec<Vec<Vec<f64>>>;
 
-/// Runs every test of a log; `shift` adds to one variable (SI) throughout. What the sensors show, and the temperatures of their
-/// places.
-fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, tolerance: f64) -> Result<(Vec<f64>, Courses)> {
-    let run = |test: &String| run_log(study, data, test, start, shift, tolerance, None);
-    let found: Courses = data.tests().par_iter().map(run).collect::<Result<_>>()?;
-    Ok((in_rows(data, &shown(study, data, &found)), found))
+/// Logs that were run.
+struct Ran {
+    /// What the sensors show, in the order of the readings, K.
+    values: Vec<f64>,
+    temperatures: Courses,
+    steps: Steps,
+}
+
+/// Runs every test of a log; `shift` adds to one variable (SI) throughout.
+fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, pace: Pace<'_>) -> Result<Ran> {
+    let tests = data.tests();
+    let run = |test: &String| run_log(study, data, test, (start, shift), pace, None);
+    let (temperatures, steps): (Courses, Vec<Vec<f64>>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    let values = in_rows(data, &shown(study, data, &temperatures));
+    Ok(Ran { values, temperatures, steps: tests.into_iter().zip(steps).collect() })
 }
 
 /// What the sensors of a machine show of the temperatures of their places.
@@ -392,16 +432,16 @@ fn shown(study: &Study, data: &Data, temperatures: &Courses) -> Courses {
     data.tests().iter().zip(temperatures).map(of).collect()
 }
 
-/// Runs one test: temperatures of all sensors' places at each of its rows. Without anybody to see the steps only the rows count.
+/// Runs one test: temperatures of all sensors' places at each of its rows, and the ends of the steps. Without anybody to see the steps
+/// only the rows count.
 fn run_log(
     study: &Study,
     data: &Data,
     test: &str,
-    start: Start,
-    shift: Option<(usize, f64)>,
-    tolerance: f64,
-    seen: Option<&mut dyn FnMut(&Seen<'_>)>,
-) -> Result<Vec<Vec<f64>>> {
+    (start, shift): (Start, Option<(usize, f64)>),
+    Pace { tolerance, steps }: Pace<'_>,
+    mut seen: Option<&mut dyn FnMut(&Seen<'_>)>,
+) -> Result<(Vec<Vec<f64>>, Vec<f64>)> {
     let rows: Vec<&Row> = data.rows.iter().filter(|row| row.test == *test).collect();
     let moved = |row: &&Row| {
         let mut values = row.condition.si().to_vec();
@@ -419,15 +459,25 @@ fn run_log(
         balance: BALANCE * tolerance,
         every: Some(f64::INFINITY),
         only_outputs: seen.is_none() && is_long(study, data, test),
+        only_temperatures: true,
+        steps: steps.and_then(|steps| steps.get(test)).cloned().unwrap_or_default(),
         ..simulate::SimulateOptions::default()
     };
-    let history = simulate::run(&study.model, &schedule, &options, seen.unwrap_or(&mut |_| {}))?;
+    let mut ends: Vec<f64> = Vec::new();
+    let mut note = |now: &Seen<'_>| {
+        let begun = ends.last().copied().unwrap_or_else(|| schedule.start());
+        ends.extend(Some(now.state.time).filter(|time| *time > begun));
+        if let Some(seen) = &mut seen {
+            seen(now);
+        }
+    };
+    let history = simulate::run(&study.model, &schedule, &options, &mut note)?;
     let at = |row: &&Row| {
         nearest(&history.times, row.time.unwrap_or(0.0))
             .map(|i| history.temperatures[i].clone())
             .ok_or_else(|| Error::numerics("a run without output"))
     };
-    rows.iter().map(at).collect()
+    Ok((rows.iter().map(at).collect::<Result<_>>()?, ends))
 }
 
 /// The first of the times, ascending, that are nearest to a time.

@@ -2,7 +2,7 @@
 
 use super::Problem;
 use super::estimate::Estimate;
-use super::search::Search;
+use super::search::{Point, Search};
 use crate::error::Result;
 use crate::foundation::progress::{Progress, Silent};
 
@@ -42,28 +42,36 @@ pub fn profile_heard(problem: &Problem, estimate: &Estimate, parameter: usize, p
     let spread = estimate.deviations[parameter].min((high - low) / 4.0);
     let rise = RISE_95 * estimate.rises[parameter];
     let mut search = Search::new(problem, progress).corrected(estimate.mesh.clone());
+    search.stride = estimate.stride.clone();
     search.frozen = (0..problem.free.len()).filter(|k| *k == parameter || estimate.kept[*k]).collect();
     let mut points = vec![(best[parameter], 0.0)];
     for side in [-1.0, 1.0] {
-        let mut last = best.clone();
+        let mut last = Point { coordinates: best.clone(), ..estimate.end.clone() };
         for place in PLACES {
             let coordinate = best[parameter] + side * place * spread;
             if coordinate < low || coordinate > high {
                 break;
             }
             // The others go where the curvature sends them, if their variances are finite; from there they are refitted.
-            let moved = coordinate - last[parameter];
+            let moved = coordinate - last.coordinates[parameter];
             let own = estimate.given[(parameter, parameter)];
             let from = |(k, f): (usize, &super::Free)| {
                 let (low, high) = f.coordinate_bounds();
                 let along = estimate.given[(k, parameter)] / own * moved;
-                if k == parameter { coordinate } else { (last[k] + along.clamp(-1.0, 1.0)).clamp(low, high) }
+                if k == parameter { coordinate } else { (last.coordinates[k] + along.clamp(-1.0, 1.0)).clamp(low, high) }
             };
             let from: Vec<f64> = problem.free.iter().enumerate().map(from).collect();
-            let Ok(start) = search.point(from, &estimate.whitener) else { break };
+            // The slopes of a log go along from place to place; those of a steady table are found anew.
+            let start = if problem.data.is_transient() {
+                let (matrix, _) = search.normal(&last, &estimate.whitener);
+                search.after(&last, from, &matrix, &estimate.whitener)
+            } else {
+                search.point(from, &estimate.whitener)
+            };
+            let Ok(start) = start else { break };
             let end = if search.frozen.len() < problem.free.len() { search.descend(start, &estimate.whitener) } else { start };
             points.push((coordinate, end.cost - estimate.least));
-            last = end.coordinates;
+            last = end;
         }
     }
     points.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
+use super::predict::{Pace, Steps};
 use super::{Free, MeshShare, Prediction, Problem, TIME_TOLERANCE};
 use crate::error::Result;
 use crate::evidence::measurement::{Whitener, whiten};
@@ -23,11 +24,15 @@ const FREE: f64 = 1e-2;
 const MOST_TRIALS: usize = 8;
 /// A start has come to the end of another where no coordinate is further from it than this share of its standard deviation.
 const THERE: f64 = 0.5;
+/// Error allowed in each time step of a log of a machine of cells on the way to the end, over that at it.
+const ON_THE_WAY: f64 = 10.0;
+/// Such logs are run in the time steps of another point where no coordinate is further from it than this share of its size.
+const IN_STEP: f64 = 0.5;
 /// Longest step of a logarithm.
 const LONGEST: f64 = 1.5;
 
 /// A point of the search.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Point {
     pub coordinates: Vec<f64>,
     pub prediction: Prediction,
@@ -35,6 +40,23 @@ pub(super) struct Point {
     pub cost: f64,
     /// Whether the slopes with respect to the parameters are those here, not carried along from another point.
     pub is_sloped: bool,
+}
+
+/// The time steps in which logs are run on the way, longer than those at its end: where they were found, and what shorter ones change
+/// there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Stride {
+    coordinates: Vec<f64>,
+    steps: Steps,
+    /// K, of each reading; nothing where all runs are as accurate.
+    share: Vec<f64>,
+}
+
+impl Stride {
+    /// Predictions less what shorter steps change.
+    fn coarse(&self, values: &[f64]) -> Vec<f64> {
+        values.iter().enumerate().map(|(i, v)| v - self.share.get(i).unwrap_or(&0.0)).collect()
+    }
 }
 
 /// The search of one problem, with its cost so far.
@@ -50,6 +72,7 @@ pub(super) struct Search<'a> {
     pub tolerance: f64,
     /// Where a log's derivatives with respect to the conditions were found last, and these.
     sloped: Option<(Vec<f64>, Vec<Vec<f64>>)>,
+    pub stride: Stride,
     progress: &'a dyn Progress,
 }
 
@@ -57,7 +80,8 @@ impl<'a> Search<'a> {
     pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
         let readings = whiten::readings(&problem.data);
         let mesh = MeshShare::none(readings.len());
-        Self { problem, readings, mesh, evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, sloped: None, progress }
+        let stride = Stride::default();
+        Self { problem, readings, mesh, evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, sloped: None, stride, progress }
     }
 
     /// The same beside what the mesh makes of predictions.
@@ -77,7 +101,8 @@ impl<'a> Search<'a> {
     /// # Errors
     /// As [`MeshShare::of`].
     pub fn continue_from(&mut self, at: &Point) -> Result<bool> {
-        let share = self.problem.mesh_share(&self.values(&at.coordinates), &at.prediction.values)?;
+        let own = self.stride.coarse(&at.prediction.values);
+        let share = self.problem.mesh_share(&self.values(&at.coordinates), &own, self.pace(&at.coordinates))?;
         self.correct(share);
         Ok(!self.mesh.is_none())
     }
@@ -102,17 +127,44 @@ impl<'a> Search<'a> {
             self.problem.free.iter().zip(coordinates.iter().zip(near)).all(of)
         };
         let known = self.sloped.as_ref().filter(|(near, _)| is_alike(near)).map(|(_, conditions)| conditions.clone());
-        let prediction = if let Some(conditions) = known {
-            Prediction { conditions, ..self.problem.predict_free(&values, true, TIME_TOLERANCE)? }
+        let mut prediction = if self.has_strides() {
+            let rough = Pace::own(ON_THE_WAY * TIME_TOLERANCE);
+            let (fine, found) = rayon::join(
+                || self.problem.predict_free(&values, false, Pace::own(TIME_TOLERANCE)),
+                || self.problem.predict_some(&values, (true, known.is_none()), rough),
+            );
+            let (fine, (found, steps)) = (fine?.values, found?);
+            let share = fine.iter().zip(&found.values).map(|(f, c)| f - c).collect();
+            self.stride = Stride { coordinates: coordinates.clone(), steps, share };
+            Prediction { values: fine, ..found }
         } else {
-            let found = self.problem.predict(&values)?;
-            self.sloped = self.problem.data.is_transient().then(|| (coordinates.clone(), found.conditions.clone()));
-            found
+            self.problem.predict_some(&values, (true, known.is_none()), Pace::own(TIME_TOLERANCE))?.0
         };
+        match known {
+            Some(conditions) => prediction.conditions = conditions,
+            None if self.problem.data.is_transient() => self.sloped = Some((coordinates.clone(), prediction.conditions.clone())),
+            None => {}
+        }
         self.evaluations += 1;
         let whitener = self.stated(&prediction);
         let cost = self.cost(&coordinates, &prediction, &whitener);
         Ok((Point { coordinates, prediction, cost, is_sloped: true }, whitener))
+    }
+
+    /// Whether logs are run in longer time steps on the way: where a run is one of cells.
+    fn has_strides(&self) -> bool {
+        self.problem.data.is_transient() && self.problem.study.model.mesh.cells > 0
+    }
+
+    /// How logs are run on the way: in the same steps as near by, if there are any.
+    fn pace(&self, coordinates: &[f64]) -> Pace<'_> {
+        if !self.has_strides() {
+            return Pace::own(self.tolerance);
+        }
+        let Stride { coordinates: known, steps, .. } = &self.stride;
+        let is_near = |(free, (a, b)): (&Free, (&f64, &f64))| (a - b).abs() <= IN_STEP * free.size(free.value(*b));
+        let is_near = known.len() == coordinates.len() && self.problem.free.iter().zip(coordinates.iter().zip(known)).all(is_near);
+        Pace { tolerance: ON_THE_WAY * TIME_TOLERANCE, steps: is_near.then_some(steps) }
     }
 
     /// A point under a covariance that is known.
@@ -122,7 +174,8 @@ impl<'a> Search<'a> {
     }
 
     fn predicted(&mut self, coordinates: Vec<f64>, is_sloped: bool, whitener: &Whitener) -> Result<Point> {
-        let prediction = self.problem.predict_free(&self.values(&coordinates), is_sloped, self.tolerance)?;
+        let mut prediction = self.problem.predict_free(&self.values(&coordinates), is_sloped, self.pace(&coordinates))?;
+        prediction.values.iter_mut().zip(&self.stride.share).for_each(|(v, s)| *v += s);
         self.evaluations += 1;
         let cost = self.cost(&coordinates, &prediction, whitener);
         self.progress.at(&format!("prediction {}: misfit {cost:.2}", self.evaluations));
@@ -131,7 +184,7 @@ impl<'a> Search<'a> {
 
     /// A point a step away. A log is run once, and the slopes are those before, mended by what the step has shown (Broyden, Mathematics
     /// of Computation 19 (1965) 577), each coordinate in units of its standard deviation.
-    fn after(&mut self, here: &Point, to: Vec<f64>, matrix: &DMatrix<f64>, whitener: &Whitener) -> Result<Point> {
+    pub fn after(&mut self, here: &Point, to: Vec<f64>, matrix: &DMatrix<f64>, whitener: &Whitener) -> Result<Point> {
         if !self.problem.data.is_transient() {
             return self.point(to, whitener);
         }
@@ -206,7 +259,7 @@ impl<'a> Search<'a> {
     }
 
     /// The curvature at a point and the direction down from it, priors included.
-    fn normal(&self, at: &Point, whitener: &Whitener) -> (DMatrix<f64>, DVector<f64>) {
+    pub fn normal(&self, at: &Point, whitener: &Whitener) -> (DMatrix<f64>, DVector<f64>) {
         let jacobian = self.jacobian(at, whitener);
         let residual = DVector::from_vec(self.residual(&at.prediction, whitener));
         let (mut matrix, mut right) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);

@@ -238,6 +238,10 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
     if options.only_outputs {
         transient = transient.in_strides();
     }
+    if options.only_temperatures {
+        transient = transient.across_corners();
+    }
+    transient = transient.in_steps(options.steps.clone());
     let checkpoint = options.checkpoint.as_ref().map(|path| (path, Identity::new(model, schedule, options)));
     let known = match &checkpoint {
         Some((path, identity)) if options.resume && path.exists() => Some(checkpoint::read(path, identity, &model.network, stops.len())?),
@@ -246,6 +250,9 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
     let resumed_at = known.as_ref().map(|(state, _)| state.time);
     let read = |state: &TransientState, load: &Load| -> Vec<f64> {
         model.network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect()
+    };
+    let metered = |load: &Load, state: &TransientState| {
+        if options.only_temperatures { Ok(Vec::new()) } else { heat_flows_at(&model.network, load, state) }
     };
     let (mut state, mut progress) = match known {
         Some(known) => known,
@@ -265,14 +272,18 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
                 }
             }
             state.time = schedule.start();
-            let last = load_of(&schedule.last_condition(), schedule.end())?;
-            let steady = transient.from_steady(&last).map(|s| read(&s, &last)).map_err(|e| e.what().to_string());
+            let steady = if options.only_temperatures {
+                Err("was not asked for".to_string())
+            } else {
+                let last = load_of(&schedule.last_condition(), schedule.end())?;
+                transient.from_steady(&last).map(|s| read(&s, &last)).map_err(|e| e.what().to_string())
+            };
             let readings = read(&state, &first);
             let mut settling = Settling::new(options.within, model.network.sensors.len());
             settling.see(state.time, &readings, steady.as_deref().ok());
             let mut passing = Passing::new(&options.watched);
             passing.see(state.time, &readings);
-            let heat_flows = vec![heat_flows_at(&model.network, &first, &state)?];
+            let heat_flows = vec![metered(&first, &state)?];
             (state, Progress { readings: vec![readings], heat_flows, steady, settling, passing })
         }
     };
@@ -289,6 +300,10 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
             seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time), load: &begun });
             progress.passing.see(state.time, &read(&state, &begun));
             transient.advance(&mut state, stop.time, &load, &mut |state, load| {
+                if options.only_temperatures {
+                    seen(&Seen { state, condition: &schedule.condition(segment, state.time), load });
+                    return Ok(());
+                }
                 let readings = read(state, load);
                 progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
                 progress.passing.see(state.time, &readings);
@@ -298,7 +313,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         }
         let load = load_of(&condition_at(schedule, stop), stop.time)?;
         let readings = read(&state, &load);
-        progress.heat_flows.push(heat_flows_at(&model.network, &load, &state)?);
+        progress.heat_flows.push(metered(&load, &state)?);
         progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
         progress.readings.push(readings);
         // At stops alone: there the solver begins anew in any case, so that a run taken up again takes the same steps.

@@ -23,6 +23,11 @@ pub struct SimulateOptions {
     /// Only what is read at the outputs counts, not when something settles or passes between them: what can be solved exactly from
     /// one to the next is.
     pub only_outputs: bool,
+    /// Temperatures at the outputs alone are wanted, of a run that no checkpoint interrupts: steps go on across rows at which no
+    /// condition jumps, and neither a steady state at the end nor what settles, boils or flows through meters is looked for.
+    pub only_temperatures: bool,
+    /// Ends of the time steps to take, s, ascending; none: the tolerance decides.
+    pub steps: Vec<f64>,
     /// Temperatures of sensors' places that are waited for.
     pub watched: Vec<Watch>,
     /// A sensor has settled when it stays this near to its steady reading, K.
@@ -44,6 +49,8 @@ impl Default for SimulateOptions {
             tolerance: 0.01,
             balance: BALANCE,
             only_outputs: false,
+            only_temperatures: false,
+            steps: Vec::new(),
             watched: Vec::new(),
             within: 0.5,
             checkpoint: None,

@@ -2,12 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::BALANCE;
 use super::stage::{MOST_NEWTON, Stage};
 use crate::discretise::network::{ContactFactors, JointState, Load, Network};
 use crate::error::{Error, Result, Stop};
 use crate::physics::radiation::SIGMA;
 
+/// The share of the heat that passes through which a stage may leave open: Newton's method converges far below it.
+const BALANCE: f64 = 1e-10;
 /// Nodes up to which a dense matrix is faster than a hierarchy.
 const MOST_NODES: usize = 40;
 

@@ -6,6 +6,7 @@
 //! stage the water moves as parcels along walls held at the stage's own mean ([`water`]); the heat it brings
 //! counts as one integral. Where nothing changes any more this is the steady state's law.
 
+mod before;
 mod lumped;
 mod modes;
 pub mod parcels;
@@ -13,15 +14,16 @@ mod settle;
 mod stage;
 pub mod water;
 
-use super::balance::balance;
+use super::balance::{Balance, balance};
 use super::steady::Solver;
 use super::system::System;
 use crate::discretise::network::{Load, Network, Stream, StreamState};
 use crate::error::{Error, Result, Stop};
+use before::Before;
 use lumped::Lumped;
 use modes::Modes;
 use parcels::{Parcel, Parcels};
-use stage::Stage;
+use stage::{Solved, Stage};
 pub(crate) use stage::{inflows, streams_of};
 
 /// Where the first stage ends, as a share of the step: 2 - sqrt 2.
@@ -38,7 +40,11 @@ const MOST_REJECTIONS: usize = 60;
 /// No step is tried again shorter than this, s: where heat is drawn from a node that has none left no step leads on.
 const SHORTEST: f64 = 1e-9;
 
-/// The share of the heat that a step leaves open, unless said otherwise.
+/// A step that is given ends no sooner than this share of what is left.
+const SAME_TIME: f64 = 1e-9;
+
+/// The share of the heat that a step leaves open, unless said otherwise: so little that a run that was taken up again, with another
+/// preconditioner, comes to the same temperatures within 1e-9 K.
 pub const BALANCE: f64 = 1e-10;
 
 /// How accurately to integrate.
@@ -112,6 +118,10 @@ pub struct Transient<'a> {
     lumped: Option<Lumped>,
     /// Where states between are not asked for, the modes of a linear network.
     strides: Strides,
+    /// Whether slopes go on across corners at which no condition jumps.
+    goes_on: bool,
+    /// The ends of the steps that are to be taken, s, whatever their error; none where it decides.
+    given: Vec<f64>,
     before: Option<Before>,
 }
 
@@ -125,17 +135,6 @@ enum Strides {
     Known(Box<Modes>),
 }
 
-/// The step before: what the error is estimated from.
-#[derive(Debug)]
-struct Before {
-    /// Temperatures at its beginning, K.
-    temperatures: Vec<f64>,
-    /// Its length, s.
-    length: f64,
-    /// Heat that passed at its end.
-    passing: Passing,
-}
-
 /// Heat that enters and leaves the solids and what they touch but water, W.
 #[derive(Debug, Clone, Copy)]
 struct Passing {
@@ -145,7 +144,10 @@ struct Passing {
 
 impl Passing {
     fn at(network: &Network, load: &Load, temperatures: &[f64]) -> Self {
-        let found = balance(network, load, &[], temperatures);
+        Self::of(&balance(network, load, &[], temperatures))
+    }
+
+    fn of(found: &Balance) -> Self {
         Self { entering: found.in_watts, leaving: found.out_watts }
     }
 }
@@ -163,7 +165,25 @@ impl<'a> Transient<'a> {
             return Err(Error::input("the longest step must be positive").at_key("longest").read(settings.longest));
         }
         let lumped = Lumped::of(network);
-        Ok(Self { network, system: System::new(network), settings, preconditioner: None, lumped, strides: Strides::No, before: None })
+        let system = System::new(network);
+        let (strides, given) = (Strides::No, Vec::new());
+        Ok(Self { network, system, settings, preconditioner: None, lumped, strides, goes_on: false, given, before: None })
+    }
+
+    /// The same where [`Transient::advance`] goes on as the one before ended, as long as no condition jumps between them: at a corner,
+    /// slopes of before tell nearly all of those after. What is taken up from a saved state takes other steps then.
+    #[must_use]
+    pub fn across_corners(mut self) -> Self {
+        self.goes_on = true;
+        self
+    }
+
+    /// The same in steps that end at given times, s, ascending, whatever their error: two machines that differ by little are compared
+    /// best in the same ones. A step that cannot be solved is halved; past the last time the error decides again.
+    #[must_use]
+    pub fn in_steps(mut self, ends: Vec<f64>) -> Self {
+        self.given = ends;
+        self
     }
 
     /// The same where states between the ends of [`Transient::advance`] are of no interest: a linear network of few nodes takes a
@@ -229,22 +249,26 @@ impl<'a> Transient<'a> {
         load: &dyn Fn(f64) -> Result<Load>,
         seen: &mut dyn FnMut(&TransientState, &Load) -> Result<()>,
     ) -> Result<()> {
-        // Whatever changed at a corner of the schedule, slopes of before tell nothing of those after.
-        self.before = None;
         let mut now = load(state.time)?;
+        // Whatever changed at a corner of the schedule, slopes of before tell nothing of those after.
+        self.before = self.before.take().filter(|before| self.goes_on && before.ended_at(state.time, &now));
         if let Some(end) = self.stride(state, until, &now, load)? {
             return seen(state, &end);
         }
-        self.settle(state, &now)?;
+        if self.before.is_none() {
+            self.settle(state, &now)?;
+        }
         let mut step = if state.step > 0.0 { state.step } else { self.first_step(state, &now) };
         let mut rejections = 0;
         while state.time < until {
             let left = until - state.time;
+            let given = self.given_step(state.time, until).filter(|_| rejections == 0);
+            step = given.unwrap_or(step);
             let is_last = step >= left * (1.0 - 1e-9);
             // Two even steps rather than a long one and a sliver.
             let h = if is_last {
                 left
-            } else if step > 0.5 * left {
+            } else if step > 0.5 * left && given.is_none() {
                 0.5 * left
             } else {
                 step
@@ -261,7 +285,7 @@ impl<'a> Transient<'a> {
                 }
             };
             let growth = 0.9 * (self.settings.tolerance / error.max(1e-300)).cbrt();
-            if error > self.settings.tolerance {
+            if error > self.settings.tolerance && given.is_none() {
                 rejections += 1;
                 state.rejected += 1;
                 if rejections >= MOST_REJECTIONS || h < SHORTEST {
@@ -276,8 +300,16 @@ impl<'a> Transient<'a> {
             }
             rejections = 0;
             let temperatures = std::mem::replace(&mut state.temperatures, next.temperatures);
-            self.before = Some(Before { temperatures, length: h, passing: next.passing });
             state.time = if is_last { until } else { state.time + h };
+            self.before = Some(Before {
+                temperatures,
+                between: next.between,
+                length: h,
+                time: state.time,
+                variables: next.load.variables.clone(),
+                flow: next.flow,
+                passing: next.passing,
+            });
             state.water = next.water;
             state.energy = next.energy;
             state.steps += 1;
@@ -323,6 +355,12 @@ impl<'a> Transient<'a> {
         Ok(Some(end))
     }
 
+    /// The length of the step that is given from a time on, s, not beyond `until`.
+    fn given_step(&self, time: f64, until: f64) -> Option<f64> {
+        let next = self.given.partition_point(|end| *end <= time + SAME_TIME * (until - time));
+        self.given.get(next).map(|end| end.min(until) - time)
+    }
+
     /// A step in which nothing moves by more than a few tolerances.
     fn first_step(&mut self, state: &TransientState, load: &Load) -> f64 {
         let flow = self.solid_flow(load, &state.temperatures);
@@ -348,7 +386,10 @@ impl<'a> Transient<'a> {
         let halfway =
             if network.streams.is_empty() { None } else { Some((load(state.time + 0.5 * GAMMA * h)?, load(state.time + 0.5 * h)?)) };
         let (early, middle) = halfway.as_ref().map_or((&between, &end), |(early, middle)| (early, middle));
-        let begin = self.solid_flow(now, &state.temperatures);
+        let (begin, passing) = match &self.before {
+            Some(before) => (before.flow.clone(), before.passing),
+            None => (self.solid_flow(now, &state.temperatures), Passing::at(network, now, &state.temperatures)),
+        };
 
         let first = Stage {
             duration: GAMMA * h,
@@ -360,8 +401,7 @@ impl<'a> Transient<'a> {
             load: &between,
         };
         let guess = self.extrapolated(state, GAMMA * h);
-        let (at_between, _) = self.solve(&first, state, &guess)?;
-        let flow = self.solid_flow(&between, &at_between);
+        let Solved { temperatures: at_between, flow, passing: passing_between, .. } = self.solve(&first, state, &guess)?;
         let second = Stage {
             duration: h,
             own: OWN * h,
@@ -371,19 +411,17 @@ impl<'a> Transient<'a> {
             middle,
             load: &end,
         };
-        let guess: Vec<f64> = state.temperatures.iter().zip(&at_between).map(|(a, b)| (a + (b - a) / GAMMA).max(0.5 * b)).collect();
-        let (temperatures, water) = self.solve(&second, state, &guess)?;
+        let guess = self.continued(state, h, &at_between);
+        let Solved { temperatures, water, flow, passing: last } = self.solve(&second, state, &guess)?;
 
         let error = self.local_error(state, h, &at_between, &temperatures);
         let mut energy = state.energy;
-        let first = self.before.as_ref().map_or_else(|| Passing::at(network, now, &state.temperatures), |before| before.passing);
-        let last = Passing::at(network, &end, &temperatures);
-        for (weight, passing) in [(EARLIER, first), (EARLIER, Passing::at(network, &between, &at_between)), (OWN, last)] {
+        for (weight, passing) in [(EARLIER, passing), (EARLIER, passing_between), (OWN, last)] {
             energy.add(weight * h * passing.entering, weight * h * passing.leaving);
         }
         energy.add(water.brought.max(0.0) + water.dissipated, (-water.brought).max(0.0));
         energy.stored += water.stored + self.stored(&state.temperatures, &temperatures);
-        Ok((Taken { temperatures, water: water.parcels, energy, load: end, passing: last }, error))
+        Ok((Taken { temperatures, between: at_between, water: water.parcels, energy, load: end, flow, passing: last }, error))
     }
 
     /// More heat in the solids than before, J.
@@ -391,37 +429,6 @@ impl<'a> Transient<'a> {
         let more = |i: usize| self.network.enthalpy(i, after[i]) - self.network.enthalpy(i, before[i]);
         let held: f64 = self.network.fixed.iter().map(|(node, _)| more(*node as usize)).sum();
         (0..self.network.solids).map(more).sum::<f64>() - held
-    }
-
-    /// Temperatures a time `h` ahead, continuing the last step.
-    fn extrapolated(&self, state: &TransientState, h: f64) -> Vec<f64> {
-        match &self.before {
-            Some(Before { temperatures, length, .. }) => {
-                state.temperatures.iter().zip(temperatures).map(|(t, b)| t + (t - b) * (h / length).min(1.0)).collect()
-            }
-            None => state.temperatures.clone(),
-        }
-    }
-
-    /// Largest local error of the step at any node that stores heat, K, from the third divided difference of its
-    /// temperatures, or on the first step, where only three are known, from a tenth of the second.
-    fn local_error(&self, state: &TransientState, h: f64, between: &[f64], after: &[f64]) -> f64 {
-        let (a, b) = (GAMMA * h, h);
-        let second = |i: usize| {
-            let (d1, d2) = ((between[i] - state.temperatures[i]) / a, (after[i] - between[i]) / (b - a));
-            (d2 - d1) / b
-        };
-        let of_node = |i: usize| match &self.before {
-            Some(Before { temperatures, length: last, .. }) => {
-                let d0 = (state.temperatures[i] - temperatures[i]) / last;
-                let d1 = (between[i] - state.temperatures[i]) / a;
-                let third = (second(i) - (d1 - d0) / (a + last)) / (b + last);
-                LOCAL_ERROR * 6.0 * h * h * h * third.abs()
-            }
-            None => 0.1 * h * h * second(i).abs(),
-        };
-        let stores = |i: &usize| self.network.capacity[*i] > 0.0;
-        (0..self.network.solids).filter(stores).map(of_node).fold(0.0, f64::max)
     }
 }
 
@@ -454,9 +461,12 @@ fn area(stream: &Stream) -> f64 {
 /// A step that was taken.
 struct Taken {
     temperatures: Vec<f64>,
+    /// The same where the first stage ended.
+    between: Vec<f64>,
     water: Vec<Parcels>,
     energy: Energy,
-    /// The condition at its end, and the heat that passes there.
+    /// The condition at its end, the heat into each solid (W) and what passes there.
     load: Load,
+    flow: Vec<f64>,
     passing: Passing,
 }

@@ -1,18 +1,24 @@
 //! One implicit stage: enthalpies, heat flows at its end and the heat water brought over it, in balance.
 
-use super::super::balance::balance;
+use super::super::balance::balance_with;
 use super::super::csr::for_chunks;
 use super::super::jacobian::Jacobian;
 use super::super::krylov::{Operator, Outcome, Scratch, gmres};
 use super::super::multigrid::{Multigrid, Workspace};
-use super::super::system::System;
+use super::super::system::{System, surface_states};
 use super::parcels::{Flow, Parcel, Parcels, Share, mixed};
 use super::water::{Carried, Passage};
-use super::{Transient, TransientState};
+use super::{Passing, Transient, TransientState};
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
 
-const LINEAR_TOLERANCE: f64 = 1e-4;
+/// Share of the residual that a linear solve may leave: so little that a stage without laws of its own temperature is done with it,
+/// and between what single precision carries and what Newton's method can use.
+const LINEAR: f64 = 0.3;
+const FINEST_LINEAR: f64 = 1e-5;
+const COARSEST_LINEAR: f64 = 1e-4;
+/// Derivatives of a stage serve as long as each Newton step with them leaves no more than this share.
+const SLOW: f64 = 1e-2;
 /// Newton steps up to which the heat that passes through is counted anew, and the share of it below which rounding may be what is left.
 const SCALED: usize = 1;
 const NEARLY: f64 = 1e-6;
@@ -173,6 +179,17 @@ struct Cold {
     inflows: Vec<Flow>,
 }
 
+/// What a stage came to.
+pub(super) struct Solved {
+    /// K, of every node.
+    pub temperatures: Vec<f64>,
+    pub water: Water,
+    /// Heat into each solid at its end, W.
+    pub flow: Vec<f64>,
+    /// Heat that passes there.
+    pub passing: Passing,
+}
+
 /// The linearised stage: solids by their Jacobian, water by carrying a change of the walls along.
 struct Linear<'n> {
     jacobian: Jacobian<'n>,
@@ -209,10 +226,13 @@ impl Transient<'_> {
     }
 
     /// Solves a stage of a step from `state`, from a first guess (K).
-    pub(super) fn solve(&mut self, stage: &Stage<'_>, state: &TransientState, guess: &[f64]) -> Result<(Vec<f64>, Water)> {
+    pub(super) fn solve(&mut self, stage: &Stage<'_>, state: &TransientState, guess: &[f64]) -> Result<Solved> {
         let network = self.network;
         if let Some(lumped) = &mut self.lumped {
-            return Ok((lumped.solve(network, stage, (&state.temperatures, state.time), guess)?, Water::default()));
+            let temperatures = lumped.solve(network, stage, (&state.temperatures, state.time), guess)?;
+            let flow = lumped.flow(network, stage.load, &temperatures);
+            let passing = Passing::at(network, stage.load, &temperatures);
+            return Ok(Solved { temperatures, water: Water::default(), flow, passing });
         }
         let (solids, rate) = (network.solids, 1.0 / stage.own);
         let mut temperatures = guess.to_vec();
@@ -250,10 +270,13 @@ impl Transient<'_> {
 
         let mut step = vec![0.0; network.nodes];
         let (mut last, mut through) = (f64::INFINITY, 0.0);
+        let mut linear: Option<Linear<'_>> = None;
         for newton in 0..=MOST_NEWTON {
             let wall = |n: usize| effective(n, temperatures[n]);
             let carried = streams.carry(&wall, &water, &inflows);
-            let mut residual = self.system.residual(network, stage.load, &[], &temperatures);
+            let surfaces = surface_states(network, stage.load, &temperatures);
+            let mut residual = self.system.residual_with(network, stage.load, &[], &temperatures, &surfaces);
+            let flow: Vec<f64> = residual[..solids].iter().map(|r| -r).collect();
             let mut magnitude = 0.0;
             for i in 0..solids {
                 if network.capacity[i] > 0.0 {
@@ -276,12 +299,14 @@ impl Transient<'_> {
             if !imbalance.is_finite() {
                 return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite at {:.6} s", state.time)));
             }
+            let passing = || Passing::of(&balance_with(network, stage.load, &[], &temperatures, &surfaces));
             // A scale: after the first step it hardly changes.
-            if newton <= SCALED {
-                let passing = balance(network, stage.load, &[], &temperatures);
-                through = passing.in_watts.max(passing.out_watts) + from_water * rate;
+            let known = (newton <= SCALED).then(passing);
+            if let Some(Passing { entering, leaving }) = known {
+                through = entering.max(leaving) + from_water * rate;
             }
-            let rounding = if newton > SCALED || imbalance <= NEARLY * through {
+            let is_balanced = imbalance <= self.settings.balance * through;
+            let rounding = if !is_balanced && (newton > SCALED || imbalance <= NEARLY * through) {
                 // Water gives its heat by differences of temperatures that are rounded as a whole.
                 let films: f64 =
                     states.iter().flat_map(|s| &s.conductance).sum::<f64>() * temperatures.iter().fold(0.0f64, |m, t| m.max(*t));
@@ -292,11 +317,13 @@ impl Transient<'_> {
             };
             // Rounding is a bound that is seldom reached: as long as a step still helps, another is taken.
             let is_spent = imbalance <= rounding && imbalance > 0.3 * last;
+            let is_slow = imbalance > SLOW * last;
             last = imbalance;
-            if imbalance <= self.settings.balance * through || is_spent {
+            if is_balanced || is_spent {
                 self.preconditioner = Some(preconditioner);
+                let passing = known.unwrap_or_else(passing);
                 streams.place(&mut temperatures, &carried);
-                return Ok((temperatures, gathered(&streams, &water, &inflows, carried)));
+                return Ok(Solved { temperatures, water: gathered(&streams, &water, &inflows, carried), flow, passing });
             }
             if newton == MOST_NEWTON {
                 return Err(Error::stopped(
@@ -307,13 +334,17 @@ impl Transient<'_> {
                     ),
                 ));
             }
-            let mut jacobian = self.system.jacobian(network, stage.load, &still, &temperatures);
-            let mut capacity: Vec<f64> = (0..solids).map(|i| rate * network.capacity_at(i, temperatures[i])).collect();
-            network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
-            jacobian.add_diagonal(capacity.into_iter());
-            let linear = Linear { jacobian, calm: &calm, cold: &cold, rate, own: stage.effective.0, solids };
+            if is_slow || linear.is_none() {
+                let mut jacobian = self.system.jacobian_with(network, stage.load, &still, &temperatures, &surfaces);
+                let mut capacity: Vec<f64> = (0..solids).map(|i| rate * network.capacity_at(i, temperatures[i])).collect();
+                network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
+                jacobian.add_diagonal(capacity.into_iter());
+                linear = Some(Linear { jacobian, calm: &calm, cold: &cold, rate, own: stage.effective.0, solids });
+            }
+            let Some(linear) = &linear else { break };
             residual.iter_mut().for_each(|r| *r = -*r);
-            let outcome = preconditioner.solve(&linear, &residual, &mut step, LINEAR_TOLERANCE);
+            let tolerance = (LINEAR * self.settings.balance * through / imbalance).clamp(FINEST_LINEAR, COARSEST_LINEAR);
+            let outcome = preconditioner.solve(linear, &residual, &mut step, tolerance);
             if outcome.is_useless() {
                 return Err(Error::stopped(
                     Stop::LinearSolver,

@@ -13,6 +13,8 @@ use crate::discretise::network::stream::Stream;
 
 /// Parcels of one stream never become more than this many per station.
 const MOST_PER_STATION: usize = 4;
+/// Distances below this share of what water there is and what moves are rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// A stream during an interval of constant flow.
 #[derive(Debug, Clone)]
@@ -157,7 +159,10 @@ impl Passage {
         let other = (!known.is_of(&elements)).then(|| self.planned(&elements, moved));
         // Pieces of one parcel join again as long as they stay smaller than a station.
         let (mut joined, mut of): (Option<Parcel>, usize) = (None, 0);
-        for Piece { parcel, start, end, ways } in &other.as_ref().unwrap_or(known).pieces {
+        let pieces = &other.as_ref().unwrap_or(known).pieces;
+        // Where one piece of a parcel ends and the next begins both take one way, which is followed once for the halves of both.
+        let mut arrived: Option<f64> = None;
+        for (i, Piece { parcel, start, end, ways }) in pieces.iter().enumerate() {
             if *parcel != of {
                 kept.extend(joined.take());
                 of = *parcel;
@@ -168,8 +173,14 @@ impl Passage {
             let after = match ways {
                 Some([upstream, downstream]) => {
                     let half = 0.5 * piece.volume;
-                    let first = self.follow(upstream, piece.upstream, half, wall, &mut found, &mut through);
-                    let last = self.follow(downstream, piece.downstream, half, wall, &mut found, &mut through);
+                    let first = match arrived.take() {
+                        Some(first) => first,
+                        None => self.follow(upstream, piece.upstream, half, wall, &mut found, &mut through),
+                    };
+                    let next = pieces.get(i + 1).filter(|next| next.parcel == *parcel);
+                    let both = half + next.map_or(0.0, |next| 0.5 * (next.end - next.start));
+                    let last = self.follow(downstream, piece.downstream, both, wall, &mut found, &mut through);
+                    arrived = next.map(|_| last);
                     Parcel { upstream: first, downstream: last, ..piece }
                 }
                 None => self.at_rest(*start, piece, wall, &mut found),
@@ -200,14 +211,18 @@ impl Passage {
     fn planned(&self, elements: &[(f64, Parcel)], moved: f64) -> Plan {
         let mut pieces = Vec::with_capacity(elements.len() + 2 * self.capacity.len());
         let mut last: Option<(f64, Way)> = None;
+        let mut near = Nearest::default();
+        let tiny = ROUNDING * (self.content() + moved);
         for (parcel, (from, whole)) in elements.iter().enumerate() {
             let (mut start, to) = (*from, from + whole.volume);
             while start < to {
-                let end = self.next_cut(start, moved).min(to);
+                let cut = self.next_cut(start, moved, &mut near);
+                // No slivers: whether there is one would be a matter of rounding, and each counts as a parcel.
+                let end = if cut < to - tiny { cut } else { to };
                 // Where one piece ends the next one begins: both take the same way.
                 let ways = (self.rate > 0.0).then(|| {
-                    let upstream = last.take().filter(|(at, _)| *at == start).map_or_else(|| self.way(start, moved), |(_, way)| way);
-                    [upstream, self.way(end, moved)]
+                    let upstream = last.take().filter(|(at, _)| *at == start).map(|(_, way)| way);
+                    [upstream.unwrap_or_else(|| self.way(start, moved, &mut near)), self.way(end, moved, &mut near)]
                 });
                 last = ways.map(|[_, downstream]| (end, downstream));
                 pieces.push(Piece { parcel, start, end, ways });
@@ -230,28 +245,27 @@ impl Passage {
     }
 
     /// The next place downstream of `start` where a piece must end: a station's end, or what reaches one.
-    fn next_cut(&self, start: f64, moved: f64) -> f64 {
+    fn next_cut(&self, start: f64, moved: f64, near: &mut Nearest) -> f64 {
         let content = self.content();
-        // Distances below this are rounding of the longest of them.
-        let tiny = 1e-12 * (content + moved);
+        let tiny = ROUNDING * (content + moved);
         // Water that passes all stations within the interval sees the same wherever it starts.
-        let after = |x: f64| {
+        let after = |x: f64, near: &mut usize| {
             if x < -tiny {
                 return 0.0;
             }
-            let i = self.ends.partition_point(|e| *e <= x + tiny);
+            let i = passed(&self.ends, x + tiny, near);
             self.ends.get(i).copied().unwrap_or(f64::INFINITY)
         };
         let arrival = start + moved;
-        let by_end = if arrival < content - tiny { after(arrival) - moved } else { f64::INFINITY };
-        after(start).min(by_end).max(start + tiny)
+        let by_end = if arrival < content - tiny { after(arrival, &mut near.end) - moved } else { f64::INFINITY };
+        after(start, &mut near.start).min(by_end).max(start + tiny)
     }
 
     /// The way of what stands at `start` over the distance `moved`.
-    fn way(&self, start: f64, moved: f64) -> Way {
+    fn way(&self, start: f64, moved: f64, near: &mut Nearest) -> Way {
         let content = self.content();
         let (at, to) = (start.max(0.0), (start + moved).min(content));
-        let first = self.ends.partition_point(|e| *e <= at);
+        let first = passed(&self.ends, at, &mut near.start);
         if first == self.ends.len() {
             return Way { begin: None, from: first, until: first, passed: 1.0, end: None };
         }
@@ -263,7 +277,7 @@ impl Passage {
         let is_whole = to >= self.ends[first] && self.ends[first] - at > (1.0 - 1e-12) * self.capacity[first];
         let begin = (!is_whole).then(|| part(first, at, self.ends[first].min(to)));
         let from = if is_whole { first } else { first + 1 };
-        let until = from + self.ends[from..].partition_point(|e| *e <= to);
+        let until = passed(&self.ends, to, &mut near.end).max(from);
         let passed = if until > from { (self.units[from] - self.units[until]).exp() } else { 1.0 };
         let end = match self.ends.get(until) {
             Some(end) if until > first && to > end - self.capacity[until] => {
@@ -333,6 +347,24 @@ impl Passage {
         }
         found
     }
+}
+
+/// The stations in which the last place looked for began and ended: the next one lies near.
+#[derive(Debug, Default)]
+struct Nearest {
+    start: usize,
+    end: usize,
+}
+
+/// How many of ascending ends do not lie behind `x`, looked for from where the last one was found.
+fn passed(ends: &[f64], x: f64, near: &mut usize) -> usize {
+    while *near > 0 && ends[*near - 1] > x {
+        *near -= 1;
+    }
+    while ends.get(*near).is_some_and(|end| *end <= x) {
+        *near += 1;
+    }
+    *near
 }
 
 /// A stretch of a way within one station: for how long (s), and the share of the difference to the wall that is left behind it.
