@@ -7,6 +7,8 @@
 //! nothing: on data that the stated noise explains it stays nothing, and a stated noise that is too small raises it instead of
 //! refuting every explanation.
 
+use faer::linalg::solvers::Solve;
+use faer::{Mat, Side};
 use nalgebra::{DMatrix, DVector};
 
 use crate::describe::machine::Machine;
@@ -349,11 +351,11 @@ impl Products {
         scale.extend(vec![level.numbers; numbers]);
         let on: Vec<usize> = (0..scale.len()).filter(|k| scale[*k] > 0.0).collect();
         let at = |i: usize, j: usize| scale[on[i]] * scale[on[j]] * self.gram[(on[i], on[j])] + f64::from(u8::from(i == j));
-        let matrix = DMatrix::from_fn(on.len(), on.len(), at);
-        let right = DVector::from_iterator(on.len(), on.iter().map(|k| scale[*k] * self.along[*k]));
-        let Some(factor) = matrix.cholesky() else { return f64::INFINITY };
-        let determinant: f64 = factor.l_dirty().diagonal().iter().map(|d| 2.0 * d.ln()).sum();
-        self.square - right.dot(&factor.solve(&right)) + self.log_determinant + determinant
+        let right = Mat::from_fn(on.len(), 1, |i, _| scale[on[i]] * self.along[on[i]]);
+        let Ok(factor) = Mat::from_fn(on.len(), on.len(), at).llt(Side::Lower) else { return f64::INFINITY };
+        let determinant: f64 = (0..on.len()).map(|k| 2.0 * factor.L()[(k, k)].ln()).sum();
+        let taken = (right.transpose() * factor.solve(&right))[(0, 0)];
+        self.square - taken + self.log_determinant + determinant
     }
 }
 

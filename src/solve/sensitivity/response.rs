@@ -6,7 +6,9 @@
 //! machine answers *every* f as the whole one does (Grimme, Krylov projection methods for model reduction, 1997), so that any number
 //! of candidates is followed for the cost of a few dozen linear solves. Energy is projected with itself: what decays goes on decaying.
 
-use nalgebra::{DMatrix, DMatrixView, DVector, Dyn, LU, SymmetricEigen};
+use faer::linalg::solvers::{PartialPivLu, Solve};
+use faer::{MatMut, MatRef};
+use nalgebra::{DMatrix, DMatrixView, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::point::Derivatives;
@@ -219,7 +221,7 @@ pub struct Course<'a> {
     basis: &'a Basis,
     start: f64,
     /// Of the first moment, where the history begins with the steady state.
-    rest: Option<LU<f64, Dyn, Dyn>>,
+    rest: Option<PartialPivLu<f64>>,
     steps: Vec<Step>,
 }
 
@@ -231,7 +233,7 @@ struct Step {
     stages: [f64; 2],
     length: f64,
     end: f64,
-    matrices: [LU<f64, Dyn, Dyn>; 2],
+    matrices: [PartialPivLu<f64>; 2],
 }
 
 impl<'a> Course<'a> {
@@ -241,14 +243,14 @@ impl<'a> Course<'a> {
             let ((from, before), (to, after)) = (&moments[i], &moments[i + 1]);
             let length = (to - from) / STEPS as f64;
             let stages = [(n as f64 + GAMMA) / STEPS as f64, (n + 1) as f64 / STEPS as f64];
-            let matrix = |share: &f64| (&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length)).lu();
+            let matrix = |share: &f64| decomposed(&(&basis.capacity + (before * (1.0 - share) + after * *share) * (GAMMA * length)));
             let matrices = stages.each_ref().map(matrix);
             Step { moment: i, stages, length, end: from + stages[1] * (to - from), matrices }
         };
         let stretches = (1..moments.len()).filter(|i| moments[*i].0 > moments[i - 1].0).map(|i| i - 1);
         let all: Vec<(usize, usize)> = stretches.flat_map(|i| (0..STEPS).map(move |n| (i, n))).collect();
         let steps = all.into_par_iter().map(step).collect();
-        let rest = moments.first().filter(|_| is_steady).map(|(_, matrix)| matrix.clone().lu());
+        let rest = moments.first().filter(|_| is_steady).map(|(_, matrix)| decomposed(matrix));
         Self { basis, start: moments.first().map_or(0.0, |m| m.0), rest, steps }
     }
 
@@ -258,7 +260,7 @@ impl<'a> Course<'a> {
         let Some(first) = disturbances.first() else { return Vec::new() };
         let count = first.ncols();
         let mut state = match &self.rest {
-            Some(matrix) => matrix.solve(&-first).unwrap_or_else(|| DMatrix::zeros(self.basis.size, count)),
+            Some(matrix) => solved(matrix, -first),
             None => DMatrix::zeros(self.basis.size, count),
         };
         let mut found = vec![Vec::with_capacity(times.len() * self.basis.readings.nrows()); count];
@@ -272,7 +274,7 @@ impl<'a> Course<'a> {
         for step in &self.steps {
             let (here, there) = (&disturbances[step.moment], &disturbances[step.moment + 1]);
             let forcing = |share: f64| (here * (1.0 - share) + there * share) * (GAMMA * step.length);
-            let solve = |k: usize, right: DMatrix<f64>| step.matrices[k].solve(&right).unwrap_or(right);
+            let solve = |k: usize, right: DMatrix<f64>| solved(&step.matrices[k], right);
             let between = solve(0, &self.basis.capacity * &state - forcing(step.stages[0]));
             let rate = (&between - &state) / (GAMMA * step.length);
             let begin = &self.basis.capacity * (&state + rate * ((1.0 - GAMMA) * step.length));
@@ -298,7 +300,7 @@ impl Course<'_> {
         let (size, sensors) = (self.basis.size, self.basis.readings.nrows());
         let count = times.len() * sensors;
         let mut answers = vec![DMatrix::zeros(count, size); moments];
-        let inverse = |matrix: &LU<f64, Dyn, Dyn>| matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(size, size));
+        let inverse = |matrix: &PartialPivLu<f64>| solved(matrix, DMatrix::identity(size, size));
         let inverses: Vec<[DMatrix<f64>; 2]> = self.steps.par_iter().map(|step| step.matrices.each_ref().map(inverse)).collect();
         let kappa = (1.0 - GAMMA) / GAMMA;
         // Derivatives of each reading with respect to the state where the way back has come to; of the later readings alone.
@@ -346,6 +348,18 @@ impl Course<'_> {
         }
         answers
     }
+}
+
+/// The decomposition of a square matrix.
+fn decomposed(matrix: &DMatrix<f64>) -> PartialPivLu<f64> {
+    MatRef::from_column_major_slice(matrix.as_slice(), matrix.nrows(), matrix.ncols()).partial_piv_lu()
+}
+
+/// The solution for each column of `right`.
+fn solved(matrix: &PartialPivLu<f64>, mut right: DMatrix<f64>) -> DMatrix<f64> {
+    let (rows, columns) = right.shape();
+    matrix.solve_in_place(MatMut::from_column_major_slice_mut(right.as_mut_slice(), rows, columns));
+    right
 }
 
 /// One state of derivatives for each flow that differs from the others.
