@@ -2,13 +2,11 @@
 
 use std::collections::HashMap;
 
-use rayon::prelude::*;
-
 use super::choice::{LEAST, LEFT, RARE_FINALISTS, doubted, has_rare, leading};
 use super::effects::{Hypothesis, hypotheses};
 use super::predictor::{Extended, Predictor};
 use super::probability::{self, Candidate, Ground, Posterior};
-use super::refine::{Begun, FitData, Fitted, first_look, fit_again, fit_begun};
+use super::refine::Fitted;
 use super::screen::Screened;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, decide, signatures};
@@ -19,17 +17,11 @@ use crate::foundation::progress::Progress;
 
 /// Causes and pairs of a screen that are fitted.
 const FINALISTS: usize = 6;
-/// A misfit left that is more probable than this is too small.
-const TOO_GOOD: f64 = 1.0 - 1e-6;
 /// Causes beside which a second one is looked for, and how many of each are fitted.
 const FIRSTS: usize = 2;
 const SECONDS: usize = 3;
 /// Turns of fitting what leads unfitted.
 const MOST_TURNS: usize = 3;
-/// A cause is fitted no further where its first look promises a deviance worse than another's by this much, and by this share of what
-/// that one is better than the machine as it is.
-const BEHIND: f64 = 100.0;
-const BEHIND_SHARE: f64 = 0.5;
 /// How often covariance and mesh are taken anew about the best explanation.
 const ROUNDS: usize = 2;
 
@@ -148,7 +140,7 @@ impl Finalists<'_> {
         let base = now.view.clone();
         now.fitted = self.solve(&chosen, &now.fitted, &base);
         // What bends has the benefit of the doubt once: it must explain what slopes do not, but for a usual discrepancy.
-        now.fitted.extend(self.solve(&doubted, &[], &base).into_iter().filter(|(_, fitted)| fitted.level.is_usual()));
+        now.fitted.extend(self.solve(&doubted, &now.fitted, &base).into_iter().filter(|(_, fitted)| fitted.level.is_usual()));
         self.keep(&mut now);
         self.weigh(&mut now);
         for round in 0..ROUNDS {
@@ -182,7 +174,7 @@ impl Finalists<'_> {
                     progress.say(&format!("a second cause could not be looked for: {e}"));
                     Vec::new()
                 });
-                let more = self.solve(&pairs, &[], &view);
+                let more = self.solve(&pairs, &now.fitted, &view);
                 now.posterior.candidates.retain(|c| !more.iter().any(|(m, _)| *m == c.members));
                 now.posterior.candidates.extend(pairs.into_iter().filter(|c| more.iter().any(|(m, _)| *m == c.members)));
                 now.fitted.extend(more);
@@ -219,7 +211,7 @@ impl Finalists<'_> {
                 now.posterior.candidates.iter().partition(|c| has_rare(self.screened, c));
             let foremost = usual.into_iter().take(FINALISTS).chain(rare.into_iter().take(RARE_FINALISTS));
             let open: Vec<Candidate> = foremost.filter(is_open).cloned().collect();
-            let more = self.solve(&open, &[], view);
+            let more = self.solve(&open, &now.fitted, view);
             if more.is_empty() {
                 break;
             }
@@ -279,74 +271,6 @@ impl Finalists<'_> {
         before.sort_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
         let of = |(members, _): &&Entry| now.posterior.candidates.iter().find(|c| c.members == *members).cloned();
         before.iter().filter_map(of).take(FINALISTS / 2).collect()
-    }
-
-    /// Fits, from amplitudes found before where there are any: the most probable first, and of the others only the beginning where
-    /// they are far behind it.
-    fn solve(&self, candidates: &[Candidate], before: &[Entry], view: &Comparison) -> Vec<Entry> {
-        let all: Vec<usize> = (0..view.readings.len()).collect();
-        let (readings, mesh, places) = (&view.readings, &view.mesh, &self.places);
-        let used = FitData { which: &all, readings, mesh, places, whitener: &view.whitener, level: view.level, without: view.without };
-        let attempt = |c: &Candidate, bar: Option<f64>| -> Option<Entry> {
-            let members: Vec<&Hypothesis> = c.members.iter().map(|j| self.of(*j)).collect();
-            let ended = before.iter().find(|(m, _)| *m == c.members).map(|(_, fitted)| fitted);
-            let guess: Vec<f64> = match ended {
-                Some(fitted) => fitted.amplitudes.clone(),
-                None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
-            };
-            let begun = match ended.filter(|_| self.predictor.has_slopes_of(&members)) {
-                Some(fitted) => Some(Begun::ended(&members, fitted)),
-                None => bar.and_then(|_| Begun::at(self.predictor, &members, &guess)),
-            };
-            let look = begun.as_ref().and_then(|begun| first_look(self.predictor, begun, used));
-            if let Some(look) = look.filter(|look| bar.is_some_and(|bar| self.promise(&members, look, used, view) > bar)) {
-                return Some((c.members.clone(), look));
-            }
-            let fitted = fit_begun(self.predictor, &members, &guess, used, begun.as_ref()).ok()?;
-            Some((c.members.clone(), self.at_its_level(&members, fitted, used, view)))
-        };
-        let [first, others @ ..] = candidates else { return Vec::new() };
-        let first = attempt(first, None);
-        let behind = |(_, fitted): &Entry| fitted.deviance + BEHIND.max(BEHIND_SHARE * (self.ground.any - fitted.deviance));
-        let bar = first.as_ref().map(behind);
-        let others: Vec<Entry> = others.par_iter().filter_map(|c| attempt(c, bar)).collect();
-        first.into_iter().chain(others).collect()
-    }
-
-    /// The deviance that slopes promise a fit, under the discrepancy that suits it.
-    fn promise(&self, members: &[&Hypothesis], look: &Fitted, used: FitData<'_>, view: &Comparison) -> f64 {
-        let (without, free) = look.without_amplitudes(members);
-        let level = view.errors.learn(&without, &free, used.level, None);
-        let learnt = (level != used.level).then(|| view.errors.whitener(&level, used.which));
-        let whitener = learnt.as_ref().unwrap_or(used.whitener);
-        let square = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let residual = whitener.apply(&without);
-        let explained: f64 = free
-            .iter()
-            .map(|column| {
-                let column = whitener.apply(column);
-                square(&column, &residual).powi(2) / (1.0 + square(&column, &column))
-            })
-            .sum();
-        square(&residual, &residual) - explained + whitener.log_determinant() - used.without + level.price()
-    }
-
-    /// A fit under the discrepancy that suits it.
-    fn at_its_level(&self, members: &[&Hypothesis], fitted: Fitted, used: FitData<'_>, view: &Comparison) -> Fitted {
-        let freedom = used.which.len().saturating_sub(members.len()).max(1);
-        // Noise that is stated as far too large leaves a misfit far too small, and hides what is smoother than it.
-        if used.level == Level::NONE && (LEFT..TOO_GOOD).contains(&chi_square_tail(fitted.misfit, freedom)) {
-            return fitted;
-        }
-        // The prior of amplitudes is about nothing.
-        let (without, free) = fitted.without_amplitudes(members);
-        let level = view.errors.learn(&without, &free, used.level, None);
-        if level == used.level {
-            return fitted;
-        }
-        let whitener = view.errors.whitener(&level, used.which);
-        let again = fit_again(self.predictor, members, &fitted, FitData { whitener: &whitener, level, ..used });
-        again.ok().filter(|again| again.evidence > fitted.evidence).unwrap_or(fitted)
     }
 
     /// The evidence of fits in place of the linear one.

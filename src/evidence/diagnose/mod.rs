@@ -13,6 +13,7 @@ mod choice;
 mod decide;
 mod effects;
 mod finalists;
+mod fits;
 mod follow;
 mod gain;
 mod history;

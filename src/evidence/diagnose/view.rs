@@ -6,7 +6,6 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use super::effects::{CommonFactor, Hypothesis, Scales, hypotheses};
-use super::history::TIME_TOLERANCE;
 use super::screen::Screened;
 use super::signature::{self, Signatures};
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
@@ -18,6 +17,8 @@ use crate::solve::sensitivity::{Parameter, Study};
 
 /// Signatures that are whitened as one matrix.
 const TOGETHER: usize = 128;
+/// Error allowed in each time step of logs that are run mesh by mesh in the same steps, K.
+const MESH_TOLERANCE: f64 = 0.1;
 
 /// Data and one machine.
 #[derive(Debug, Clone)]
@@ -61,12 +62,14 @@ impl Comparison {
         } else {
             signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
         };
-        let on_finer = |finer: &Study, near: &[Vec<f64>]| match is_log {
-            true => Ok((identify::values_within(finer, data, problem.start, TIME_TOLERANCE)?, Vec::new())),
-            false => identify::steady_near(finer, data, near),
-        };
         let begun = known.map_or(&[][..], |known| known.finer.as_slice());
-        let MeshShare { correction: mesh, scatter, fields: finer } = MeshShare::of(study, data, &found.prediction.values, begun, on_finer)?;
+        let MeshShare { correction: mesh, scatter, fields: finer } = match is_log {
+            true => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
+            false => {
+                let on_finer = |finer: &Study, near: &[Vec<f64>]| identify::steady_near(finer, data, near);
+                MeshShare::of(study, data, &found.prediction.values, begun, on_finer)?
+            }
+        };
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
         let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);

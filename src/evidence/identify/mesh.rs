@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use super::predict::values;
+use super::predict::{Pace, run_logs, values};
 use crate::error::Result;
 use crate::evidence::measurement::{Data, whiten};
 use crate::explore::simulate::Start;
@@ -74,6 +74,21 @@ impl MeshShare {
         let scatter = open.iter().flat_map(|apart| (0..data.names.len()).map(|k| of_sensor(apart, k))).collect();
         let correction = finest.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect();
         Ok(Self { correction, scatter, fields })
+    }
+
+    /// The same of logs. Mesh by mesh they are run in the same time steps, which leave an error up to `tolerance` (K) in each on the
+    /// model's own mesh: of that a difference between meshes has next to nothing.
+    ///
+    /// # Errors
+    /// As [`MeshShare::of`].
+    pub fn of_logs(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<Self> {
+        if study.model.mesh.cells == 0 {
+            return Ok(Self::none(whiten::places(data).len()));
+        }
+        let own = run_logs(study, data, start, None, Pace::own(tolerance))?;
+        let pace = Pace { tolerance, steps: Some(&own.steps) };
+        let on_finer = |finer: &Study, _: &[Vec<f64>]| Ok((run_logs(finer, data, start, None, pace)?.values, Vec::new()));
+        Self::of(study, data, &own.values, &[], on_finer)
     }
 
     /// Whether there is none: of lumped nodes alone, or where it is not known.

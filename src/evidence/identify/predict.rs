@@ -409,15 +409,15 @@ pub fn own_key(parameter: &Parameter, data: &Data) -> Option<(usize, String)> {
 type Courses = Vec<Vec<Vec<f64>>>;
 
 /// Logs that were run.
-struct Ran {
+pub(super) struct Ran {
     /// What the sensors show, in the order of the readings, K.
-    values: Vec<f64>,
+    pub values: Vec<f64>,
     temperatures: Courses,
-    steps: Steps,
+    pub steps: Steps,
 }
 
 /// Runs every test of a log; `shift` adds to one variable (SI) throughout.
-fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, pace: Pace<'_>) -> Result<Ran> {
+pub(super) fn run_logs(study: &Study, data: &Data, start: Start, shift: Option<(usize, f64)>, pace: Pace<'_>) -> Result<Ran> {
     let tests = data.tests();
     let run = |test: &String| run_log(study, data, test, (start, shift), pace, None);
     let (temperatures, steps): (Courses, Vec<Vec<f64>>) = tests.par_iter().map(run).collect::<Result<Vec<_>>>()?.into_iter().unzip();
