@@ -336,18 +336,18 @@ impl Finalists<'_> {
         second.signed[own] = true;
         let pair = |i: usize| -> Option<Candidate> {
             // With the first one's amplitude free, where it has one.
-            let share = if h.is_fixed() { 0.0 } else { second.gram[(own, i)] / second.gram[(own, own)] };
+            let share = if h.is_fixed() { 0.0 } else { second.product(own, i) / second.square(own) };
             let ([moved, other], gain) = if h.is_fixed() {
                 let (other, gain) = second.single(i);
                 ([0.0, other], gain)
             } else {
                 second.pair(own, i)
             };
-            let g = second.gram[(i, i)] - share * second.gram[(own, i)];
+            let g = second.square(i) - share * second.product(own, i);
             let b = second.along[i] - share * second.along[own];
             let evidence = match &second.relabelled[i] {
                 Some(left) if h.is_fixed() => 0.5 * (second.misfit() - left.misfit),
-                Some(left) => 0.5 * (second.misfit() - left.misfit + left.along[own].powi(2) / (1.0 + second.gram[(own, own)])),
+                Some(left) => 0.5 * (second.misfit() - left.misfit + left.along[own].powi(2) / (1.0 + second.square(own))),
                 None => 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln(),
             };
             let weight = evidence + self.prior[position[i]].ln();

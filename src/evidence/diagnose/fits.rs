@@ -77,11 +77,11 @@ impl Finalists<'_> {
     /// Whether two single causes do the same to first order, each as far as it would have to.
     fn are_alike(&self, a: &Candidate, b: &Candidate) -> bool {
         let (&[i], &[j]) = (a.members.as_slice(), b.members.as_slice()) else { return false };
-        let gram = &self.screened.gram;
-        !self.screened.is_fixed(i)
-            && !self.screened.is_fixed(j)
+        let screened = self.screened;
+        !screened.is_fixed(i)
+            && !screened.is_fixed(j)
             && self.of(i).is_sensor() == self.of(j).is_sensor()
-            && gram[(i, j)].abs() > ALIKE * (gram[(i, i)] * gram[(j, j)]).sqrt()
+            && screened.product(i, j).abs() > ALIKE * (screened.square(i) * screened.square(j)).sqrt()
             && (a.gain - b.gain).abs() < (1.0 - ALIKE) * a.gain.max(b.gain)
     }
 
@@ -90,7 +90,7 @@ impl Finalists<'_> {
         let (h, own) = (self.of(members[0]), self.of(other.members[0]));
         // In units of its own that do the same.
         let (i, j) = (members[0], other.members[0]);
-        let ratio = self.screened.gram[(i, j)] / self.screened.gram[(j, j)] * own.scale / h.scale;
+        let ratio = self.screened.product(i, j) / self.screened.square(j) * own.scale / h.scale;
         let of = |values: &[f64]| values.iter().map(|v| v * ratio).collect::<Vec<f64>>();
         let slopes = look.slopes.iter().map(|slope| slope.iter().map(|s| s / ratio).collect()).collect();
         let deviations = of(&look.deviations).iter().map(|d| d.abs()).collect();

@@ -146,8 +146,8 @@ impl Screen<'_> {
         let inside = basis.tr_mul(&screened.columns);
         let along = screened.columns.tr_mul(&rest);
         let gain = |j: usize| -> f64 {
-            let g = screened.gram[(j, j)] - inside.column(j).norm_squared();
-            if screened.is_fixed(j) || g < OUTSIDE * screened.gram[(j, j)] { 0.0 } else { screened.taken_away(j, g, along[j]) }
+            let g = screened.square(j) - inside.column(j).norm_squared();
+            if screened.is_fixed(j) || g < OUTSIDE * screened.square(j) { 0.0 } else { screened.taken_away(j, g, along[j]) }
         };
         let misfit = rest.norm_squared();
         let best = (0..screened.visible.len()).map(|j| (j, gain(j))).max_by(|a, b| a.1.total_cmp(&b.1));

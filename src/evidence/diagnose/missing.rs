@@ -34,7 +34,7 @@ pub(super) fn missing(screened: &Screened, catalogue: &[Hypothesis]) -> Vec<Miss
             law: hypothesis.law,
             law_words: hypothesis.law_words(),
             watts: amplitude * hypothesis.scale,
-            deviation: hypothesis.scale / screened.gram[(j, j)].sqrt(),
+            deviation: hypothesis.scale / screened.square(j).sqrt(),
             explained,
         })
     };

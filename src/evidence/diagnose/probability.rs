@@ -83,7 +83,7 @@ pub fn prior_of(members: &[usize], prior: &[f64]) -> f64 {
 
 /// Logarithm of the evidence of one cause or two over that of nothing, in the linear model.
 pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
-    let (gram, along) = (&screened.gram, &screened.along);
+    let along = &screened.along;
     let free = |g: f64, b: f64| 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln();
     let relabelled = |left: &Relabelled| 0.5 * (screened.misfit() - left.misfit);
     match *members {
@@ -91,7 +91,7 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
             if let Some(left) = &screened.relabelled[j] {
                 return relabelled(left);
             }
-            let (g, b) = (gram[(j, j)], along[j]);
+            let (g, b) = (screened.square(j), along[j]);
             let most = screened.most[j];
             if b / (1.0 + g) > most {
                 // At its end: the best amplitude there is, and the width it would have.
@@ -101,7 +101,7 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
             free(g, b) + sided
         }
         [i, j] => {
-            let (a, b, c) = (gram[(i, i)], gram[(i, j)], gram[(j, j)]);
+            let (a, b, c) = (screened.square(i), screened.product(i, j), screened.square(j));
             match (&screened.relabelled[i], &screened.relabelled[j]) {
                 (Some(_), Some(_)) => along[i] + along[j] - b - 0.5 * (a + c),
                 (Some(left), None) => relabelled(left) + free(c, left.along[j]),
@@ -138,6 +138,9 @@ pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs
         })
         .collect();
     let best_single = candidates.iter().map(|c| c.weight).fold(f64::NEG_INFINITY, f64::max);
+    if with_pairs {
+        screened.find_products();
+    }
     let pairs: Vec<Candidate> = (0..if with_pairs { n } else { 0 })
         .into_par_iter()
         .filter(|i| !screened.is_rare[*i])

@@ -1,5 +1,7 @@
 //! All hypotheses and all pairs of them beside the whitened residual, with the look-elsewhere effect.
 
+use std::sync::OnceLock;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -8,6 +10,8 @@ use crate::foundation::random::Random;
 
 /// Simulated data sets of pure noise.
 const SIMULATIONS: usize = 2000;
+/// Where fewer of them than this would exceed what was found, none is made.
+const NEVER: f64 = 1e-9;
 /// How many of them go through the screen as one matrix.
 const BATCH: usize = 125;
 /// Columns that are multiplied with all before them as one matrix.
@@ -28,8 +32,10 @@ pub struct Screened {
     pub columns: DMatrix<f64>,
     /// Scalar products of the signatures with the residual.
     pub along: Vec<f64>,
-    /// Scalar products among signatures.
-    pub gram: DMatrix<f64>,
+    /// Square of each signature.
+    squares: Vec<f64>,
+    /// Scalar products among signatures, where all of them are needed.
+    gram: OnceLock<DMatrix<f64>>,
     /// Whether a negative amplitude means something.
     pub signed: Vec<bool>,
     /// Largest amplitude to which slopes are continued, in the prior's scale.
@@ -68,7 +74,7 @@ impl Screened {
         relabelled: Vec<Option<Vec<f64>>>,
     ) -> Self {
         let matrix = DMatrix::from_fn(residual.len(), visible.len(), |i, j| signatures[visible[j]][i]);
-        let gram = gram(&matrix);
+        let squares = matrix.column_iter().map(|column| column.norm_squared()).collect();
         let along = matrix.tr_mul(&DVector::from_column_slice(&residual)).as_slice().to_vec();
         // All of them through the signatures at once: a product with each one alone takes most of a screen.
         let left: Vec<&Vec<f64>> = relabelled.iter().flatten().collect();
@@ -80,12 +86,27 @@ impl Screened {
         };
         let relabelled = relabelled.iter().map(|left| left.as_ref().map(&mut of)).collect();
         let (chosen_from, is_rare) = (vec![1.0; visible.len()], vec![false; visible.len()]);
-        Self { residual, visible, columns: matrix, along, gram, signed, most, relabelled, chosen_from, is_rare }
+        Self { residual, visible, columns: matrix, along, squares, gram: OnceLock::new(), signed, most, relabelled, chosen_from, is_rare }
     }
 
     /// The same with rarer laws, and from how many each was chosen.
     pub fn with_rare(self, is_rare: Vec<bool>, chosen_from: Vec<f64>) -> Self {
         Self { is_rare, chosen_from, ..self }
+    }
+
+    /// Square of a signature.
+    pub fn square(&self, j: usize) -> f64 {
+        self.squares[j]
+    }
+
+    /// Scalar product of two signatures.
+    pub fn product(&self, i: usize, j: usize) -> f64 {
+        self.gram.get().map_or_else(|| self.columns.column(i).dot(&self.columns.column(j)), |gram| gram[(i, j)])
+    }
+
+    /// Finds the scalar products of all pairs: of many they are found faster together.
+    pub fn find_products(&self) {
+        self.gram.get_or_init(|| gram(&self.columns));
     }
 
     /// Whether a hypothesis is a swap, without an amplitude.
@@ -103,7 +124,7 @@ impl Screened {
         if let Some(left) = &self.relabelled[j] {
             return (1.0, (self.misfit() - left.misfit).max(0.0));
         }
-        self.best_amplitude(j, self.gram[(j, j)], self.along[j])
+        self.best_amplitude(j, self.squares[j], self.along[j])
     }
 
     /// The misfit that a cause takes away of a residual along which its signature's product is `b`, and the signature's own square `g`.
@@ -121,7 +142,7 @@ impl Screened {
 
     /// The same of two together.
     pub fn pair(&self, i: usize, j: usize) -> ([f64; 2], f64) {
-        let (a, b, c) = (self.gram[(i, i)], self.gram[(i, j)], self.gram[(j, j)]);
+        let (a, b, c) = (self.squares[i], self.product(i, j), self.squares[j]);
         let beside =
             |left: &Relabelled, free: usize, g: f64| (left.along[free] / g, self.misfit() - left.misfit + left.along[free].powi(2) / g);
         let ([x, y], gain) = match (&self.relabelled[i], &self.relabelled[j]) {
@@ -163,7 +184,7 @@ impl Screened {
 
     /// Standard deviations of the amplitudes of one or two together, in their priors' scale, priors included.
     pub fn deviations(&self, members: &[usize]) -> Vec<f64> {
-        let at = |i: usize, j: usize| self.gram[(members[i], members[j])] + f64::from(u8::from(i == j));
+        let at = |i: usize, j: usize| self.product(members[i], members[j]) + f64::from(u8::from(i == j));
         let free: Vec<usize> = (0..members.len()).filter(|i| !self.is_fixed(members[*i])).collect();
         let mut found = vec![0.0; members.len()];
         if let Some(inverse) = DMatrix::from_fn(free.len(), free.len(), |i, j| at(free[i], free[j])).try_inverse() {
@@ -178,6 +199,10 @@ impl Screened {
         let fair = |j: usize| self.single(j).1 - 2.0 * self.chosen_from[j].ln();
         let best = (0..self.visible.len()).map(fair).fold(0.0, f64::max);
         let n = self.residual.len();
+        let least = 1.0 / (SIMULATIONS + 1) as f64;
+        if (self.visible.len() * SIMULATIONS) as f64 * chi_square_tail(best, 1) < NEVER {
+            return least;
+        }
         let signatures = self.columns.transpose();
         let exceeding = |batch: usize| -> usize {
             let first = batch * BATCH;
@@ -188,7 +213,7 @@ impl Screened {
                 column.iter_mut().for_each(|z| *z = random.normal());
             }
             let along = &signatures * noise;
-            let exceeds = |j: usize, b: f64| match (self.is_fixed(j), self.gram[(j, j)]) {
+            let exceeds = |j: usize, b: f64| match (self.is_fixed(j), self.squares[j]) {
                 (true, g) => 2.0 * b - g >= best,
                 (false, g) => {
                     let gain = if b / g > self.most[j] { self.most[j] * (2.0 * b - self.most[j] * g) } else { b * b / g };
@@ -198,7 +223,7 @@ impl Screened {
             along.column_iter().filter(|column| column.iter().enumerate().any(|(j, b)| exceeds(j, *b))).count()
         };
         let count: usize = (0..SIMULATIONS.div_ceil(BATCH)).into_par_iter().map(exceeding).sum();
-        (1 + count) as f64 / (SIMULATIONS + 1) as f64
+        (1 + count) as f64 * least
     }
 
     /// Probability that pure noise lets some hypothesis take away as much as the best one does of what fitted causes leave: `left` and
@@ -215,7 +240,7 @@ impl Screened {
         let beside: Vec<DVector<f64>> = own.iter().map(|q| self.columns.tr_mul(q)).collect();
         let is_tried = |j: &usize| !members.contains(j) && !self.is_fixed(*j);
         let gain = |j: usize| {
-            let (whole, b) = (self.gram[(j, j)], along[j]);
+            let (whole, b) = (self.squares[j], along[j]);
             let g = whole - beside.iter().map(|c| c[j] * c[j]).sum::<f64>();
             let is_possible = g > DISTINCT * whole && (b > 0.0 || self.signed[j]);
             if is_possible { b * b / g - 2.0 * self.chosen_from[j].ln() } else { 0.0 }
