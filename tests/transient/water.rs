@@ -49,6 +49,38 @@ fn settles_in_the_steady_state() {
     }
 }
 
+/// Water is cut where stations end; what rounding leaves between two cuts is no water: it would count among the parcels of a stream, of
+/// which only so many are kept.
+#[test]
+fn no_slivers() {
+    let model = shipped("rig.toml", 600);
+    let at = |inlet: &str| {
+        let given =
+            [("coolant_flow", "6 L/min"), ("coolant_temperature", inlet), ("motor_speed", "2500 rpm"), ("ambient_temperature", "22 degC")];
+        Load::at(&model.machine, &model.machine.condition(&given).unwrap()).unwrap()
+    };
+    let (before, after) = (at("20 degC"), at("21 degC"));
+    let mut transient = Transient::new(&model.network, Settings::default()).unwrap();
+    let mut state = transient.from_steady(&before).unwrap();
+    let (mut least, mut parcels) = (f64::INFINITY, 0);
+    for minute in 1..=10 {
+        let until = 60.0 * f64::from(minute);
+        transient
+            .advance(&mut state, until, &|_| Ok(after.clone()), &mut |state, _| {
+                for (stream, water) in model.network.streams.iter().zip(&state.water) {
+                    let whole: f64 = water.iter().map(|p| p.volume).sum();
+                    let station = whole / stream.stations.len() as f64;
+                    least = water.iter().map(|p| p.volume / station).fold(least, f64::min);
+                    parcels = parcels.max(water.len());
+                }
+                Ok(())
+            })
+            .unwrap();
+    }
+    println!("the smallest of up to {parcels} parcels is {least:.1e} of a station");
+    assert!(least > 1e-9, "{least:e}");
+}
+
 /// A hole through a block that is held and hardly conducts to its water: a step at the inlet arrives at the outlet as a
 /// step, when the water that carried it has come through.
 #[test]
