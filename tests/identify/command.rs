@@ -128,6 +128,28 @@ fn results_do_not_depend_on_the_number_of_threads() {
     assert!(e["high"].as_f64().unwrap() <= 1.0, "{e}");
 }
 
+/// A table on the reduced model and one of full solves find the same, and only the first has something to check in full.
+#[test]
+fn full_solves_find_the_same() {
+    let folder = scratch("in_full");
+    let machine = write(&folder, "blocks.toml", BLOCKS);
+    let rows = "a,2,20,2000,23,46,38.5,21.1\nb,4,20,1000,22,33.5,29.5,20.3\nc,1,25,1500,24,45,38,26.4\nd,6,15,2500,22,47,37.5,15.5\n";
+    let data = write(&folder, "data.csv", format!("{HEADER},motor [degC],reducer [degC],outlet [degC]\n{rows}"));
+    let args = ["identify", &machine, &data, "--free", "contact.motor.conductance", "--free", "contact.reducer.conductance", "--json"];
+    let run = |more: &[&str]| json(&coldplate(&[&args[..], &["--cells", "1500"], more].concat()));
+    let (reduced, full) = (run(&[]), run(&["--full"]));
+    let off = reduced["off_in_full_K"].as_f64().unwrap();
+    println!("off in full by {off:.1e} K");
+    assert!(off < 1e-3 && full["off_in_full_K"].is_null(), "{off} {}", full["off_in_full_K"]);
+    for name in ["contact.motor.conductance", "contact.reducer.conductance"] {
+        let [a, b] = [&reduced, &full].map(|found| &found["parameters"][name]);
+        let width = b["high"].as_f64().unwrap() - b["low"].as_f64().unwrap();
+        let apart = (a["value"].as_f64().unwrap() - b["value"].as_f64().unwrap()).abs();
+        println!("{name}: {apart:.1e} apart, interval {width:.1}");
+        assert!(apart < 0.01 * width, "{name}: {a} {b}");
+    }
+}
+
 #[test]
 fn a_scan_says_where_it_is_least_and_draws_it() {
     let (folder, machine, data) = folder("scan");

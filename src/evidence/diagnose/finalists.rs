@@ -9,7 +9,7 @@ use super::probability::{self, Candidate, Ground, Posterior};
 use super::refine::Fitted;
 use super::screen::Screened;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
-use super::{Cause, Explanation, Problem, decide, signatures};
+use super::{Cause, Explanation, Problem, signatures};
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
 use crate::evidence::identify::chi_square_tail;
@@ -52,6 +52,7 @@ pub struct Finalists<'a> {
 pub type Entry = (Vec<usize>, Fitted);
 
 /// What the fits come to.
+#[derive(Clone)]
 pub struct Outcome {
     /// Everything with its probability.
     pub posterior: Posterior,
@@ -77,6 +78,13 @@ impl Outcome {
     pub fn without(mut self, members: &[usize]) -> Self {
         self.fitted.retain(|(own, _)| own != members);
         self.posterior.candidates.retain(|c| c.members != members);
+        self.posterior.normalise();
+        self
+    }
+
+    /// The same without any explanation by two causes.
+    pub fn singles(mut self) -> Self {
+        self.posterior.candidates.retain(|c| c.members.len() == 1);
         self.posterior.normalise();
         self
     }
@@ -166,9 +174,7 @@ impl Finalists<'_> {
             }
             let view = now.view.clone();
             self.settle(&mut now, &view);
-            // In logs, whose fits are runs, no pair was tried so far.
-            let is_open = self.problem.data.is_transient() && self.look_beside(&now) < decide::ALARM_CAUSE;
-            if round == 0 && (is_open || self.leaves_much(&now)) {
+            if round == 0 && self.leaves_much(&now) {
                 progress.say("looking for a second cause beside the best ones");
                 let pairs = self.seconds(&now, &view).unwrap_or_else(|e| {
                     progress.say(&format!("a second cause could not be looked for: {e}"));

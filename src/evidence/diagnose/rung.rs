@@ -135,14 +135,28 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         done.push(members);
     }
     let finals = Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals };
-    let mut explanations = finals.explanations(&outcome, MOST_EXPLANATIONS);
-    let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
-    if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {
-        // The alarm must hold beside the discrepancy that the cause is named with.
-        let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
-        answer = answer.beside(&at_its_level, &unexplained);
+    let answered = |outcome: &Outcome| -> Answered {
+        let explanations = finals.explanations(outcome, MOST_EXPLANATIONS);
+        let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
+        if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {
+            // The alarm must hold beside the discrepancy that the cause is named with.
+            let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
+            answer = answer.beside(&at_its_level, &unexplained);
+        }
+        let extension = extension(&finals, outcome, explanations.first().filter(|_| answer.names_causes()), progress);
+        Answered { explanations, answer, extension }
+    };
+    let mut found = answered(&outcome);
+    if data.is_transient() && found.names_two() {
+        // Numbers of logs are many, and two causes follow what the days have in common with neither. One of them alone must not do better
+        // on what was kept out; what the other is worth beside it shows on the next rung.
+        let singles = outcome.clone().singles();
+        let alone = answered(&singles);
+        if alone.predicts_better(&found) {
+            (outcome, found) = (singles, alone);
+        }
     }
-    let Extension { joint, gain } = extension(&finals, &outcome, explanations.first().filter(|_| answer.names_causes()), progress);
+    let Answered { mut explanations, answer, extension: Extension { joint, gain } } = found;
     let started_from = residuals(&base, &screened);
     let explained = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&started_from.predicted, problem).max(1e-300);
     let share = outcome.leading_predictions().map_or(0.0, |values| explained(&values));
@@ -205,6 +219,25 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         off_in_full,
         seconds: 0.0,
     })
+}
+
+/// What an outcome comes to.
+struct Answered {
+    explanations: Vec<Explanation>,
+    answer: decide::Answer,
+    extension: Extension,
+}
+
+impl Answered {
+    fn names_two(&self) -> bool {
+        self.answer.names_causes() && self.explanations.first().is_some_and(|best| best.causes.len() == 2)
+    }
+
+    /// Whether causes are named that predict data kept out better than another answer's do.
+    fn predicts_better(&self, other: &Self) -> bool {
+        let after = |found: &Self| found.extension.gain.as_ref().map(|gain| gain.after);
+        self.answer.names_causes() && after(self).zip(after(other)).is_some_and(|(own, other)| own < other)
+    }
 }
 
 /// How the machine is extended: what is fitted beside the cause, and what that gains on data kept out.
