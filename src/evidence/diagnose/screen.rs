@@ -301,11 +301,13 @@ mod tests {
         let signature = |k: usize| -> Vec<f64> { (0..n).map(|i| ((k + 1) as f64 * 0.05 * i as f64).sin() / 10.0).collect() };
         let signatures: Vec<Vec<f64>> = (0..20).map(signature).collect();
         let mut random = Random::new(7);
-        let noise: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+        let drawn: Vec<f64> = (0..n).map(|_| random.normal()).collect();
+        let size = (n as f64 / drawn.iter().map(|z| z * z).sum::<f64>()).sqrt();
+        let noise: Vec<f64> = drawn.iter().map(|z| size * z).collect();
         let with = |amplitude: f64, k: usize| -> Vec<f64> { noise.iter().zip(&signatures[k]).map(|(z, s)| z + amplitude * s).collect() };
         let alone = |left: &[f64]| screened(left, &signatures, &[f64::INFINITY; 20]).look_beside(&[3], left, &signatures[3..4]);
         assert!(alone(&noise) > 0.05 && alone(&with(5.0, 3)) > 0.05);
-        let two = with(5.0, 11);
+        let two = with(4.0, 11);
         assert!(chi_square_tail(two.iter().map(|v| v * v).sum(), n) > 0.01, "no misfit as a whole");
         assert!(alone(&two) < 1e-3, "{}", alone(&two));
     }
