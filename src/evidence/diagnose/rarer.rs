@@ -102,9 +102,9 @@ fn gain(h: &Hypothesis, square: f64, along: f64) -> f64 {
 
 fn best_of(family: &[Tried<'_>], whitener: &Whitener, residual: &[f64], scales: &Scales) -> Option<Best> {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    let columns: Vec<Vec<f64>> = family.iter().map(|tried| tried.column.clone()).collect();
-    let measures = whitener.measures(&columns, residual);
-    let gains: Vec<f64> = family.iter().zip(measures).map(|(tried, (square, along))| gain(tried.hypothesis, square, along)).collect();
+    let whitened = whitener.apply_all(&family.iter().map(|tried| tried.column.clone()).collect::<Vec<_>>());
+    let whitened: Vec<Vec<f64>> = whitened.column_iter().map(|column| column.iter().copied().collect()).collect();
+    let gains: Vec<f64> = family.iter().zip(&whitened).map(|(tried, c)| gain(tried.hypothesis, dot(c, c), dot(c, residual))).collect();
     let best = (0..family.len()).max_by(|a, b| gains[*a].total_cmp(&gains[*b]))?;
     let h = family[best].hypothesis;
     if gains[best] < LEAST_GAIN {
@@ -119,7 +119,7 @@ fn best_of(family: &[Tried<'_>], whitener: &Whitener, residual: &[f64], scales: 
     let number = |k: usize| if let Law::Of(_, form) = family[k].hypothesis.law { form.number() } else { None };
     let (centre, step) = (number(middle)?, number(middle + 1)? - number(middle)?);
     let weights = |f: f64| [0.5 * f * (f - 1.0), 1.0 - f * f, 0.5 * f * (f + 1.0)];
-    let three: Vec<Vec<f64>> = columns[middle - 1..=middle + 1].iter().map(|column| whitener.apply(column)).collect();
+    let three = &whitened[middle - 1..=middle + 1];
     let along: Vec<f64> = three.iter().map(|c| dot(c, residual)).collect();
     let gram: Vec<Vec<f64>> = three.iter().map(|a| three.iter().map(|b| dot(a, b)).collect()).collect();
     let gain_at = |f: f64| {

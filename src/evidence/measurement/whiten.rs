@@ -1,6 +1,6 @@
 //! Whitening: residuals of unit variance and without correlation.
 
-use nalgebra::{DMatrix, DVector, DVectorView, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::filter::{Filter, Wandering};
 use super::{Data, Uncertainty};
@@ -119,23 +119,6 @@ impl Whitener {
         whitened
     }
 
-    /// Of many such vectors the square of each when whitened, and its scalar product with one that is whitened: half the work of whitening
-    /// them.
-    pub fn measures(&self, columns: &[Vec<f64>], whitened: &[f64]) -> Vec<(f64, f64)> {
-        let other = DVector::from_column_slice(whitened);
-        let mut inner = DMatrix::zeros(other.len(), columns.len());
-        columns.iter().zip(inner.column_iter_mut()).for_each(|(column, mut into)| into.copy_from_slice(&self.noise.apply(column)));
-        let along = self.directions.tr_mul(&inner);
-        let mut shrunk = self.directions.tr_mul(&other);
-        shrunk.iter_mut().zip(&self.shrink).for_each(|(v, shrink)| *v *= *shrink);
-        let other = &other + &self.directions * shrunk;
-        let of = |(column, along): (DVectorView<'_, f64>, DVectorView<'_, f64>)| {
-            let less: f64 = along.iter().zip(&self.shrink).map(|(v, shrink)| (shrink * shrink + 2.0 * shrink) * v * v).sum();
-            (column.norm_squared() + less, column.dot(&other))
-        };
-        inner.column_iter().zip(along.column_iter()).map(of).collect()
-    }
-
     /// Logarithm of the determinant of the covariance, K².
     pub fn log_determinant(&self) -> f64 {
         self.log_determinant
@@ -223,12 +206,6 @@ mod tests {
         let vectors = [vec![1.0, -2.0, 0.5, 3.0], vec![0.0, 1.0, 0.0, -1.0]];
         for (one, together) in vectors.iter().zip(w.apply_all(&vectors).column_iter()) {
             assert!(w.apply(one).iter().zip(&together).all(|(a, b)| (a - b).abs() < 1e-12));
-        }
-        let other = w.apply(&[0.3, 0.1, -2.0, 1.0]);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        for (one, (square, along)) in vectors.iter().zip(w.measures(&vectors, &other)) {
-            let whitened = w.apply(one);
-            assert!((square - dot(&whitened, &whitened)).abs() < 1e-9 && (along - dot(&whitened, &other)).abs() < 1e-9, "{square} {along}");
         }
         let determinant = DMatrix::from_fn(4, 4, sigma).determinant();
         assert!((w.log_determinant() - determinant.ln()).abs() < 1e-10);
