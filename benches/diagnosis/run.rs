@@ -1,9 +1,10 @@
 //! One case: drawn, diagnosed, and held beside what was hidden.
 
+use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use coldplate::evidence::diagnose::{Cause, Diagnosis, Problem, diagnose, sentence};
+use coldplate::evidence::diagnose::{Cause, Diagnosis, Problem, sentence, settled};
 use coldplate::evidence::identify;
 use coldplate::evidence::measurement::{Data, whiten};
 use coldplate::explore::simulate::Start;
@@ -12,8 +13,8 @@ use coldplate::units::Measurand;
 use serde::{Deserialize, Serialize};
 
 use crate::draw::{Drawn, Family, draw};
-use crate::twin::Hidden;
 use crate::twin::score::{Score, score};
+use crate::twin::{Case, Hidden};
 use crate::unkind::Unkindness;
 
 /// A case that is done, as the journal has it.
@@ -74,7 +75,11 @@ pub fn case(seed: u64, is_shown: bool) -> Record {
         if is_shown {
             println!("drawn in {:.1} s", clock.elapsed().as_secs_f64());
         }
-        let found = diagnose(&drawn.case.problem, &Silent).map_err(|e| e.to_string())?;
+        let mut drawn = drawn;
+        let (problem, found) = settled(&drawn.case.problem, &Silent).map_err(|e| e.to_string())?;
+        if let Cow::Owned(problem) = problem {
+            drawn.case = without(&drawn.case, problem);
+        }
         if is_shown {
             show(seed, &drawn, &found);
         }
@@ -93,6 +98,16 @@ pub fn case(seed: u64, is_shown: bool) -> Record {
         println!("{record:#?}");
     }
     record
+}
+
+/// A case without the readings that were set aside.
+fn without(case: &Case, problem: Problem) -> Case {
+    let name =
+        |data: &Data| -> Vec<(String, usize)> { whiten::places(data).iter().map(|(r, k)| (data.rows[*r].test.clone(), *k)).collect() };
+    let left = name(&problem.data);
+    let kept: Vec<bool> = name(&case.problem.data).iter().map(|place| left.contains(place)).collect();
+    let of = |shift: &Vec<f64>| shift.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(s, _)| *s).collect();
+    Case { shifts: case.shifts.iter().map(of).collect(), hidden: case.hidden.clone(), problem }
 }
 
 fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {

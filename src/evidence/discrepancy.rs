@@ -166,11 +166,22 @@ impl ErrorParts {
     /// The whitening of some readings at a level.
     pub fn whitener(&self, level: &Level, readings: &[usize]) -> Whitener {
         let part = self.among(readings);
-        let mut common: Vec<Vec<f64>> = Vec::new();
-        for (columns, scale) in part.common(level).into_iter().filter(|(_, scale)| *scale > 0.0) {
-            common.extend(columns.iter().map(|c| c.iter().map(|v| scale * v).collect()));
-        }
-        Whitener::with(part.noise_at(level), &common)
+        Whitener::with(part.noise_at(level), &part.columns(level))
+    }
+
+    /// The same as if what wanders were new in every reading, and each were worth one of so many.
+    pub fn whitener_apart(&self, level: &Level, readings: &[usize], worth: f64) -> Whitener {
+        let part = self.among(readings);
+        let deviations: Vec<f64> = part.deviations_apart(level).iter().map(|d| d * worth.sqrt()).collect();
+        Whitener::new(&deviations, &part.columns(level))
+    }
+
+    /// Errors that readings share at a level, one column each of unit variance, K.
+    fn columns(&self, level: &Level) -> Vec<Vec<f64>> {
+        let scaled = |(columns, scale): (&Vec<Vec<f64>>, f64)| -> Vec<Vec<f64>> {
+            columns.iter().map(|c| c.iter().map(|v| scale * v).collect()).collect()
+        };
+        self.common(level).into_iter().filter(|(_, scale)| *scale > 0.0).flat_map(scaled).collect()
     }
 
     /// Errors that readings share, with the standard deviation that each column has at a level.
@@ -186,10 +197,7 @@ impl ErrorParts {
 
     /// The covariance of all readings at a level times a vector of one entry per reading, K² times its unit.
     pub fn times(&self, level: &Level, vector: &[f64]) -> Vec<f64> {
-        let own = if self.wandering.is_empty() { level.wandering } else { 0.0 };
-        let mut product: Vec<f64> = vector.iter().zip(&self.noise).map(|(v, n)| v * (n * n + own * own)).collect();
-        let memory = if level.wandering > 0.0 { level.memory } else { wander::CORRELATION };
-        self.wandering.iter().for_each(|series| series.add_product(level.wandering, memory, vector, &mut product));
+        let mut product = self.times_apart(level, vector);
         for (columns, scale) in self.common(level) {
             for column in columns {
                 let along: f64 = scale * scale * column.iter().zip(vector).map(|(c, v)| c * v).sum::<f64>();
@@ -199,12 +207,27 @@ impl ErrorParts {
         product
     }
 
+    /// The same of noise and of what wanders, without what readings share otherwise.
+    pub fn times_apart(&self, level: &Level, vector: &[f64]) -> Vec<f64> {
+        let own = if self.wandering.is_empty() { level.wandering } else { 0.0 };
+        let mut product: Vec<f64> = vector.iter().zip(&self.noise).map(|(v, n)| v * (n * n + own * own)).collect();
+        let memory = if level.wandering > 0.0 { level.memory } else { wander::CORRELATION };
+        self.wandering.iter().for_each(|series| series.add_product(level.wandering, memory, vector, &mut product));
+        product
+    }
+
     /// Standard deviation of each reading at a level, K.
     pub fn marginal(&self, level: &Level) -> Vec<f64> {
-        let mut squares: Vec<f64> = self.noise.iter().map(|n| n * n).collect();
+        let mut squares: Vec<f64> = self.deviations_apart(level).iter().map(|d| d * d).collect();
         for (columns, scale) in self.common(level) {
             columns.iter().for_each(|c| squares.iter_mut().zip(c).for_each(|(s, v)| *s += (scale * v).powi(2)));
         }
+        squares.into_iter().map(f64::sqrt).collect()
+    }
+
+    /// The same of noise and of what wanders, without what readings share otherwise.
+    pub fn deviations_apart(&self, level: &Level) -> Vec<f64> {
+        let mut squares: Vec<f64> = self.noise.iter().map(|n| n * n).collect();
         if self.wandering.is_empty() {
             squares.iter_mut().for_each(|s| *s += level.wandering.powi(2));
         }

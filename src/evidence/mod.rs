@@ -7,3 +7,4 @@ pub mod faulty;
 pub mod identify;
 pub mod measurement;
 pub mod residuals;
+pub mod sandwich;

@@ -8,7 +8,7 @@ use crate::pipeline::diagnosis::{Findings, ladder, next_test_in_words, probabili
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Findings<'_>) -> String {
-    let (problem, diagnosis) = (found.problem, &found.diagnosis);
+    let (problem, diagnosis) = (&*found.problem, &found.diagnosis);
     let data = &problem.data;
     let misfit = &diagnosis.misfit;
     let mut text = format!(

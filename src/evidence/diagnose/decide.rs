@@ -142,13 +142,15 @@ impl Answer {
         Self { verdict: if unexplained.is_usual() { Verdict::Consistent } else { Verdict::SomethingElse }, ..self }
     }
 
-    /// The same after data kept out have been predicted, with the best explanation taking a share of the squared residual.
-    pub fn vetoed(self, explanations: &[Explanation], gain: Option<&Gain>, share: f64) -> Self {
+    /// The same after data kept out have been predicted, with the best explanation taking a share of the squared residual; `by_itself` says
+    /// what it gains without what was refitted beside it.
+    pub fn vetoed(self, explanations: &[Explanation], gain: Option<&Gain>, by_itself: impl FnOnce() -> Option<Gain>, share: f64) -> Self {
         if !self.names_causes() {
             return self;
         }
-        let is_gain = gain.is_some_and(|gain| gain.low > 0.0);
-        if !is_gain && share < LEAST_SHARE && explanations.first().is_some_and(|e| !e.level.is_usual()) {
+        let is_certain = |gain: Option<&Gain>| gain.is_some_and(|gain| gain.low > 0.0);
+        let is_unusual = || explanations.first().is_some_and(|e| !e.level.is_usual());
+        if share < LEAST_SHARE && is_unusual() && !is_certain(gain) && !is_certain(by_itself().as_ref()) {
             return Self { verdict: Verdict::SomethingElse, level: region(explanations, 0.0), ..self };
         }
         if predicts_worse(gain) {

@@ -237,7 +237,8 @@ impl Finalists<'_> {
         now.posterior.candidates.iter().find_map(of)
     }
 
-    fn leaves_much(&self, now: &Outcome) -> bool {
+    /// Whether even the best fit leaves more than noise and a usual discrepancy.
+    pub fn leaves_much(&self, now: &Outcome) -> bool {
         let least = now.fitted.iter().min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
         least.is_some_and(|(_, f)| {
             !f.level.is_usual() || chi_square_tail(f.misfit, self.base.readings.len().saturating_sub(1).max(1)) < LEFT

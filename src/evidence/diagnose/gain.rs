@@ -305,7 +305,7 @@ impl<'a> Folds<'a> {
             of((c.members, amplitudes))
         };
         let others: Vec<Choice> = leading(&posterior, &part, FITTED).into_iter().map(scaled).filter(is_other).collect();
-        let whitener = joint.map_or(whitener, |joint| joint.errors.whitener(&joint.level, kept));
+        let whitener = joint.map_or(whitener, |joint| joint.whitener(kept));
         Some(Part { kept, whitener, candidates: named.into_iter().chain(others).collect() })
     }
 

@@ -3,6 +3,12 @@
 //! A cause that is right makes things worse where the rest stays as it was: what the file's other numbers had been chosen to make
 //! up for is now in the cause. The numbers that the residual pulls most are therefore fitted beside it, each under its prior, and
 //! those that the user calls uncertain.
+//!
+//! Where the model of a log wanders off beside its cause, weighing by the covariance may let fast changes outvote levels. Where that
+//! predicts data kept out worse than the machine as it is, all of it is found as if what wanders were new in every reading
+//! ([`Sandwich`]).
+
+use nalgebra::DMatrix;
 
 use super::Cause;
 use super::effects::{Hypothesis, Number};
@@ -11,6 +17,8 @@ use super::refine::{FitData, Fitted, fit, fit_again};
 use super::view::Comparison;
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
+use crate::evidence::measurement::Whitener;
+use crate::evidence::sandwich::{Sandwich, worth};
 
 /// Numbers of the file that are fitted beside a cause: of machines of lumped nodes, and of those of cells, whose runs cost more.
 const MOST_OF_NODES: usize = 16;
@@ -41,24 +49,55 @@ pub struct Joint {
     /// The same before the sensors' own errors.
     pub machine: Vec<f64>,
     /// Covariance without what was fitted.
-    pub errors: ErrorParts,
+    errors: ErrorParts,
+    /// How many times more readings there are than they are worth, where what wanders was taken as new in each of them.
+    worth: Option<f64>,
     /// The discrepancy left.
     pub level: Level,
 }
 
-/// Fits the best explanation with everything uncertain; `None` where nothing is.
+impl Joint {
+    /// The whitening of some readings by which it was found.
+    pub fn whitener(&self, readings: &[usize]) -> Whitener {
+        whitener(&self.errors, &self.level, self.worth, readings)
+    }
+}
+
+fn whitener(errors: &ErrorParts, level: &Level, worth: Option<f64>, readings: &[usize]) -> Whitener {
+    match worth {
+        Some(worth) => errors.whitener_apart(level, readings, worth),
+        None => errors.whitener(level, readings),
+    }
+}
+
+/// What readings weigh in the fit of all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointWeights {
+    /// The inverse of their covariance.
+    Covariance,
+    /// The same as if what wanders were new in every reading.
+    Apart,
+}
+
+/// Fits the best explanation with everything uncertain; `None` where nothing is, or nothing wanders that could count as new in every
+/// reading.
 ///
 /// # Errors
 /// The machine cannot be solved with what the residual asks for.
-pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison) -> Result<Option<Joint>> {
+pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison, weights: JointWeights) -> Result<Option<Joint>> {
+    let wanders = finals.problem.data.is_transient() && best.level.wandering > 0.0;
+    if weights == JointWeights::Apart && !wanders {
+        return Ok(None);
+    }
     let causes: Vec<&Hypothesis> = members.iter().map(|j| finals.of(*j)).collect();
     let mut beside = pulled(finals, &causes, best, view);
-    let uncertain = |u| Beside { number: None, hypothesis: Number::of(u), moved: 0.0 };
+    let readings = view.readings.len();
+    let uncertain = |u| Beside { number: None, hypothesis: Number::of(u), moved: 0.0, slope: vec![0.0; readings] };
     beside.extend(finals.problem.uncertain.iter().map(uncertain));
     if beside.is_empty() {
         return Ok(None);
     }
-    let mut found = together(finals, &causes, &beside, best, view)?;
+    let mut found = together(finals, &causes, &beside, best, view, weights)?;
     let is_known = |c: &Cause| c.deviation < UNKNOWN * c.hypothesis.scale || c.amplitude.abs() > STILL * c.hypothesis.scale;
     let kept: Vec<bool> = found.causes.iter().map(|_| true).chain(found.others.iter().map(is_known)).collect();
     let keep = |row: &Vec<f64>| row.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(c, _)| *c).collect();
@@ -68,16 +107,30 @@ pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison)
 }
 
 /// The fit of causes with numbers beside them.
-fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], best: &Fitted, view: &Comparison) -> Result<Joint> {
+fn together(
+    finals: &Finalists<'_>,
+    causes: &[&Hypothesis],
+    beside: &[Beside],
+    best: &Fitted,
+    view: &Comparison,
+    weights: JointWeights,
+) -> Result<Joint> {
     let level = best.level;
     let all: Vec<usize> = (0..view.readings.len()).collect();
     let errors = view.errors.without(&beside.iter().filter_map(|b| b.number).collect::<Vec<_>>());
     let free: Vec<&Hypothesis> = causes.iter().copied().chain(beside.iter().map(|b| &b.hypothesis)).collect();
     let guess: Vec<f64> = best.amplitudes.iter().copied().chain(beside.iter().map(|b| b.moved)).collect();
-    let whitener = errors.whitener(&level, &all);
+    let worth_of = |slopes: &[Vec<f64>], level: &Level| -> Option<f64> {
+        (weights == JointWeights::Apart).then(|| worth(slopes, &errors.deviations_apart(level), |vector| errors.times_apart(level, vector)))
+    };
     let (readings, mesh, places) = (&view.readings, &view.mesh, &finals.places);
-    let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level, without: view.without };
-    let rested = |mut fitted: Fitted, used: FitData<'_>| -> Result<Fitted> {
+    let fitted_from = |from: Option<&Fitted>, worth: Option<f64>, level: Level| -> Result<Fitted> {
+        let whitener = whitener(&errors, &level, worth, &all);
+        let used = FitData { which: &all, readings, mesh, places, whitener: &whitener, level, without: view.without };
+        let mut fitted = match from {
+            Some(before) => fit_again(finals.predictor, &free, before, used)?,
+            None => fit(finals.predictor, &free, &guess, used)?,
+        };
         for _ in 1..MOST_FITS {
             let again = fit_again(finals.predictor, &free, &fitted, used)?;
             let moved =
@@ -90,19 +143,49 @@ fn together(finals: &Finalists<'_>, causes: &[&Hypothesis], beside: &[Beside], b
         }
         Ok(fitted)
     };
-    let mut fitted = rested(fit(finals.predictor, &free, &guess, used)?, used)?;
+    let slopes: Vec<Vec<f64>> = best.slopes.iter().cloned().chain(beside.iter().map(|b| b.slope.clone())).collect();
+    let mut worth = worth_of(&slopes, &level);
+    let mut fitted = fitted_from(None, worth, level)?;
     // With all of it free less may be left than with the cause alone.
     let (without, columns) = fitted.without_amplitudes(&free);
     let learnt = Level { numbers: level.numbers, ..errors.learn(&without, &columns, level, None) };
     if learnt != level {
-        let whitener = errors.whitener(&learnt, &all);
-        let used = FitData { whitener: &whitener, level: learnt, ..used };
-        fitted = rested(fit_again(finals.predictor, &free, &fitted, used)?, used)?;
+        worth = worth_of(&fitted.slopes, &learnt);
+        fitted = fitted_from(Some(&fitted), worth, learnt)?;
     }
-    let Fitted { amplitudes, deviations, correlations, values, machine, level, .. } = fitted;
+    let Fitted { amplitudes, deviations, correlations, values, machine, level, slopes, .. } = fitted;
+    let (deviations, correlations) = match worth {
+        Some(_) => {
+            let prior = free.iter().zip(&guess).map(|(h, a)| information(h, *a)).collect();
+            let weights = whitener(&errors, &level, worth, &all);
+            spread(&Sandwich::of(&slopes, &weights, &errors, &level, prior).covariance(), &free)
+        }
+        None => (deviations, correlations),
+    };
     let cause = |j: usize| Cause { hypothesis: free[j].clone(), amplitude: amplitudes[j], deviation: deviations[j] };
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
-    Ok(Joint { causes: own, others, correlations, values, machine, errors, level })
+    Ok(Joint { causes: own, others, correlations, values, machine, errors, worth, level })
+}
+
+/// Inverse variance of an amplitude's prior, which has tails where the hypothesis has.
+fn information(h: &Hypothesis, guess: f64) -> f64 {
+    match () {
+        () if h.is_fixed() => 1.0,
+        () if h.has_tails() => h.scale.max(guess.abs().min(h.largest())).powi(-2),
+        () => h.scale.powi(-2),
+    }
+}
+
+/// Standard deviations and correlations of a covariance; zero of what has no amplitude.
+fn spread(covariance: &DMatrix<f64>, free: &[&Hypothesis]) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let deviation = |j: usize| if free[j].is_fixed() { 0.0 } else { covariance[(j, j)].max(0.0).sqrt() };
+    let deviations: Vec<f64> = (0..free.len()).map(deviation).collect();
+    let correlation = |i: usize, j: usize| {
+        let both = deviations[i] * deviations[j];
+        if both > 0.0 { covariance[(i, j)] / both } else { 0.0 }
+    };
+    let correlations = (0..free.len()).map(|i| (0..free.len()).map(|j| correlation(i, j)).collect()).collect();
+    (deviations, correlations)
 }
 
 /// A number that is fitted beside causes.
@@ -113,6 +196,8 @@ struct Beside {
     hypothesis: Hypothesis,
     /// Where to, in the hypothesis' unit.
     moved: f64,
+    /// Change of the readings with it, K per unit; zero where it is not known yet.
+    slope: Vec<f64>,
 }
 
 /// The numbers that the residual left by a fit moves most, each by its expectation under the covariance.
@@ -128,7 +213,8 @@ fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &
         let along: f64 = whitener.apply(column).iter().zip(&left).map(|(c, l)| c * l).sum();
         let mut hypothesis = h.clone();
         hypothesis.scale = SPREAD * unit;
-        Beside { number: Some(number), hypothesis, moved: SPREAD * SPREAD * along * unit }
+        let slope = column.iter().map(|c| c / unit).collect();
+        Beside { number: Some(number), hypothesis, moved: SPREAD * SPREAD * along * unit, slope }
     };
     let mut found: Vec<Beside> = view.numbers.iter().zip(view.errors.numbers()).enumerate().map(one).collect();
     let is_cause = |p: &Beside| causes.iter().any(|h| h.is_same(&p.hypothesis));

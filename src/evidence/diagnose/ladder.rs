@@ -1,5 +1,6 @@
 //! The ladder: calibrate, compare, name, refit jointly, extend, and on to the next cause while unseen data are predicted better.
 
+use std::borrow::Cow;
 use std::time::Instant;
 
 use super::decide::ALARM_CAUSE;
@@ -7,6 +8,7 @@ use super::rung::{Rung, once, square};
 use super::{Diagnosis, Problem, Verdict};
 use crate::error::Result;
 use crate::evidence::discrepancy::Level as DiscrepancyLevel;
+use crate::evidence::measurement::faults::Fault;
 use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::Tables;
 
@@ -36,10 +38,26 @@ pub fn diagnose(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis>
     Ok(found)
 }
 
+/// The same; where causes leave more than noise of a table and explain the rest without some readings or rows, these are set aside and
+/// become [`Problem::faults`] of the problem that is returned.
+///
+/// # Errors
+/// As [`diagnose`].
+pub fn settled<'p>(problem: &'p Problem, progress: &dyn Progress) -> Result<(Cow<'p, Problem>, Diagnosis)> {
+    let found = diagnose(problem, progress)?;
+    if found.aside.is_empty() {
+        return Ok((Cow::Borrowed(problem), found));
+    }
+    progress.say(&format!("without {}", found.aside.iter().map(Fault::place).collect::<Vec<_>>().join(", ")));
+    let without = problem.without(&found.aside);
+    let again = diagnose(&without, progress)?;
+    Ok(if again.leaves_noise() { (Cow::Owned(without), again) } else { (Cow::Borrowed(problem), found) })
+}
+
 /// All rungs.
 fn climbed(problem: &Problem, progress: &dyn Progress) -> Result<Diagnosis> {
     let mut found = once(problem, progress)?;
-    let mut here = problem.clone();
+    let mut here = Problem { may_set_aside: false, ..problem.clone() };
     while let Some(last) = found.rungs.last()
         && found.rungs.len() < MOST_RUNGS
         && found.verdict == Verdict::Explained

@@ -9,6 +9,7 @@
 //! condition, and the discrepancy of any such model ([`Discrepancy`]). Numbers of the machine that the user calls uncertain
 //! join it with their priors. So no cause is named for what calibration may still move.
 
+mod aside;
 mod choice;
 mod decide;
 mod effects;
@@ -39,7 +40,8 @@ use crate::describe::machine::Variable;
 use crate::error::Result;
 use crate::evidence::discrepancy;
 use crate::evidence::faulty::{Cleared, cleared};
-use crate::evidence::measurement::faults::Fault;
+use crate::evidence::identify::chi_square_tail;
+use crate::evidence::measurement::faults::{Fault, rest};
 use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, VariableUncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
 use crate::foundation::document::Document;
@@ -52,7 +54,7 @@ pub use effects::{
     CommonFactor, Effect, Hypothesis, Law, LawForm, LawNumber, Scales, Shown, UserKind, hypotheses, sentence, under_rarer_laws,
 };
 pub use gain::{Gain, HeldOutReading};
-pub use ladder::diagnose;
+pub use ladder::{diagnose, settled};
 pub use missing::MissingHeat;
 pub use next::{Costs, Expected, ExtraSensor, Next, Trial, Worth};
 pub use predictor::{Extended, Predictor};
@@ -63,6 +65,8 @@ use when::Added;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
+/// A misfit that is more probable than this is noise.
+const NOISE: f64 = 0.01;
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 200;
 
@@ -113,6 +117,8 @@ pub struct Problem {
     pub costs: Costs,
     /// Faulty readings that were found in the data; see [`Problem::cleared`].
     pub faults: Vec<Fault>,
+    /// Whether readings of a table may be set aside that the catalogue alone can tell from a cause; see [`settled`].
+    pub may_set_aside: bool,
     /// The machine file as it was before [`Problem::timed`], and the variables that this added.
     given: Option<Document>,
     added: Vec<Added>,
@@ -134,6 +140,7 @@ impl Problem {
             without: Vec::new(),
             costs: Costs::default(),
             faults: Vec::new(),
+            may_set_aside: false,
             given: None,
             added: Vec::new(),
         }
@@ -147,7 +154,15 @@ impl Problem {
     pub fn cleared(self) -> Result<Self> {
         let found = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
         let Cleared { data, faults, .. } = if found.suspects.is_empty() { found } else { isolated::judged(&self, found)? };
-        Ok(Self { data, faults, ..self })
+        Ok(Self { data, faults, may_set_aside: true, ..self })
+    }
+
+    /// The same without further faulty readings.
+    pub fn without(&self, faults: &[Fault]) -> Self {
+        let mut faults = faults.to_vec();
+        faults.iter_mut().for_each(|fault| fault.is_left_out = true);
+        let data = rest(&self.data, &faults);
+        Self { data, faults: [self.faults.clone(), faults].concat(), may_set_aside: false, ..self.clone() }
     }
 
     /// The same with logs thinned to about [`MOST_READINGS`].
@@ -330,6 +345,8 @@ pub struct Diagnosis {
     pub rungs: Vec<Rung>,
     /// The discrepancy of the machine as it is.
     pub unexplained: discrepancy::Level,
+    /// Readings and rows of a table without which causes explain the rest; none where causes explain all of it.
+    pub aside: Vec<Fault>,
     /// The covariance that was used.
     pub whitener: Whitener,
     /// Of a table on the reduced model, the largest difference of the end result's predictions from those of full solves, K: of the
@@ -340,6 +357,18 @@ pub struct Diagnosis {
 }
 
 impl Diagnosis {
+    /// Whether what is left needs no further explanation, but for a usual discrepancy.
+    fn leaves_noise(&self) -> bool {
+        match self.verdict {
+            Verdict::Consistent => true,
+            Verdict::SomethingElse => false,
+            Verdict::Explained | Verdict::CannotTell => self.explanations.first().is_some_and(|best| {
+                let freedom = self.misfit.freedom.saturating_sub(best.causes.len());
+                best.level.is_usual() && freedom > 0 && chi_square_tail(best.misfit, freedom) > NOISE
+            }),
+        }
+    }
+
     /// Whether causes fit, but predict data kept out no better than the machine as it is.
     pub fn is_vetoed(&self) -> bool {
         self.verdict == Verdict::CannotTell && decide::predicts_worse(self.gain.as_ref())

@@ -3,15 +3,15 @@
 use super::effects::{Hypothesis, Scales, hypotheses};
 use super::finalists::{Finalists, Outcome};
 use super::gain::KeptOut;
-use super::joint::{Joint, joint};
+use super::joint::{Joint, JointWeights, joint};
 use super::numbers::{self, Settled};
 use super::predictor::{KnownSlopes, Predictor};
 use super::probability::Ground;
 use super::screen::Screened;
 use super::view::Comparison;
 use super::{
-    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, decide, gain, history, missing,
-    next, probability, rarer,
+    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, decide, gain, history,
+    missing, next, probability, rarer,
 };
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
@@ -160,7 +160,8 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     let started_from = residuals(&base, &screened);
     let explained = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&started_from.predicted, problem).max(1e-300);
     let share = outcome.leading_predictions().map_or(0.0, |values| explained(&values));
-    let answer = answer.vetoed(&explanations, gain.as_ref(), share);
+    let by_itself = || joint.as_ref().and_then(|_| gained(&finals, &outcome, explanations.first(), None, KeptOut::Tests));
+    let answer = answer.vetoed(&explanations, gain.as_ref(), by_itself, share);
     if let Some(best) = explanations.first_mut() {
         if let Some(joint) = &joint {
             best.causes.clone_from(&joint.causes);
@@ -191,6 +192,13 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
             _ => predictor.off_in_full(&[], &base.found.prediction.values),
         }
     });
+    let leaves_much = || outcome.fitted.is_empty() || finals.leaves_much(&outcome);
+    let aside = if problem.may_set_aside && answer.verdict != Verdict::Consistent && leaves_much() {
+        progress.say("readings and rows without which causes explain the rest");
+        aside::aside(problem, &base, &screened)
+    } else {
+        Vec::new()
+    };
     let next = if matches!(answer.verdict, Verdict::CannotTell | Verdict::SomethingElse) {
         progress.say("what to measure next");
         let open: Vec<&Explanation> = answer.set.iter().map(|i| &explanations[*i]).collect();
@@ -215,6 +223,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         rungs: rung.into_iter().collect(),
         unexplained,
         explanations,
+        aside,
         whitener: base.whitener,
         off_in_full,
         seconds: 0.0,
@@ -246,26 +255,34 @@ struct Extension {
     gain: Option<Gain>,
 }
 
-/// The best explanation refitted with everything uncertain, or alone where only alone it predicts data kept out better than the machine as
-/// it is. What shows in one test only cannot be found without it: of logs, parts of tests are kept out where whole ones give no gain.
+/// The best explanation refitted with everything uncertain, by the first weights with which it predicts data kept out better than the
+/// machine as it is; alone where it does so only alone. What shows in one test only cannot be found without it: of logs, parts of tests
+/// are kept out where whole ones give no gain.
 fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanation>, progress: &dyn Progress) -> Extension {
     let problem = finals.problem;
     let entry = outcome.leading().filter(|_| named.is_some());
-    let refitted = entry.map_or(Ok(None), |entry| joint(finals, entry, &outcome.view)).unwrap_or_else(|e| {
-        progress.say(&format!("what is uncertain could not be refitted beside the cause: {e}"));
-        None
-    });
-    progress.say("gain on conditions kept out");
-    let ways: Vec<Option<Joint>> = if refitted.is_some() { vec![refitted, None] } else { vec![None] };
+    let refitted = |weights: JointWeights| -> Option<Joint> {
+        joint(finals, entry?, &outcome.view, weights).unwrap_or_else(|e| {
+            progress.say(&format!("what is uncertain could not be refitted beside the cause: {e}"));
+            None
+        })
+    };
     let kept_out: &[KeptOut] =
         if named.is_some() && problem.data.is_transient() { &[KeptOut::Tests, KeptOut::Blocks] } else { &[KeptOut::Tests] };
     let mut first = None;
-    for kept_out in kept_out {
-        for joint in &ways {
-            let named = named.map(|explanation| gain::Named { explanation, joint: joint.as_ref(), view: &outcome.view });
-            let gain = gain::gain(problem, finals.predictor, finals.catalogue, finals.base, named, *kept_out);
+    let mut ways: Vec<Option<Joint>> = Vec::new();
+    for (turn, kept_out) in kept_out.iter().enumerate() {
+        for (k, weights) in [Some(JointWeights::Covariance), Some(JointWeights::Apart), None].into_iter().enumerate() {
+            if turn == 0 {
+                ways.push(weights.and_then(refitted));
+                progress.say("gain on conditions kept out");
+            }
+            if weights.is_some() && ways[k].is_none() {
+                continue;
+            }
+            let gain = gained(finals, outcome, named, ways[k].as_ref(), *kept_out);
             let is_worse = decide::predicts_worse(gain.as_ref());
-            let found = Extension { joint: joint.clone(), gain };
+            let found = Extension { joint: ways[k].clone(), gain };
             if !is_worse {
                 return found;
             }
@@ -273,6 +290,18 @@ fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanati
         }
     }
     first.unwrap_or(Extension { joint: None, gain: None })
+}
+
+/// What an explanation gains, with what was fitted beside it.
+fn gained(
+    finals: &Finalists<'_>,
+    outcome: &Outcome,
+    named: Option<&Explanation>,
+    joint: Option<&Joint>,
+    kept_out: KeptOut,
+) -> Option<Gain> {
+    let named = named.map(|explanation| gain::Named { explanation, joint, view: &outcome.view });
+    gain::gain(finals.problem, finals.predictor, finals.catalogue, finals.base, named, kept_out)
 }
 
 /// The level of discrepancy that suits the machine as it is best, and the best of usual ones.

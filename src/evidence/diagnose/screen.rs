@@ -146,28 +146,7 @@ impl Screened {
         let beside =
             |left: &Relabelled, free: usize, g: f64| (left.along[free] / g, self.misfit() - left.misfit + left.along[free].powi(2) / g);
         let ([x, y], gain) = match (&self.relabelled[i], &self.relabelled[j]) {
-            (None, None) => {
-                let determinant = a * c - b * b;
-                if determinant < 1e-6 * a * c {
-                    return ([0.0; 2], 0.0);
-                }
-                let x = (c * self.along[i] - b * self.along[j]) / determinant;
-                let y = (a * self.along[j] - b * self.along[i]) / determinant;
-                if x <= self.most[i] && y <= self.most[j] {
-                    let gain = x * self.along[i] + y * self.along[j];
-                    return if (x < 0.0 && !self.signed[i]) || (y < 0.0 && !self.signed[j]) {
-                        ([0.0; 2], 0.0)
-                    } else {
-                        ([x, y], gain.max(0.0))
-                    };
-                }
-                // Beside what has come to its end the other is free; beyond both ends both stay there.
-                let (x, y) = if x > self.most[i] { (self.most[i], (self.along[j] - b * self.most[i]) / c) } else { (x, y) };
-                let (x, y) =
-                    if y > self.most[j] { (((self.along[i] - b * self.most[j]) / a).min(self.most[i]), self.most[j]) } else { (x, y) };
-                let gain = 2.0 * (x * self.along[i] + y * self.along[j]) - (a * x * x + 2.0 * b * x * y + c * y * y);
-                ([x, y], gain)
-            }
+            (None, None) => return self.pair_beside([i, j], (a, b, c), [self.along[i], self.along[j]]),
             // Each as if the other were not: to first order, under the covariance of neither.
             (Some(_), Some(_)) => ([1.0, 1.0], 2.0 * (self.along[i] + self.along[j] - b) - a - c),
             (Some(left), None) => {
@@ -179,7 +158,32 @@ impl Screened {
                 ([x, 1.0], gain)
             }
         };
-        if (x < 0.0 && !self.signed[i]) || (y < 0.0 && !self.signed[j]) { ([0.0; 2], 0.0) } else { ([x, y], gain.max(0.0)) }
+        if self.is_possible([i, j], [x, y]) { ([x, y], gain.max(0.0)) } else { ([0.0; 2], 0.0) }
+    }
+
+    /// The same of two that have amplitudes, of a residual along which their signatures' products are `along`; squares of the signatures
+    /// and between them their product.
+    pub fn pair_beside(&self, [i, j]: [usize; 2], (a, b, c): (f64, f64, f64), along: [f64; 2]) -> ([f64; 2], f64) {
+        let determinant = a * c - b * b;
+        if determinant < 1e-6 * a * c {
+            return ([0.0; 2], 0.0);
+        }
+        let x = (c * along[0] - b * along[1]) / determinant;
+        let y = (a * along[1] - b * along[0]) / determinant;
+        let ([x, y], gain) = if x <= self.most[i] && y <= self.most[j] {
+            ([x, y], x * along[0] + y * along[1])
+        } else {
+            // Beside what has come to its end the other is free; beyond both ends both stay there.
+            let (x, y) = if x > self.most[i] { (self.most[i], (along[1] - b * self.most[i]) / c) } else { (x, y) };
+            let (x, y) = if y > self.most[j] { (((along[0] - b * self.most[j]) / a).min(self.most[i]), self.most[j]) } else { (x, y) };
+            ([x, y], 2.0 * (x * along[0] + y * along[1]) - (a * x * x + 2.0 * b * x * y + c * y * y))
+        };
+        if self.is_possible([i, j], [x, y]) { ([x, y], gain.max(0.0)) } else { ([0.0; 2], 0.0) }
+    }
+
+    /// Whether amplitudes of two have senses that mean something.
+    fn is_possible(&self, [i, j]: [usize; 2], [x, y]: [f64; 2]) -> bool {
+        (x >= 0.0 || self.signed[i]) && (y >= 0.0 || self.signed[j])
     }
 
     /// Standard deviations of the amplitudes of one or two together, in their priors' scale, priors included.

@@ -3,11 +3,12 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::learnt::{ALLOWED, Learnt, SensorError, learnt, sensor_errors};
-use super::search::{Point, Search, Stride, pseudo_inverse, square};
+use super::search::{Point, Search, Stride, square};
 use super::{Free, MeshShare, Pace, Problem, TIME_TOLERANCE};
 use crate::error::{Error, Result};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::{Whitener, whiten};
+use crate::evidence::sandwich::pseudo_inverse;
 use crate::foundation::numbers::TWO_SIDED_95;
 use crate::foundation::progress::Progress;
 use crate::foundation::random::Random;

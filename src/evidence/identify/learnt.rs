@@ -1,19 +1,16 @@
 //! The model's own error where the stated ones cannot explain what a fit leaves.
 //!
-//! Its size is learnt from the residual beside the parameters ([`ErrorParts::learn`]). A model that is wrong is not told by its
-//! covariance how to be wrong: weighing by the inverse of one that is correlated lets fast changes, which the model may well have
-//! wrong, outvote levels, and lets biases swallow what parameters should explain. So the parameters are found by least squares with
-//! the standard deviation of each reading alone, as if readings were independent, and what that estimate may be off by follows from
-//! the whole covariance (working independence and the sandwich: Liang & Zeger 1986, Biometrika 73, 13-22). The misfit counts as many
-//! times less as the readings are worth fewer, so that priors keep their weight.
+//! Its size is learnt from the residual beside the parameters ([`ErrorParts::learn`]), which are found as if readings were independent
+//! ([`Sandwich`]).
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::Problem;
-use super::search::{Point, Search, pseudo_inverse};
+use super::search::{Point, Search};
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
 use crate::evidence::measurement::{Uncertainty, Whitener, whiten};
+use crate::evidence::sandwich::{Sandwich, worth};
 
 /// A misfit less probable than this is no longer put down to chance alone: the data are asked for more.
 pub(super) const ALLOWED: f64 = 0.05;
@@ -64,18 +61,18 @@ pub(super) fn learnt(search: &mut Search<'_>, nominal: &Point, stated: &Point, e
         if next == Level::NONE && level == Level::NONE && !is_timing {
             return Ok(None);
         }
-        let sandwich = Sandwich::of(search, &point, &parts, &next);
-        let Some(round) = rounds.next() else { return Ok(Some(sandwich.filled(search, point, &parts, next, uncertainty.noise))) };
+        let weights = weights(search, &point, &parts, &next);
+        let Some(round) = rounds.next() else { return Ok(Some(filled(search, point, weights, &parts, next, uncertainty.noise))) };
         let is_same = round > 0 && next == level;
         level = next;
-        point = search.under(point, &sandwich.weights);
-        if is_same && search.rests(&point, &sandwich.weights, RESTS) {
-            return Ok(Some(sandwich.filled(search, point, &parts, level, uncertainty.noise)));
+        point = search.under(point, &weights);
+        if is_same && search.rests(&point, &weights, RESTS) {
+            return Ok(Some(filled(search, point, weights, &parts, level, uncertainty.noise)));
         }
-        let mut best = search.descend(point, &sandwich.weights);
+        let mut best = search.descend(point, &weights);
         if round == 0 {
-            let begun = search.under(nominal.clone(), &sandwich.weights);
-            let other = search.descend(begun, &sandwich.weights);
+            let begun = search.under(nominal.clone(), &weights);
+            let other = search.descend(begun, &weights);
             best = if other.cost < best.cost { other } else { best };
         }
         (point, _) = search.whole(best.coordinates)?;
@@ -87,7 +84,8 @@ impl Learnt {
     pub fn at(&self, search: &Search<'_>, point: Point) -> Self {
         let uncertainty = Uncertainty { noise: self.noise.clone(), ..search.problem.uncertainty.clone() };
         let parts = parts(search, &uncertainty, &point);
-        Sandwich::of(search, &point, &parts, &self.level).filled(search, point, &parts, self.level, uncertainty.noise)
+        let weights = weights(search, &point, &parts, &self.level);
+        filled(search, point, weights, &parts, self.level, uncertainty.noise)
     }
 }
 
@@ -126,36 +124,19 @@ fn scattered(search: &Search<'_>, at: &Point) -> Uncertainty {
     found
 }
 
-/// Least squares as if readings were independent, under a covariance by which they are not.
-struct Sandwich {
-    weights: Whitener,
-    curvature: DMatrix<f64>,
-    scatter: DMatrix<f64>,
+/// The weights at a point: the standard deviation of each reading alone.
+fn weights(search: &Search<'_>, at: &Point, parts: &ErrorParts, level: &Level) -> Whitener {
+    // What differs from test to test weighs no test and no hot reading less: it is in the intervals alone.
+    let deviations = parts.marginal(&Level { between_tests: 0.0, ..*level });
+    let worth = worth(&search.slopes(at), &deviations, |vector| parts.times(level, vector));
+    Whitener::new(&deviations.iter().map(|d| d * worth.sqrt()).collect::<Vec<_>>(), &[])
 }
 
-impl Sandwich {
-    fn of(search: &Search<'_>, at: &Point, parts: &ErrorParts, level: &Level) -> Self {
-        // What differs from test to test weighs no test and no hot reading less: it is in the intervals alone.
-        let deviations = parts.marginal(&Level { between_tests: 0.0, ..*level });
-        let slopes = search.slopes(at);
-        let weighed: Vec<Vec<f64>> = slopes.iter().map(|c| c.iter().zip(&deviations).map(|(c, d)| c / (d * d)).collect()).collect();
-        let products: Vec<Vec<f64>> = weighed.iter().map(|w| parts.times(level, w)).collect();
-        let gram = |a: &[Vec<f64>], b: &[Vec<f64>]| {
-            DMatrix::from_fn(a.len(), b.len(), |i, j| a[i].iter().zip(&b[j]).map(|(x, y)| x * y).sum::<f64>())
-        };
-        let (curvature, scatter) = (gram(&weighed, &slopes), gram(&weighed, &products));
-        let known = curvature.diagonal().iter().filter(|c| **c > 0.0).count().max(1);
-        let worth = ((pseudo_inverse(&curvature) * &scatter).trace() / known as f64).max(1.0);
-        let prior = DMatrix::from_diagonal(&DVector::from_vec(search.prior_information()));
-        let wider: Vec<f64> = deviations.iter().map(|d| d * worth.sqrt()).collect();
-        Self { weights: Whitener::new(&wider, &[]), curvature: curvature / worth + &prior, scatter: scatter / (worth * worth) + prior }
-    }
-
-    fn filled(self, search: &Search<'_>, point: Point, parts: &ErrorParts, level: Level, noise: Vec<f64>) -> Learnt {
-        let whitener = parts.whitener(&level, &(0..search.readings.len()).collect::<Vec<_>>());
-        let Self { weights, curvature, scatter } = self;
-        Learnt { point: search.under(point, &weights), weights, curvature, scatter, whitener, level, noise }
-    }
+/// What a point comes to with its weights.
+fn filled(search: &Search<'_>, point: Point, weights: Whitener, parts: &ErrorParts, level: Level, noise: Vec<f64>) -> Learnt {
+    let Sandwich { curvature, scatter } = Sandwich::of(&search.slopes(&point), &weights, parts, &level, search.prior_information());
+    let whitener = parts.whitener(&level, &(0..search.readings.len()).collect::<Vec<_>>());
+    Learnt { point: search.under(point, &weights), weights, curvature, scatter, whitener, level, noise }
 }
 
 /// What a fit takes the own error of one sensor to be.

@@ -1,6 +1,6 @@
 //! Levenberg and Marquardt's method on the whitened misfit.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::{DMatrix, DVector};
 
 use super::predict::{Pace, Steps};
 use super::{Free, MeshShare, Prediction, Problem, TIME_TOLERANCE};
@@ -415,17 +415,4 @@ pub(super) fn priors(free: &[Free], coordinates: &[f64]) -> f64 {
 
 pub(super) fn square(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum()
-}
-
-/// Inverse where there is information, infinite variance where there is none.
-pub(super) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    if matrix.is_empty() {
-        return matrix.clone();
-    }
-    let scale: Vec<f64> = matrix.diagonal().iter().map(|d| if *d > 0.0 { d.sqrt() } else { 1.0 }).collect();
-    let unit = DMatrix::from_fn(scale.len(), scale.len(), |i, j| matrix[(i, j)] / (scale[i] * scale[j]));
-    let eigen = SymmetricEigen::new(unit);
-    let inverse = eigen.eigenvalues.map(|v| 1.0 / v.max(1e-12));
-    let unit = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
-    DMatrix::from_fn(scale.len(), scale.len(), |i, j| unit[(i, j)] / (scale[i] * scale[j]))
 }

@@ -119,6 +119,15 @@ impl Whitener {
         whitened
     }
 
+    /// The inverse of the covariance times a vector of one entry per reading, K; of one whose noise is independent.
+    pub fn weigh(&self, vector: &[f64]) -> Vec<f64> {
+        let inner = DVector::from_vec(self.noise.apply(vector));
+        let shrunk = |(along, shrink): (&f64, &f64)| along * ((1.0 + shrink).powi(2) - 1.0);
+        let along = self.directions.tr_mul(&inner);
+        let along = DVector::from_iterator(along.len(), along.iter().zip(&self.shrink).map(shrunk));
+        self.noise.apply((inner + &self.directions * along).as_slice())
+    }
+
     /// Logarithm of the determinant of the covariance, K².
     pub fn log_determinant(&self) -> f64 {
         self.log_determinant
@@ -207,6 +216,9 @@ mod tests {
         for (one, together) in vectors.iter().zip(w.apply_all(&vectors).column_iter()) {
             assert!(w.apply(one).iter().zip(&together).all(|(a, b)| (a - b).abs() < 1e-12));
         }
+        let inverse = DMatrix::from_fn(4, 4, sigma).try_inverse().unwrap();
+        let weighed = DVector::from_vec(w.weigh(&vectors[0]));
+        assert!((inverse * DVector::from_column_slice(&vectors[0]) - weighed).amax() < 1e-9);
         let determinant = DMatrix::from_fn(4, 4, sigma).determinant();
         assert!((w.log_determinant() - determinant.ln()).abs() < 1e-10);
     }

@@ -14,6 +14,7 @@ pub mod record;
 pub mod refit;
 mod report;
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::Result;
@@ -31,8 +32,8 @@ use refit::Refitted;
 #[derive(Debug)]
 #[non_exhaustive]
 pub struct Findings<'a> {
-    /// What was asked.
-    pub problem: &'a Problem,
+    /// What was asked, without the readings that were set aside.
+    pub problem: Cow<'a, Problem>,
     /// Causes with their probabilities, and what is gained.
     pub diagnosis: Diagnosis,
     /// The machine file with the best explanation in it, where one can be written.
@@ -47,18 +48,18 @@ pub struct Findings<'a> {
 /// extended machine (to be written to `surrogate`) where one is asked for. Nothing is written yet.
 ///
 /// # Errors
-/// As [`diagnose::diagnose`] and [`refit::Refitted::of`]; the machine as it is cannot be solved.
+/// As [`diagnose::settled`] and [`refit::Refitted::of`]; the machine as it is cannot be solved.
 pub fn examine<'a>(
     problem: &'a Problem,
     extended: impl AsRef<Path>,
     surrogate: Option<&Path>,
     progress: &dyn Progress,
 ) -> Result<Findings<'a>> {
-    let diagnosis = diagnose::diagnose(problem, progress)?;
-    let extended = ExtendedMachine::of(problem, &diagnosis, extended.as_ref())?;
+    let (problem, diagnosis) = diagnose::settled(problem, progress)?;
+    let extended = ExtendedMachine::of(&problem, &diagnosis, extended.as_ref())?;
     progress.say("heat balances");
-    let energy = EnergyBalances::of(problem, &diagnosis, extended.is_some())?;
-    let refitted = surrogate.map(|path| Refitted::of(problem, extended.as_ref(), path, progress)).transpose()?;
+    let energy = EnergyBalances::of(&problem, &diagnosis, extended.is_some())?;
+    let refitted = surrogate.map(|path| Refitted::of(&problem, extended.as_ref(), path, progress)).transpose()?;
     Ok(Findings { problem, diagnosis, extended, energy, refitted })
 }
 

@@ -342,7 +342,7 @@ fn next(section: &mut Section, found: &Findings<'_>) {
     let costs = &found.problem.costs;
     section.list(next.iter().map(|n| {
         let worth = next::worth_in_words(n, costs);
-        format!("{}: {:.1} standard deviations apart; {worth}", capital(&next::in_words(found.problem, n)), n.mean)
+        format!("{}: {:.1} standard deviations apart; {worth}", capital(&next::in_words(&found.problem, n)), n.mean)
     }));
 }
 
@@ -456,7 +456,7 @@ fn method(section: &mut Section, found: &Findings<'_>) {
 }
 
 fn provenance(section: &mut Section, found: &Findings<'_>) {
-    let problem = found.problem;
+    let problem = &found.problem;
     let document = problem.machine_file();
     let uncertainty = match &problem.uncertainty.file {
         Some(path) => path.display().to_string(),

@@ -95,6 +95,11 @@ impl Fault {
         Self { variable: Some(variable.into()), ..Self::new(data, FaultKind::WrongCondition, readings, None, words) }
     }
 
+    /// One reading, by row and sensor.
+    pub fn wrong_reading(data: &Data, row: usize, sensor: usize, words: String) -> Self {
+        Self::new(data, FaultKind::WrongReading, vec![(row, sensor)], Some(sensor), words)
+    }
+
     /// A row of readings that no other value of one condition explains.
     pub fn wrong_row(data: &Data, row: usize, words: String) -> Self {
         Self { variable: None, ..Self::wrong_condition(data, row, "", words) }
@@ -110,13 +115,18 @@ impl Fault {
         self.readings.len()
     }
 
-    /// The whole of it in one line: place, what is wrong, and what was done.
-    pub fn text(&self) -> String {
+    /// Where it is: rows, line and sensor.
+    pub fn place(&self) -> String {
         let (first, last) = (self.rows.start() + 1, self.rows.end() + 1);
         let line = self.line.map_or(String::new(), |line| format!(" (line {line})"));
         let rows = if first == last { format!("row {first}{line}") } else { format!("rows {first} to {last}{line}") };
         let sensor = self.sensor.as_ref().map_or(String::new(), |name| format!(", '{name}'"));
-        format!("{rows}{sensor}: {}: {}", self.words, if self.is_left_out { "left out" } else { "kept" })
+        format!("{rows}{sensor}")
+    }
+
+    /// The whole of it in one line: place, what is wrong, and what was done.
+    pub fn text(&self) -> String {
+        format!("{}: {}: {}", self.place(), self.words, if self.is_left_out { "left out" } else { "kept" })
     }
 
     /// The fault for other programs.
@@ -399,6 +409,6 @@ fn robust(deviations: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// A difference of temperatures as a person says it.
-fn kelvin(k: f64) -> String {
+pub fn kelvin(k: f64) -> String {
     if k.abs() >= 10.0 { format!("{:.0} K", k.abs()) } else { format!("{:.1} K", k.abs()) }
 }

@@ -1,6 +1,6 @@
 //! Single wrong readings and wrong rows of steady tables: against the sensor's other rows and the row's other sensors.
 
-use super::{Fault, FaultKind, Grid, is_sign, kelvin, median, robust};
+use super::{Fault, Grid, is_sign, kelvin, median, robust};
 use crate::evidence::measurement::{Data, whiten};
 use crate::units::celsius;
 
@@ -115,7 +115,7 @@ impl<'a> Judge<'a> {
     fn fault(&self, r: usize, k: usize, more: &str) -> Fault {
         let read = self.grid.read[r][k].map_or(f64::NAN, celsius);
         let words = format!("{read:.1} degC is {} off what its sensor and its row show elsewhere{more}", kelvin(self.off(r, k)));
-        Fault::new(self.grid.data, FaultKind::WrongReading, vec![(r, k)], Some(k), words)
+        Fault::wrong_reading(self.grid.data, r, k, words)
     }
 
     /// Whether all of some readings of a sensor are off as nothing else of their rows and of the sensor is.
