@@ -25,6 +25,9 @@ const MOST_READINGS: usize = 600;
 /// Rows that are needed for one to go, and sensors.
 const LEAST_ROWS: usize = 5;
 const LEAST_SENSORS: usize = 3;
+/// Rows of which one may go, and readings: of more the machine is wrong. Two readings may go in any case.
+const ROWS_OF_ONE: usize = 10;
+const READINGS_OF_ONE: usize = 40;
 /// A misfit that is more probable than this needs no explanation.
 const ENOUGH: f64 = 0.01;
 /// What may be left of each reading: noise stated half is four.
@@ -68,8 +71,14 @@ struct Set {
 struct Search<'a> {
     screened: &'a Screened,
     members: Vec<Member>,
+    /// Readings that may go one by one, and rows.
+    most: [usize; 2],
     /// Stated noise of each reading, K.
     deviation: Vec<f64>,
+    /// Sensor of each reading.
+    sensors: Vec<usize>,
+    /// Unwhitened signatures, K.
+    columns: Vec<&'a [f64]>,
     /// Whitened unit vectors: with each other, with all signatures, with the residual.
     among: DMatrix<f64>,
     across: DMatrix<f64>,
@@ -106,7 +115,7 @@ pub fn aside(problem: &Problem, base: &Comparison, screened: &Screened) -> Vec<F
 }
 
 impl<'a> Search<'a> {
-    fn new(problem: &Problem, places: &[(usize, usize)], base: &Comparison, screened: &'a Screened) -> Self {
+    fn new(problem: &Problem, places: &[(usize, usize)], base: &'a Comparison, screened: &'a Screened) -> Self {
         let (n, count) = (places.len(), problem.data.rows.len());
         let unit = |i: usize| (0..n).map(|j| if i == j { 1.0 } else { 0.0 }).collect::<Vec<f64>>();
         let units = base.whitener.apply_all(&(0..n).map(unit).collect::<Vec<_>>());
@@ -117,6 +126,9 @@ impl<'a> Search<'a> {
         Self {
             screened,
             members: singles.chain(rows).collect(),
+            most: [n.div_ceil(READINGS_OF_ONE).max(2), count.div_ceil(ROWS_OF_ONE)],
+            sensors: places.iter().map(|(_, k)| *k).collect(),
+            columns: screened.visible.iter().map(|h| base.found.columns[*h].as_slice()).collect(),
             deviation: places.iter().map(|(_, k)| problem.uncertainty.noise[*k]).collect(),
             among: units.tr_mul(&units),
             across: units.tr_mul(&screened.columns),
@@ -138,7 +150,9 @@ impl<'a> Search<'a> {
             let mut found: Vec<Set> = larger.into_par_iter().filter_map(|members| self.beside(members)).collect();
             found.sort_by(|a, b| a.score.total_cmp(&b.score));
             found.truncate(BEAM);
-            let is_better = |set: &&Set| set.noise < NOISY && best.as_ref().is_none_or(|best| set.score < best.score) && self.is_gross(set);
+            let is_better = |set: &&Set| {
+                set.noise < NOISY && best.as_ref().is_none_or(|best| set.score < best.score) && self.is_gross(set) && !self.is_law(set)
+            };
             if let Some(better) = found.iter().find(is_better) {
                 best = Some(better.clone());
             }
@@ -157,10 +171,31 @@ impl<'a> Search<'a> {
         })
     }
 
+    /// Whether one of several members is a reading of the sensor that shows one of the causes most: without the readings that a law
+    /// misses, a wrong law explains the rest.
+    fn is_law(&self, set: &Set) -> bool {
+        let shown = |j: &usize| -> Option<usize> {
+            let square = |k: usize| -> f64 {
+                let own = self.columns[*j].iter().zip(&self.deviation).zip(&self.sensors).filter(|(_, sensor)| **sensor == k);
+                own.map(|((c, d), _)| (c / d).powi(2)).sum()
+            };
+            let sensors = 0..=self.sensors.iter().copied().max()?;
+            sensors.max_by(|a, b| square(*a).total_cmp(&square(*b)))
+        };
+        let most: Vec<usize> = set.causes.iter().filter_map(shown).collect();
+        let mut singles = set.members.iter().map(|m| &self.members[*m]).filter(|member| !member.is_row);
+        set.members.len() > 1 && singles.any(|member| most.contains(&self.sensors[member.readings[0]]))
+    }
+
     /// Sets with one member more.
     fn larger(&self, set: &Set) -> Vec<Vec<usize>> {
+        let gone = |is_row: bool| set.members.iter().filter(|m| self.members[**m].is_row == is_row).count();
+        let may_go = [false, true].map(|is_row| gone(is_row) < self.most[usize::from(is_row)]);
         let is_apart = |m: &usize| {
-            let readings = &self.members[*m].readings;
+            let Member { readings, is_row } = &self.members[*m];
+            if !may_go[usize::from(*is_row)] {
+                return false;
+            }
             let total = readings.len() + set.readings.len();
             total as f64 <= SHARE * self.deviation.len() as f64 && !readings.iter().any(|i| set.readings.contains(i))
         };
