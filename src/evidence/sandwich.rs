@@ -62,3 +62,18 @@ pub fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let unit = &eigen.eigenvectors * DMatrix::from_diagonal(&inverse) * eigen.eigenvectors.transpose();
     DMatrix::from_fn(scale.len(), scale.len(), |i, j| unit[(i, j)] / (scale[i] * scale[j]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Twelve readings of one level: each counts where they are independent, all of them once where their errors are the same.
+    #[test]
+    fn readings_are_worth_what_is_new_in_them() {
+        let (slopes, deviations) = ([vec![1.0; 12]], [0.5; 12]);
+        let independent = |v: &[f64]| v.iter().map(|v| 0.25 * v).collect();
+        let common = |v: &[f64]| vec![0.25 * v.iter().sum::<f64>(); v.len()];
+        assert!((worth(&slopes, &deviations, independent) - 1.0).abs() < 1e-12);
+        assert!((worth(&slopes, &deviations, common) - 12.0).abs() < 1e-9);
+    }
+}
