@@ -116,6 +116,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("figures::report", &["error", "units", "foundation::atomic_file", "figures::chart"]),
     ("evidence::measurement", &["error", "units", "foundation::*", "describe::machine"]),
     ("evidence::discrepancy", &["foundation::numbers", "units", "describe::machine", "evidence::measurement"]),
+    ("evidence::sandwich", &["evidence::measurement", "evidence::discrepancy"]),
     (
         "evidence::identify",
         &[
@@ -130,6 +131,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "explore::simulate",
             "evidence::measurement",
             "evidence::discrepancy",
+            "evidence::sandwich",
         ],
     ),
     (
@@ -164,6 +166,7 @@ const ALLOWED: &[(&str, &[&str])] = &[
             "evidence::identify",
             "evidence::faulty",
             "evidence::discrepancy",
+            "evidence::sandwich",
         ],
     ),
     (

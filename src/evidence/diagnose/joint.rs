@@ -85,7 +85,8 @@ pub enum JointWeights {
 /// # Errors
 /// The machine cannot be solved with what the residual asks for.
 pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison, weights: JointWeights) -> Result<Option<Joint>> {
-    let wanders = finals.problem.data.is_transient() && best.level.wandering > 0.0;
+    // Of a machine of cells only what the residual pulls is free, too little to trade levels for fast changes.
+    let wanders = is_lumped(finals) && finals.problem.data.is_transient() && best.level.wandering > 0.0;
     if weights == JointWeights::Apart && !wanders {
         return Ok(None);
     }
@@ -200,9 +201,14 @@ struct Beside {
     slope: Vec<f64>,
 }
 
+/// Whether the machine is made of lumped nodes alone.
+fn is_lumped(finals: &Finalists<'_>) -> bool {
+    finals.problem.study.model.mesh.cells == 0
+}
+
 /// The numbers that the residual left by a fit moves most, each by its expectation under the covariance.
 fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &Comparison) -> Vec<Beside> {
-    let is_lumped = finals.problem.study.model.mesh.cells == 0;
+    let is_lumped = is_lumped(finals);
     if best.level == Level::NONE {
         return Vec::new();
     }
