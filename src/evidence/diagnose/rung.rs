@@ -275,11 +275,11 @@ fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanati
         for (k, weights) in [Some(JointWeights::Covariance), Some(JointWeights::Apart), None].into_iter().enumerate() {
             if turn == 0 {
                 ways.push(weights.and_then(refitted));
-                progress.say("gain on conditions kept out");
             }
             if weights.is_some() && ways[k].is_none() {
                 continue;
             }
+            progress.say("gain on conditions kept out");
             let gain = gained(finals, outcome, named, ways[k].as_ref(), *kept_out);
             let is_worse = decide::predicts_worse(gain.as_ref());
             let found = Extension { joint: ways[k].clone(), gain };
