@@ -38,7 +38,8 @@ fn named(found: &Diagnosis) -> Vec<String> {
     names
 }
 
-/// One sensor 6 K too high in one row, and another row with the conditions of a third, beside two causes.
+/// One sensor 6 K too high in one row, and another row with the conditions of a third, beside two causes; named by their places in a
+/// table whose first row is empty.
 #[test]
 fn a_wrong_reading_and_a_wrong_row_beside_two_causes() {
     let mut problem = table(&TWO, 9, 41);
@@ -46,8 +47,11 @@ fn a_wrong_reading_and_a_wrong_row_beside_two_causes() {
     let others: Vec<f64> = problem.data.rows[7].condition.si().to_vec();
     problem.data.rows[5].condition = Condition::from_si(others);
     let sensor = problem.data.names[3].clone();
+    let mut empty = problem.data.rows[0].clone();
+    empty.readings.iter_mut().for_each(|reading| *reading = None);
+    problem.data.rows.insert(0, empty);
     let (faults, found) = answered(problem);
-    assert_eq!(faults, [(FaultKind::WrongReading, 2, Some(sensor)), (FaultKind::WrongCondition, 5, None)]);
+    assert_eq!(faults, [(FaultKind::WrongReading, 3, Some(sensor)), (FaultKind::WrongCondition, 6, None)]);
     assert!(matches!(found.verdict, Verdict::Explained | Verdict::CannotTell), "{:?}", found.verdict);
     assert_eq!(named(&found), named(&answered(table(&TWO, 9, 41)).1), "as without faults");
 }

@@ -9,9 +9,9 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::Problem;
 use super::screen::Screened;
 use super::view::Comparison;
+use super::{NOISE, Problem, WRONG};
 use crate::evidence::identify::chi_square_tail;
 use crate::evidence::measurement::faults::{Fault, kelvin};
 use crate::evidence::measurement::whiten;
@@ -28,8 +28,6 @@ const LEAST_SENSORS: usize = 3;
 /// Rows of which one may go, and readings: of more the machine is wrong. Two readings may go in any case.
 const ROWS_OF_ONE: usize = 10;
 const READINGS_OF_ONE: usize = 40;
-/// A misfit that is more probable than this needs no explanation.
-const ENOUGH: f64 = 0.01;
 /// What may be left of each reading: noise stated half is four.
 const NOISY: f64 = 5.0;
 /// Standard deviations of what is left that a wrong reading is off by, and the readings of a wrong row in the root mean square.
@@ -40,8 +38,6 @@ const READING: f64 = 2.0;
 const CAUSE: f64 = 12.0;
 /// By how much the best set must be better than none.
 const BETTER: f64 = 12.0;
-/// Share of the readings that may go.
-const SHARE: f64 = 0.25;
 /// Causes beside which a second one is looked for.
 const FIRSTS: usize = 30;
 /// Share of a signature's square that must lie outside the set for its cause to count beside it.
@@ -57,10 +53,11 @@ struct Member {
 #[derive(Clone)]
 struct Set {
     members: Vec<usize>,
+    /// Their readings, member by member.
     readings: Vec<usize>,
-    /// Whitened misfit that the best causes leave beside, and how many these are.
-    left: f64,
+    /// The best causes beside them, as positions in the screen, and the whitened misfit that these leave.
     causes: Vec<usize>,
+    left: f64,
     /// What is left of each reading, at least one: the variance of noise over the stated one.
     noise: f64,
     /// Minus twice the logarithm of the likelihood with noise of this size, and the price of members and causes.
@@ -94,12 +91,9 @@ pub fn aside(problem: &Problem, base: &Comparison, screened: &Screened) -> Vec<F
     }
     let search = Search::new(problem, &places, base, screened);
     let Some(found) = search.best() else { return Vec::new() };
-    let off = search.off(&found);
-    let of = |m: &usize| -> Fault {
-        let Member { readings, is_row } = &search.members[*m];
-        let off = |i: &usize| off[found.readings.iter().position(|own| own == i).unwrap_or(0)];
+    let of = |(Member { readings, is_row }, off): (&Member, Vec<f64>)| -> Fault {
         let (row, sensor) = places[readings[0]];
-        let most = readings.iter().map(off).fold(0.0f64, |most, off| if off.abs() > most.abs() { off } else { most });
+        let most = off.into_iter().fold(0.0f64, |most, off| if off.abs() > most.abs() { off } else { most });
         if *is_row {
             let words =
                 format!("all {} sensors are off what causes make of it that explain the rest, the most by {most:+.1} K", readings.len());
@@ -109,7 +103,7 @@ pub fn aside(problem: &Problem, base: &Comparison, screened: &Screened) -> Vec<F
         let words = format!("{read:.1} degC is {} off what causes make of it that explain the rest", kelvin(most));
         Fault::wrong_reading(data, row, sensor, words)
     };
-    let mut faults: Vec<Fault> = found.members.iter().map(of).collect();
+    let mut faults: Vec<Fault> = search.off(&found).into_iter().map(of).collect();
     faults.sort_by_key(|fault| *fault.rows.start());
     faults
 }
@@ -139,7 +133,7 @@ impl<'a> Search<'a> {
     /// The best set; `None` where none is better than keeping all readings.
     fn best(&self) -> Option<Set> {
         let none = self.beside(Vec::new())?;
-        if chi_square_tail(none.left, self.deviation.len().saturating_sub(none.causes.len()).max(1)) > ENOUGH {
+        if chi_square_tail(none.left, self.deviation.len().saturating_sub(none.causes.len()).max(1)) > NOISE {
             return None;
         }
         let (mut beam, mut best) = (vec![none.clone()], None::<Set>);
@@ -163,11 +157,9 @@ impl<'a> Search<'a> {
 
     /// Whether all members are off by far.
     fn is_gross(&self, set: &Set) -> bool {
-        let off = self.off(set);
-        let of = |i: &usize| off[set.readings.iter().position(|own| own == i).unwrap_or(0)] / self.deviation[*i];
-        set.members.iter().map(|m| &self.members[*m]).all(|Member { readings, is_row }| {
-            let square = readings.iter().map(|i| of(i).powi(2)).sum::<f64>() / readings.len() as f64;
-            square > GROSS[usize::from(*is_row)].powi(2) * set.noise
+        self.off(set).into_iter().all(|(Member { readings, is_row }, off)| {
+            let squares = off.iter().zip(readings).map(|(off, i)| (off / self.deviation[*i]).powi(2));
+            squares.sum::<f64>() / readings.len() as f64 > GROSS[usize::from(*is_row)].powi(2) * set.noise
         })
     }
 
@@ -197,7 +189,7 @@ impl<'a> Search<'a> {
                 return false;
             }
             let total = readings.len() + set.readings.len();
-            total as f64 <= SHARE * self.deviation.len() as f64 && !readings.iter().any(|i| set.readings.contains(i))
+            total as f64 <= WRONG * self.deviation.len() as f64 && !readings.iter().any(|i| set.readings.contains(i))
         };
         let with = |m: usize| {
             let mut members = set.members.clone();
@@ -255,8 +247,8 @@ impl<'a> Search<'a> {
         is_solved.then_some((inside, gone))
     }
 
-    /// By how much each reading of a set is off what the causes beside make of it, K.
-    fn off(&self, set: &Set) -> Vec<f64> {
+    /// By how much each reading of every member of a set is off what the causes beside make of it, K.
+    fn off(&self, set: &Set) -> Vec<(&Member, Vec<f64>)> {
         let (readings, causes) = (&set.readings, &set.causes);
         let n = readings.len();
         let size = n + causes.len();
@@ -268,6 +260,7 @@ impl<'a> Search<'a> {
         });
         let right = DVector::from_fn(size, |i, _| if i < n { self.along[readings[i]] } else { self.screened.along[causes[i - n]] });
         let found = normal.lu().solve(&right).unwrap_or_else(|| DVector::zeros(size));
-        found.iter().take(n).copied().collect()
+        let mut off = found.iter().copied();
+        set.members.iter().map(|m| &self.members[*m]).map(|member| (member, off.by_ref().take(member.readings.len()).collect())).collect()
     }
 }

@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::effects::{Hypothesis, Scales, hypotheses};
 use super::screen::Screened;
 use super::view::Comparison;
-use super::{Problem, rarer};
+use super::{NOISE, Problem, WRONG, rarer};
 use crate::error::Result;
 use crate::evidence::faulty::Cleared;
 use crate::evidence::identify::chi_square_tail;
@@ -22,15 +22,11 @@ use crate::evidence::measurement::{Data, whiten};
 
 /// Suspects of which all combinations are tried.
 const MOST: usize = 4;
-/// A misfit that is more probable than this needs no explanation.
-const ENOUGH: f64 = 0.01;
 /// What two causes leave more than the absence of the suspects, at least, and more than that for each of their readings.
 const BETTER: f64 = 12.0;
 const EACH: f64 = 2.0;
 /// Rows from which on two of them at the same end of a range are no chance: of fewer, most pairs are at some end.
 const RANGES: usize = 8;
-/// Share of the readings that may be wrong.
-const SHARE: f64 = 0.25;
 /// Share of a signature's square that must lie outside the suspects for its cause to count beside them.
 const OUTSIDE: f64 = 1e-6;
 
@@ -57,7 +53,7 @@ fn wrong<'s>(problem: &Problem, suspects: &'s [Fault]) -> Result<Vec<&'s Fault>>
     catalogue.retain(|h| !problem.without.iter().any(|kind| kind == h.kind()));
     let mut base = Comparison::of(problem, study, &catalogue, &scales)?;
     let misfit: f64 = base.whitener.apply(&base.found.residual).iter().map(|v| v * v).sum();
-    if chi_square_tail(misfit, data.count()) > ENOUGH {
+    if chi_square_tail(misfit, data.count()) > NOISE {
         return Ok(Vec::new());
     }
     rarer::add(problem, &mut base, &mut catalogue, &scales)?;
@@ -74,13 +70,13 @@ fn wrong<'s>(problem: &Problem, suspects: &'s [Fault]) -> Result<Vec<&'s Fault>>
     for chosen in 1..1usize << suspects.len() {
         let chosen: Vec<&Fault> = suspects.iter().enumerate().filter(|(s, _)| chosen >> s & 1 == 1).map(|(_, fault)| fault).collect();
         let out: Vec<usize> = chosen.iter().flat_map(|fault| readings(fault)).collect();
-        if !are_apart(&chosen, data, off) || out.len() as f64 > SHARE * data.count() as f64 {
+        if !are_apart(&chosen, data, off) || out.len() as f64 > WRONG * data.count() as f64 {
             continue;
         }
         let freedom = data.count().saturating_sub(out.len());
         let explains = |left: &Left| {
             let freedom = freedom.saturating_sub(left.beside.iter().len());
-            freedom > 0 && chi_square_tail(left.misfit, freedom) > ENOUGH
+            freedom > 0 && chi_square_tail(left.misfit, freedom) > NOISE
         };
         let Some(left) = screen.without(&out).into_iter().find(explains) else { continue };
         let is_better = best.as_ref().is_none_or(|(count, other, _)| (out.len(), left.misfit) < (*count, *other));

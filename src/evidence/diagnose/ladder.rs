@@ -5,17 +5,14 @@ use std::time::Instant;
 
 use super::decide::ALARM_CAUSE;
 use super::rung::{Rung, once, square};
-use super::{Diagnosis, Problem, Verdict};
+use super::{Diagnosis, NOISE, Problem, Verdict};
 use crate::error::Result;
 use crate::evidence::discrepancy::Level as DiscrepancyLevel;
-use crate::evidence::measurement::faults::Fault;
 use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::Tables;
 
 /// Rungs at most.
 const MOST_RUNGS: usize = 5;
-/// A misfit left that is less probable than this asks for another cause.
-const LEFT: f64 = 0.01;
 /// What readings of the end result may be off on the reduced model, K: noise and what meshes leave open are tens of this.
 const ACCURACY: f64 = 1e-3;
 
@@ -48,10 +45,17 @@ pub fn settled<'p>(problem: &'p Problem, progress: &dyn Progress) -> Result<(Cow
     if found.aside.is_empty() {
         return Ok((Cow::Borrowed(problem), found));
     }
-    progress.say(&format!("without {}", found.aside.iter().map(Fault::place).collect::<Vec<_>>().join(", ")));
     let without = problem.without(&found.aside);
-    let again = diagnose(&without, progress)?;
-    Ok(if again.leaves_noise() { (Cow::Owned(without), again) } else { (Cow::Borrowed(problem), found) })
+    progress.say(&format!("again without {} readings that causes do not explain", problem.data.count() - without.data.count()));
+    // The first answer stands where there is no better one.
+    match diagnose(&without, progress) {
+        Ok(again) if again.leaves_noise() => Ok((Cow::Owned(without), Diagnosis { seconds: found.seconds + again.seconds, ..again })),
+        Ok(_) => Ok((Cow::Borrowed(problem), found)),
+        Err(e) => {
+            progress.say(&format!("without them the machine could not be diagnosed: {e}"));
+            Ok((Cow::Borrowed(problem), found))
+        }
+    }
 }
 
 /// All rungs.
@@ -97,5 +101,5 @@ fn percent(share: f64) -> String {
 /// Whether the readings ask for another cause: more is left than what is stated explains, or something stands out of it. How much of
 /// that is a usual discrepancy is decided as for the first cause, by what another one takes of it.
 fn leaves_much(rung: &Rung) -> bool {
-    rung.left != DiscrepancyLevel::NONE || rung.probability_left < LEFT || rung.look_beside < ALARM_CAUSE
+    rung.left != DiscrepancyLevel::NONE || rung.probability_left < NOISE || rung.look_beside < ALARM_CAUSE
 }

@@ -41,7 +41,7 @@ use crate::error::Result;
 use crate::evidence::discrepancy;
 use crate::evidence::faulty::{Cleared, cleared};
 use crate::evidence::identify::chi_square_tail;
-use crate::evidence::measurement::faults::{Fault, rest};
+use crate::evidence::measurement::faults::{Fault, kept, rest};
 use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, VariableUncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
 use crate::foundation::document::Document;
@@ -65,8 +65,10 @@ use when::Added;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
 const SET_95: f64 = 5.991_465;
-/// A misfit that is more probable than this is noise.
+/// A misfit that is more probable than this is noise: it needs no further explanation.
 const NOISE: f64 = 0.01;
+/// Share of the readings of a table that may be wrong.
+const WRONG: f64 = 0.25;
 /// Explanations that are kept.
 const MOST_EXPLANATIONS: usize = 200;
 
@@ -122,6 +124,8 @@ pub struct Problem {
     /// The machine file as it was before [`Problem::timed`], and the variables that this added.
     given: Option<Document>,
     added: Vec<Added>,
+    /// Where each row of the data stood in the table that was cleared; nothing before.
+    places: Vec<usize>,
 }
 
 impl Problem {
@@ -143,6 +147,7 @@ impl Problem {
             may_set_aside: false,
             given: None,
             added: Vec::new(),
+            places: Vec::new(),
         }
     }
 
@@ -154,15 +159,20 @@ impl Problem {
     pub fn cleared(self) -> Result<Self> {
         let found = cleared(&self.study, &self.data, &self.uncertainty, self.start)?;
         let Cleared { data, faults, .. } = if found.suspects.is_empty() { found } else { isolated::judged(&self, found)? };
-        Ok(Self { data, faults, may_set_aside: true, ..self })
+        let places = kept(&self.data, &faults);
+        Ok(Self { data, faults, places, may_set_aside: true, ..self })
     }
 
-    /// The same without further faulty readings.
+    /// The same without further faulty readings of its data, which are named by their places in the table that was cleared.
     pub fn without(&self, faults: &[Fault]) -> Self {
         let mut faults = faults.to_vec();
         faults.iter_mut().for_each(|fault| fault.is_left_out = true);
-        let data = rest(&self.data, &faults);
-        Self { data, faults: [self.faults.clone(), faults].concat(), may_set_aside: false, ..self.clone() }
+        let at = |r: usize| self.places.get(r).copied().unwrap_or(r);
+        let places = kept(&self.data, &faults).into_iter().map(at).collect();
+        let mut all = self.faults.clone();
+        all.extend(faults.iter().map(|fault| fault.moved(&self.places)));
+        all.sort_by_key(|fault| *fault.rows.start());
+        Self { data: rest(&self.data, &faults), faults: all, places, may_set_aside: false, ..self.clone() }
     }
 
     /// The same with logs thinned to about [`MOST_READINGS`].
@@ -345,7 +355,8 @@ pub struct Diagnosis {
     pub rungs: Vec<Rung>,
     /// The discrepancy of the machine as it is.
     pub unexplained: discrepancy::Level,
-    /// Readings and rows of a table without which causes explain the rest; none where causes explain all of it.
+    /// Readings and rows of a table without which causes explain the rest to first order, rows counted in the problem's data; none where
+    /// causes explain all of it.
     pub aside: Vec<Fault>,
     /// The covariance that was used.
     pub whitener: Whitener,

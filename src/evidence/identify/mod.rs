@@ -9,6 +9,7 @@
 //! the intervals widen with it.
 
 mod advice;
+mod ended;
 mod estimate;
 mod interval;
 mod learnt;
@@ -31,7 +32,8 @@ use crate::solve::sensitivity::{Kind, Parameter, Study};
 use crate::units;
 
 pub use advice::{Advice, next_tests};
-pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, chi_square_tail, identify, identify_and_learn};
+pub use ended::chi_square_tail;
+pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, identify, identify_and_learn};
 pub use interval::{Interval, axis};
 pub use learnt::SensorError;
 pub use mesh::{MeshShare, continued};

@@ -119,7 +119,7 @@ impl Whitener {
         whitened
     }
 
-    /// The inverse of the covariance times a vector of one entry per reading, K; of one whose noise is independent.
+    /// The inverse of the covariance times a vector of one entry per reading, K: 1/K. Only where the noise is independent.
     pub fn weigh(&self, vector: &[f64]) -> Vec<f64> {
         let inner = DVector::from_vec(self.noise.apply(vector));
         let shrunk = |(along, shrink): (&f64, &f64)| along * ((1.0 + shrink).powi(2) - 1.0);

@@ -105,6 +105,16 @@ impl Fault {
         Self { variable: None, ..Self::wrong_condition(data, row, "", words) }
     }
 
+    /// The same in a table in which each row stands at another place.
+    pub fn moved(&self, places: &[usize]) -> Self {
+        let to = |r: usize| places.get(r).copied().unwrap_or(r);
+        Self {
+            rows: to(*self.rows.start())..=to(*self.rows.end()),
+            readings: self.readings.iter().map(|(r, k)| (to(*r), *k)).collect(),
+            ..self.clone()
+        }
+    }
+
     /// Row and sensor of its readings.
     pub fn readings(&self) -> &[(usize, usize)] {
         &self.readings
@@ -268,11 +278,15 @@ pub fn without(data: &Data, faults: &mut [Fault]) -> Data {
 /// The data without those faults that are marked as left out, and without rows of tables in which nothing is left.
 pub fn rest(data: &Data, faults: &[Fault]) -> Data {
     let mut rest = blanked(data, faults.iter().filter(|fault| fault.is_left_out));
-    // Rows of a log also say what the conditions were.
-    if !rest.is_transient() {
-        rest.rows.retain(|row| row.readings.iter().any(Option::is_some));
-    }
+    rest.rows = kept(data, faults).into_iter().map(|r| rest.rows[r].clone()).collect();
     rest
+}
+
+/// Rows that [`rest`] keeps. Those of a log also say what the conditions were.
+pub fn kept(data: &Data, faults: &[Fault]) -> Vec<usize> {
+    let left = blanked(data, faults.iter().filter(|fault| fault.is_left_out));
+    let is_kept = |r: &usize| data.is_transient() || left.rows[*r].readings.iter().any(Option::is_some);
+    (0..data.rows.len()).filter(is_kept).collect()
 }
 
 /// Faults as a list for readers; nothing where there is none.
