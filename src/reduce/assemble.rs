@@ -48,18 +48,8 @@ impl Snapshot {
         }
         let readings = network.sensors.iter().map(|s| s.read(temperatures, load)).collect();
         let tangents = conductors(rest, load, &middle);
-        let rise_at = |end: End| {
-            if end.node == NONE {
-                return 0.0;
-            }
-            let own = rise[end.node as usize];
-            rest.reaches.get(end.reach as usize).map_or(own, |reach| {
-                own + reach.nodes.iter().zip(reach.shares).map(|(n, share)| share * (rise[*n as usize] - own)).sum::<f64>()
-            })
-        };
-        let apart = conductors(rest, load, temperatures).into_iter().zip(&tangents).zip(ends(rest));
-        let beyond =
-            apart.map(|((now, tangent), [a, b])| now.heat - tangent.heat - tangent.slope_a * rise_at(a) + tangent.slope_b * rise_at(b));
+        let now = conductors(rest, load, temperatures);
+        let beyond = now.iter().zip(&tangents).map(|(now, tangent)| now.beyond(tangent));
         Self { beyond: beyond.collect(), rise, tangents, exchange: streams.iter().map(|s| s.exchange.clone()).collect(), readings }
     }
 }

@@ -14,6 +14,16 @@ pub struct Conductor {
     pub slope_a: f64,
     /// The same at the second end, sign turned, W/K.
     pub slope_b: f64,
+    /// Temperatures of its ends, K; 0 outside.
+    pub ends: [f64; 2],
+}
+
+impl Conductor {
+    /// What its heat deviates from that of its tangent at other temperatures, W.
+    pub fn beyond(&self, tangent: &Self) -> f64 {
+        let [a, b] = [0, 1].map(|side| self.ends[side] - tangent.ends[side]);
+        self.heat - tangent.heat - tangent.slope_a * a + tangent.slope_b * b
+    }
 }
 
 /// Where a conductor ends: node, and the reach that its temperature is taken at ([`NONE`]: the node itself).
@@ -41,8 +51,9 @@ pub fn ends(network: &Network) -> Vec<[End; 2]> {
 /// All conductors at temperatures of the nodes (K), in the order of [`ends`].
 pub fn conductors(network: &Network, load: &Load, t: &[f64]) -> Vec<Conductor> {
     let of_surface = |surface: &crate::discretise::network::Surface| {
-        let state = surface.state(t[surface.node as usize], &network.properties, load);
-        Conductor { heat: state.heat, slope_a: state.slope + state.stiffening, slope_b: 0.0 }
+        let own = t[surface.node as usize];
+        let state = surface.state(own, &network.properties, load);
+        Conductor { heat: state.heat, slope_a: state.slope + state.stiffening, slope_b: 0.0, ends: [own, 0.0] }
     };
     let mut found: Vec<Conductor> = network.surfaces.par_iter().with_min_len(4096).map(of_surface).collect();
     found.extend(network.joints.iter().map(|joint| {
@@ -52,6 +63,7 @@ pub fn conductors(network: &Network, load: &Load, t: &[f64]) -> Vec<Conductor> {
             heat: state.conductance * (ta - tb),
             slope_a: state.conductance + state.slope_a * (ta - tb),
             slope_b: state.conductance - state.slope_b * (ta - tb),
+            ends: [ta, tb],
         }
     }));
     found.extend(network.radiative.iter().map(|(a, b, area)| {
@@ -60,11 +72,18 @@ pub fn conductors(network: &Network, load: &Load, t: &[f64]) -> Vec<Conductor> {
             heat: SIGMA * area * (ta.powi(4) - tb.powi(4)),
             slope_a: 4.0 * SIGMA * area * ta.powi(3),
             slope_b: 4.0 * SIGMA * area * tb.powi(3),
+            ends: [ta, tb],
         }
     }));
     for (source, power) in network.sources.iter().zip(&load.powers) {
         let all = source.heats(*power, t).zip(source.slopes(*power, t));
-        found.extend(all.map(|((_, heat), (_, slope))| Conductor { heat: -heat, slope_a: -slope, slope_b: 0.0 }));
+        let of = |((node, heat), (_, slope)): ((u32, f64), (u32, f64))| Conductor {
+            heat: -heat,
+            slope_a: -slope,
+            slope_b: 0.0,
+            ends: [t[node as usize], 0.0],
+        };
+        found.extend(all.map(of));
     }
     found
 }

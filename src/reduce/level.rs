@@ -224,6 +224,16 @@ impl Level {
         t
     }
 
+    /// Sets the walls of all stations in temperatures of the sampled network.
+    pub(super) fn set_walls(&self, a: &DVector<f64>, t: &mut [f64]) {
+        let rises = self.walls.tr_mul(a);
+        let stations = self.network.streams.iter().flat_map(|s| &s.stations);
+        for (station, rise) in stations.zip(rises.iter()) {
+            let node = station.cells[0].0;
+            t[node] = self.center[node] + rise;
+        }
+    }
+
     /// What does not change while a condition is solved.
     pub(super) fn given(&self, network: &Network, load: &Load) -> Given {
         let n = self.len();
@@ -304,9 +314,7 @@ impl Level {
         let mut residual = given.constant.clone();
         residual.gemv(1.0, &given.linear, a, 1.0);
         // What the chosen conductors deviate from their tangents.
-        let (rises_a, rises_b) = (self.ends[0].tr_mul(a), self.ends[1].tr_mul(a));
-        let apart = now.iter().zip(&given.tangents).zip(rises_a.iter().zip(rises_b.iter()));
-        let beyond = apart.map(|((now, tangent), (a, b))| now.heat - tangent.heat - tangent.slope_a * a + tangent.slope_b * b);
+        let beyond = now.iter().zip(&given.tangents).map(|(now, tangent)| now.beyond(tangent));
         residual.gemv(1.0, &self.patterns, &DVector::from_iterator(now.len(), beyond), 1.0);
         residual
     }
@@ -373,8 +381,12 @@ impl Level {
 
     /// Largest temperature in a combination of the modes, at the sampled nodes and in the readings, K.
     pub(super) fn largest(&self, a: &DVector<f64>) -> f64 {
-        let most = |m: &DMatrix<f64>| (m * a).iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-        most(&self.rows).max(most(&self.readings))
+        (&self.rows * a).amax().max(self.largest_reading(a))
+    }
+
+    /// The same in the readings alone.
+    pub(super) fn largest_reading(&self, a: &DVector<f64>) -> f64 {
+        (&self.readings * a).amax()
     }
 
     /// The slowest time constant at a condition, s.

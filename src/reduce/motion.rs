@@ -3,14 +3,15 @@
 
 use std::rc::Rc;
 
-use nalgebra::{DVector, Dyn, LU};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
 use super::level::{Given, Level, Reduced};
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result, Stop};
 use crate::solve::transient::parcels::Parcels;
-use crate::solve::transient::{EARLIER, GAMMA, LOCAL_ERROR, OWN, even_water, inflows, steady_water, streams_of};
+use crate::solve::transient::water::{Streams, inflows};
+use crate::solve::transient::{EARLIER, GAMMA, LOCAL_ERROR, OWN, even_water, steady_water};
 
 /// Most steps of the iteration within a stage.
 const MOST_ITERATIONS: usize = 25;
@@ -57,6 +58,8 @@ struct Stage<'s> {
 struct Taken {
     amplitudes: DVector<f64>,
     temperatures: Vec<f64>,
+    /// What leaves the modes there but through the water, W.
+    leaving: DVector<f64>,
     water: Vec<Parcels>,
     /// Steps of its iteration.
     iterations: usize,
@@ -79,6 +82,8 @@ pub struct Motion<'a> {
     step: f64,
     /// The load at this instant.
     now: Option<Rc<Now>>,
+    /// What leaves the modes at this instant but through the water, W, as long as its load is that of `now`.
+    leaving: Option<DVector<f64>>,
     /// The matrix of the last step, as long as it serves.
     factors: Option<Factors>,
     /// Amplitudes before the last step, and its length.
@@ -115,6 +120,7 @@ impl<'a> Motion<'a> {
             water,
             step: 0.0,
             now: None,
+            leaving: None,
             factors: None,
             before: None,
             steps: 0,
@@ -134,6 +140,7 @@ impl<'a> Motion<'a> {
         // Behind a corner, slopes of before tell nothing.
         self.before = None;
         let mut now = self.now(load(self.time)?, self.now.as_ref());
+        self.leaving = self.leaving.take().filter(|_| self.now.as_ref().is_some_and(|before| Rc::ptr_eq(before, &now)));
         if self.step <= 0.0 {
             self.step = self.first_step(&now);
         }
@@ -163,7 +170,7 @@ impl<'a> Motion<'a> {
                 continue;
             };
             self.before = Some((std::mem::replace(&mut self.amplitudes, taken.amplitudes), h));
-            (self.temperatures, self.water) = (taken.temperatures, taken.water);
+            (self.temperatures, self.water, self.leaving) = (taken.temperatures, taken.water, Some(taken.leaving));
             self.time = if is_last { until } else { self.time + h };
             self.steps += 1;
             let grown = if growth > 1.2 { h * growth.min(2.5) } else { h * growth.clamp(0.5, 1.0) };
@@ -185,11 +192,9 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// What leaves the modes at some amplitudes but through the water, W.
-    fn leaving(&self, a: &DVector<f64>, now: &Now) -> DVector<f64> {
-        let temperatures = self.level.temperatures(self.network, &now.load, a, Some(&self.temperatures));
-        let acting = conductors(self.network, &now.load, &temperatures);
-        self.level.solid_residual(&now.given, &acting, a)
+    /// What leaves the modes at some amplitudes, whose temperatures are given too, but through the water, W.
+    fn leaving(&self, a: &DVector<f64>, temperatures: &[f64], now: &Now) -> DVector<f64> {
+        self.level.solid_residual(&now.given, &conductors(self.network, &now.load, temperatures), a)
     }
 
     /// One step of length `h`: what it comes to and the load at its end, and the estimated error, K.
@@ -201,16 +206,19 @@ impl<'a> Motion<'a> {
         let (early, middle) = (load(self.time + 0.5 * GAMMA * h)?, load(self.time + 0.5 * h)?);
         let start = &self.amplitudes;
         // One matrix for both stages: half of the first one's duration is the weight of either's own heat.
-        let acting = conductors(self.network, &now.load, &self.temperatures);
         let lu = match factors {
             Some(known) => known.lu,
             None => {
+                let acting = conductors(self.network, &now.load, &self.temperatures);
                 let streams = self.network.stream_states(&now.load, &self.temperatures)?;
                 let slopes = self.level.jacobian(self.network, &streams, &now.given, &acting);
                 (&self.level.capacity + slopes * (OWN * h)).lu()
             }
         };
-        let begin = self.level.solid_residual(&now.given, &acting, start);
+        let begin = match &self.leaving {
+            Some(known) => known.clone(),
+            None => self.leaving(start, &self.temperatures, now),
+        };
         let first = Stage {
             duration: GAMMA * h,
             own: OWN * h,
@@ -220,11 +228,11 @@ impl<'a> Motion<'a> {
             middle: &early,
             now: &between,
         };
-        let first = self.stage(&lu, &first, self.ahead(GAMMA * h))?.amplitudes;
+        let Taken { amplitudes: first, leaving, .. } = self.stage(&lu, &first, self.ahead(GAMMA * h))?;
         let second = Stage {
             duration: h,
             own: OWN * h,
-            earlier: (&begin + self.leaving(&first, &between)) * (EARLIER * h),
+            earlier: (&begin + leaving) * (EARLIER * h),
             effective: (OWN, (start + &first) * EARLIER),
             begin: &now.load,
             middle: &middle,
@@ -239,34 +247,42 @@ impl<'a> Motion<'a> {
 
     /// Solves M (a - start) + earlier + own R(a) = heat from the water.
     fn stage(&self, lu: &LU<f64, Dyn, Dyn>, stage: &Stage<'_>, guess: DVector<f64>) -> Result<Taken> {
-        let (level, network, start) = (self.level, self.network, &self.amplitudes);
+        let (level, network, load) = (self.level, self.network, &stage.now.load);
         let effective = |a: &DVector<f64>| a * stage.effective.0 + &stage.effective.1;
-        let wetted = |a: &DVector<f64>| level.temperatures(network, &stage.now.load, a, Some(&self.temperatures));
+        let temperatures = |a: &DVector<f64>| level.temperatures(network, load, a, Some(&self.temperatures));
         // Films from the temperatures expected halfway, as in the full network.
-        let states = network.stream_states(stage.middle, &wetted(&effective(&guess)))?;
-        let streams = streams_of(network, &states, stage.duration);
-        let (water, inflows) = (streams.fitted(&self.water), inflows(stage.begin, &stage.now.load));
+        let mut walls = temperatures(&effective(&guess));
+        let states = network.stream_states(stage.middle, &walls)?;
+        let streams = Streams::new(network, &states, stage.duration, &self.water, inflows(stage.begin, load));
+        let mut rings = DMatrix::zeros(level.len(), level.len() + 1);
+        for (s, ring) in level.rings.iter().enumerate() {
+            ring.add(ring.points.iter().map(|k| streams.weight(s)[*k]), &mut rings);
+        }
+        let known = rings.column(level.len()) - &level.capacity * &self.amplitudes + &stage.earlier;
         let mut a = guess;
-        let mut last = f64::INFINITY;
+        let mut t = temperatures(&a);
+        let (mut last, mut before_last) = (f64::INFINITY, f64::INFINITY);
         for iterations in 0..MOST_ITERATIONS {
             let along = effective(&a);
-            let walls = wetted(&along);
-            let carried = streams.carry(&|n| walls[n], &water, &inflows);
-            let mut open = &level.capacity * (&a - start) + &stage.earlier + self.leaving(&a, stage.now) * stage.own;
-            for (ring, carried) in level.rings.iter().zip(&carried) {
-                ring.apply(ring.points.iter().map(|k| carried.weight[*k]), &along, &mut open);
-            }
-            let heats = DVector::from_iterator(level.walls.ncols(), carried.iter().flat_map(|c| c.heat.iter().copied()));
+            level.set_walls(&along, &mut walls);
+            let passed = streams.carry(&|n| walls[n]);
+            let leaving = self.leaving(&a, &t, stage.now);
+            let mut open = &known + &leaving * stage.own;
+            open.gemv(1.0, &level.capacity, &a, 1.0);
+            open.gemv(1.0, &rings.columns(0, level.len()), &along, 1.0);
+            let heats = DVector::from_iterator(level.walls.ncols(), passed.iter().flat_map(|p| p.heat.iter().copied()));
             open.gemv(-1.0, &level.walls, &heats, 1.0);
-            if last < SOLVED * self.tolerance {
-                let mut temperatures = wetted(&a);
-                streams.place(&mut temperatures, &carried);
-                let water = carried.into_iter().map(|c| c.parcels).collect();
-                return Ok(Taken { amplitudes: a, temperatures, water, iterations });
+            // What is left shrinks as it did in the last step.
+            let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
+            if last * shrinks < SOLVED * self.tolerance {
+                let water = streams.moved(&passed, &mut t).parcels;
+                return Ok(Taken { amplitudes: a, temperatures: t, leaving, water, iterations });
             }
             let Some(step) = lu.solve(&open).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
             a -= &step;
-            last = level.largest(&step);
+            let before = std::mem::replace(&mut t, temperatures(&a));
+            before_last = last;
+            last = t[..network.solids].iter().zip(&before).fold(level.largest_reading(&step), |most, (t, b)| most.max((t - b).abs()));
         }
         Err(Error::stopped(Stop::MostNewtonSteps, format!("a step of the reduced model does not converge at {:.3} s", self.time)))
     }
@@ -281,7 +297,7 @@ impl<'a> Motion<'a> {
 
     /// A step in which nothing moves by more than a few tolerances.
     fn first_step(&self, now: &Now) -> f64 {
-        let leaving = self.leaving(&self.amplitudes, now);
+        let leaving = self.leaving(&self.amplitudes, &self.temperatures, now);
         let rate = self.level.capacity.clone().lu().solve(&leaving).map_or(f64::INFINITY, |rate| self.level.largest(&rate));
         if rate > 0.0 { (5.0 * self.tolerance / rate).clamp(SHORTEST, FIRST) } else { FIRST }
     }

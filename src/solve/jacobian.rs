@@ -70,21 +70,25 @@ impl<'a> Jacobian<'a> {
         let range = first..first + part.len();
         part.iter_mut().zip(&self.diagonal[range.clone()]).zip(&x[range.clone()]).for_each(|((y, d), x)| *y = d * x);
         for (block, conduction) in self.network.blocks.iter().zip(&self.blocks) {
-            for segment in block.segments(range.clone()) {
-                let y = &mut part[segment.node - first..segment.node - first + segment.along.len()];
-                match conduction {
-                    Conduction::Constant(profile) => segment.add_conduction(profile, x, y),
-                    Conduction::Varying { out, into } => segment.each_face(block.cells[0], |at, d, other, is_next, _| {
-                        let node = segment.node + at;
-                        let (xi, xj) = (x[node], x[other]);
-                        y[at] += match (is_next, self.is_transposed) {
-                            (true, false) => out[d][node - block.first] * xi - into[d][node - block.first] * xj,
-                            (false, false) => into[d][other - block.first] * xi - out[d][other - block.first] * xj,
-                            (true, true) => out[d][node - block.first] * (xi - xj),
-                            (false, true) => into[d][other - block.first] * (xi - xj),
-                        };
-                    }),
+            let (out, into) = match conduction {
+                Conduction::Constant(profile) => {
+                    block.add_conduction(profile, first, x, part);
+                    continue;
                 }
+                Conduction::Varying { out, into } => (out, into),
+            };
+            for segment in block.segments(range.clone()) {
+                let y = &mut part[segment.node - first..][..segment.along.len()];
+                segment.each_face(block.cells[0], |at, d, other, is_next, _| {
+                    let node = segment.node + at;
+                    let (xi, xj) = (x[node], x[other]);
+                    y[at] += match (is_next, self.is_transposed) {
+                        (true, false) => out[d][node - block.first] * xi - into[d][node - block.first] * xj,
+                        (false, false) => into[d][other - block.first] * xi - out[d][other - block.first] * xj,
+                        (true, true) => out[d][node - block.first] * (xi - xj),
+                        (false, true) => into[d][other - block.first] * (xi - xj),
+                    };
+                });
             }
         }
         self.rest.add_product(first, x, part);

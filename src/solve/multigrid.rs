@@ -226,10 +226,7 @@ impl Level {
         match &self.operator {
             Operator::Network { blocks, profiles, rest } => {
                 for (block, profile) in blocks.iter().zip(profiles) {
-                    for segment in block.segments(range.clone()) {
-                        let y = &mut part[segment.node - first..segment.node - first + segment.along.len()];
-                        segment.add_conduction(profile, x, y);
-                    }
+                    block.add_conduction(profile, first, x, part);
                 }
                 rest.add_product(first, x, part);
             }

@@ -39,10 +39,7 @@ impl Symmetric<'_> {
         y.iter_mut().zip(&self.to_given).zip(x).for_each(|((y, g), x)| *y = g * x);
         for (block, profile) in self.blocks.iter().zip(&self.profiles) {
             for_chunks(&mut y[block.nodes()], |first, part| {
-                let start = block.first + first;
-                for segment in block.segments(start..start + part.len()) {
-                    segment.add_conduction(profile, x, &mut part[segment.node - start..segment.node - start + segment.along.len()]);
-                }
+                block.add_conduction(profile, block.first + first, x, part);
             });
         }
         for (a, b, g) in &self.couplings {
@@ -229,12 +226,9 @@ fn heats(
         let conductivity = if *constant { None } else { Some(conductivities(network, block, temperatures)) };
         for_chunks(&mut r[block.nodes()], |first, part| {
             let start = block.first + first;
+            let Some(k) = &conductivity else { return block.add_conduction(profile, start, temperatures, part) };
             for segment in block.segments(start..start + part.len()) {
-                let y = &mut part[segment.node - start..segment.node - start + segment.along.len()];
-                match &conductivity {
-                    None => segment.add_conduction(profile, temperatures, y),
-                    Some(k) => add_varying(&segment, block, k, temperatures, y),
-                }
+                add_varying(&segment, block, k, temperatures, &mut part[segment.node - start..][..segment.along.len()]);
             }
         });
     }

@@ -43,10 +43,15 @@ pub type Profile<T> = [Vec<T>; 3];
 pub trait Real: Copy + Send + Sync + Default + Mul<Output = Self> + Sub<Output = Self> + AddAssign {}
 impl<T: Copy + Send + Sync + Default + Mul<Output = T> + Sub<Output = T> + AddAssign> Real for T {}
 
-/// Part of one line of cells along the first axis: the unit of work of a kernel.
+/// Lines shorter than this are taken several at a time, in pieces of up to this many cells.
+const SHORT: usize = 24;
+const PIECE: usize = 96;
+
+/// Part of one line of cells along the first axis: the unit of work of a kernel. With the profile of several lines one behind the
+/// other, part of as many lines that have neighbours on the same sides.
 #[derive(Debug, Clone)]
 pub struct Segment {
-    /// First indices of its cells.
+    /// First indices of its cells; the lines behind the first one count on.
     pub along: Range<usize>,
     /// Node of the cell at `along.start`.
     pub node: usize,
@@ -93,36 +98,63 @@ impl Block {
         found
     }
 
+    /// Adds to `part`, the rows from `first` on of a vector, what conduction with `profile` makes leave each cell of the block.
+    pub fn add_conduction<T: Real>(&self, profile: &Profile<T>, first: usize, x: &[T], part: &mut [T]) {
+        let range = first..first + part.len();
+        let n0 = self.cells[0];
+        if n0 >= SHORT {
+            for segment in self.segments(range) {
+                segment.add_conduction(profile, x, &mut part[segment.node - first..][..segment.along.len()]);
+            }
+            return;
+        }
+        // No heat passes from the end of a line to the beginning of the next: the coefficient between them is zero, as at every end.
+        let lines = PIECE.div_ceil(n0) + 1;
+        let [along, second, third] = profile;
+        let tiled = [&along[..n0], second, third].map(|own| own.iter().copied().cycle().take(lines * n0 + 1).collect());
+        for segment in self.pieces(range) {
+            segment.add_conduction(&tiled, x, &mut part[segment.node - first..][..segment.along.len()]);
+        }
+    }
+
+    /// The same as [`Block::segments`] with as many lines in one as have neighbours on the same sides, of up to [`PIECE`] cells.
+    fn pieces(&self, range: Range<usize>) -> impl Iterator<Item = Segment> + '_ {
+        let [n0, n1, n2] = self.cells;
+        let to = range.end.min(self.first + self.len());
+        let mut node = range.start.max(self.first);
+        let inner = |at: usize, count: usize| if at == 0 || at + 1 == count { at } else { count - 2 };
+        std::iter::from_fn(move || {
+            if node >= to {
+                return None;
+            }
+            let [i, j, k] = self.indices(node);
+            let last = if n1 == 1 { inner(k, n2) } else { k * n1 + inner(j, n1) };
+            let end = (self.first + (last + 1) * n0).min(to).min(node + PIECE);
+            let piece = Segment { along: i..i + end - node, node, neighbours: self.neighbours(j, k) };
+            node = end;
+            Some(piece)
+        })
+    }
+
+    /// Distance in nodes to the neighbours of a line below and above along the second and third axis, where there are any.
+    fn neighbours(&self, j: usize, k: usize) -> [Option<isize>; 4] {
+        let [n0, n1, n2] = self.cells;
+        let (step, layer) = (n0 as isize, (n0 * n1) as isize);
+        let below = if j > 0 { Some(-step) } else { self.wraps.then_some(layer - step) };
+        let above = if j + 1 < n1 { Some(step) } else { self.wraps.then_some(step - layer) };
+        [below, above, (k > 0).then_some(-layer), (k + 1 < n2).then_some(layer)]
+    }
+
     /// The lines of the block that hold the nodes of `range`, cut to it.
     pub fn segments(&self, range: Range<usize>) -> impl Iterator<Item = Segment> + '_ {
-        let [n0, n1, n2] = self.cells;
+        let [n0, n1, _] = self.cells;
         let (from, to) = (range.start.max(self.first) - self.first, range.end.min(self.first + self.len()).max(self.first) - self.first);
         let lines = if from < to { from / n0..to.div_ceil(n0) } else { 0..0 };
-        let layer = (n0 * n1) as isize;
-        let step = n0 as isize;
         lines.map(move |line| {
-            let (j, k) = (line % n1, line / n1);
             let start = if line * n0 < from { from % n0 } else { 0 };
             let end = (to - line * n0).min(n0);
-            let below = if j > 0 {
-                Some(-step)
-            } else if self.wraps {
-                Some(layer - step)
-            } else {
-                None
-            };
-            let above = if j + 1 < n1 {
-                Some(step)
-            } else if self.wraps {
-                Some(step - layer)
-            } else {
-                None
-            };
-            Segment {
-                along: start..end,
-                node: self.first + line * n0 + start,
-                neighbours: [below, above, (k > 0).then_some(-layer), (k + 1 < n2).then_some(layer)],
-            }
+            let node = self.first + line * n0 + start;
+            Segment { along: start..end, node, neighbours: self.neighbours(line % n1, line / n1) }
         })
     }
 }
@@ -130,7 +162,7 @@ impl Block {
 impl Segment {
     /// Adds to `y`, the segment's part of a vector, what conduction with `profile` makes leave each cell:
     /// the sum of g (x - x of the neighbour). Differences are formed first, so that nothing cancels.
-    pub fn add_conduction<T: Real>(&self, profile: &Profile<T>, x: &[T], y: &mut [T]) {
+    fn add_conduction<T: Real>(&self, profile: &Profile<T>, x: &[T], y: &mut [T]) {
         let Range { start, end } = self.along;
         let n = end - start;
         let own = &x[self.node..self.node + n];
@@ -205,6 +237,41 @@ impl Segment {
                 if let Some(shift) = shift {
                     visit(at, 1 + side / 2, node.wrapping_add_signed(*shift), side % 2 == 1, i);
                 }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Lines of any length, in a ring or not, any stretch of them: what each face carries, face by face.
+    #[test]
+    fn lines_are_taken_together() {
+        for (cells, wraps) in
+            [([1, 1, 40], false), ([2, 1, 200], false), ([2, 90, 3], false), ([5, 1, 4], true), ([3, 7, 5], true), ([30, 4, 3], true)]
+        {
+            let own = |d: usize| (0..cells[0]).map(move |i| 1.0 + 0.3 * d as f64 + 0.1 * i as f64);
+            let mut along: Vec<f64> = own(0).collect();
+            along[0] = 0.0;
+            along.push(0.0);
+            let profile: Profile<f64> = [along, own(1).collect(), own(2).collect()];
+            let block = Block { first: 5, cells, wraps, property: [0; 3], faces: Default::default() };
+            let x: Vec<f64> = (0..block.len() + 9).map(|i| (1.7 * i as f64).sin()).collect();
+            for range in [5..block.len() + 5, 0..x.len(), 12..29] {
+                let mut found = vec![0.0; range.len()];
+                block.add_conduction(&profile, range.start, &x, &mut found);
+                let mut expected = vec![0.0; range.len()];
+                for segment in block.segments(range.clone()) {
+                    segment.each_face(cells[0], |at, d, other, is_next, i| {
+                        let g = if d == 0 { profile[0][i + 1] } else { profile[d][segment.along.start + at] };
+                        assert!(is_next || d > 0 || i + 1 == segment.along.start + at);
+                        expected[segment.node + at - range.start] += g * (x[segment.node + at] - x[other]);
+                    });
+                }
+                let most = found.iter().zip(&expected).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+                assert!(most < 1e-13, "{cells:?} {range:?}: {most}");
             }
         }
     }

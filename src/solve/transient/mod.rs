@@ -10,9 +10,11 @@ mod before;
 mod lumped;
 mod modes;
 pub mod parcels;
+mod passage;
+mod plan;
 mod settle;
 mod stage;
-pub mod water;
+pub(crate) mod water;
 
 use super::balance::{Balance, balance};
 use super::steady::Solver;
@@ -24,7 +26,6 @@ use lumped::Lumped;
 use modes::Modes;
 use parcels::{Parcel, Parcels};
 use stage::{Solved, Stage};
-pub(crate) use stage::{inflows, streams_of};
 
 /// Where the first stage ends, as a share of the step: 2 - sqrt 2.
 pub(crate) const GAMMA: f64 = 0.585_786_437_626_905;

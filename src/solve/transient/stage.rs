@@ -6,8 +6,7 @@ use super::super::jacobian::Jacobian;
 use super::super::krylov::{Operator, Outcome, Scratch, gmres};
 use super::super::multigrid::{Multigrid, Workspace};
 use super::super::system::{System, surface_states};
-use super::parcels::{Flow, Parcel, Parcels, Share, mixed};
-use super::water::{Carried, Passage};
+use super::water::{Streams, Water, inflows};
 use super::{Passing, Transient, TransientState};
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
@@ -90,95 +89,6 @@ impl Preconditioner {
     }
 }
 
-/// What the water did in a stage.
-#[derive(Debug, Default)]
-pub(super) struct Water {
-    pub parcels: Vec<Parcels>,
-    /// Heat that came with it, less what went with it, J.
-    pub brought: f64,
-    /// Heat of dissipation, J.
-    pub dissipated: f64,
-    /// More heat in it than before, J.
-    pub stored: f64,
-}
-
-/// The streams during a stage, for a given coefficient of each.
-pub(crate) struct Streams<'n> {
-    network: &'n Network,
-    passages: Vec<Passage>,
-    /// Weight of each upstream stream in the inlet mixture.
-    mixtures: Vec<Vec<f64>>,
-}
-
-impl Streams<'_> {
-    /// The same without dissipation.
-    fn calm(&self) -> Self {
-        Self { network: self.network, passages: self.passages.iter().map(Passage::calm).collect(), mixtures: self.mixtures.clone() }
-    }
-
-    /// Carries the water of every stream, upstream ones first.
-    pub(crate) fn carry(&self, wall: &dyn Fn(usize) -> f64, parcels: &[Parcels], inflows: &[Flow]) -> Vec<Carried> {
-        let mut found: Vec<Carried> = vec![Carried::default(); self.passages.len()];
-        for (tree, inflow) in self.network.circuits.iter().zip(inflows) {
-            for s in crate::discretise::network::stream::members(&tree.layout) {
-                let stream = &self.network.streams[s];
-                let walls: Vec<f64> = stream.stations.iter().map(|k| k.cells.iter().map(|(n, w)| w * wall(*n)).sum()).collect();
-                let entering = self.entering(s, inflow, &found);
-                found[s] = self.passages[s].carry(&walls, &parcels[s], &entering);
-            }
-        }
-        found
-    }
-
-    /// The parcels as the streams see them: as many cubic metres as each channel holds.
-    pub(crate) fn fitted(&self, water: &[Parcels]) -> Vec<Parcels> {
-        self.passages.iter().zip(water).map(|(passage, parcels)| fitted(passage, parcels)).collect()
-    }
-
-    /// Sets the water nodes to the ends of their stations.
-    pub(crate) fn place(&self, temperatures: &mut [f64], carried: &[Carried]) {
-        for ((stream, passage), carried) in self.network.streams.iter().zip(&self.passages).zip(carried) {
-            let ends = passage.at_ends(&carried.parcels, &carried.outflow);
-            let first = stream.first_node as usize;
-            temperatures[first..first + ends.len()].copy_from_slice(&ends);
-        }
-    }
-
-    /// What enters a stream: what its circuit takes in, or what those upstream of it gave off.
-    fn entering(&self, s: usize, inflow: &Flow, carried: &[Carried]) -> Flow {
-        let upstream = &self.network.streams[s].upstream;
-        if upstream.is_empty() {
-            return inflow.clone();
-        }
-        let flows: Vec<(&Flow, f64)> = upstream.iter().zip(&self.mixtures[s]).map(|(u, w)| (&carried[*u].outflow, *w)).collect();
-        mixed(&flows)
-    }
-
-    /// Whether one of two streams flows into the other within their circuit.
-    fn is_above(&self, above: usize, below: usize) -> bool {
-        let (above_of, below_of) = (&self.network.streams[above], &self.network.streams[below]);
-        above_of.circuit == below_of.circuit && below_of.upstream.contains(&above)
-    }
-
-    /// Visits the heat (J) every cell gets: what its station's wall gets, by the cell's own temperature.
-    fn heats(&self, wall: &dyn Fn(usize) -> f64, carried: &[Carried], mut visit: impl FnMut(usize, f64)) {
-        for (stream, carried) in self.network.streams.iter().zip(carried) {
-            for ((station, heat), weight) in stream.stations.iter().zip(&carried.heat).zip(&carried.weight) {
-                let mean: f64 = station.cells.iter().map(|(n, w)| w * wall(*n)).sum();
-                for (cell, share) in &station.cells {
-                    visit(*cell, share * (heat + weight * (mean - wall(*cell))));
-                }
-            }
-        }
-    }
-}
-
-/// Water with no temperature of its own.
-struct Cold {
-    parcels: Vec<Parcels>,
-    inflows: Vec<Flow>,
-}
-
 /// What a stage came to.
 pub(super) struct Solved {
     /// K, of every node.
@@ -193,8 +103,7 @@ pub(super) struct Solved {
 /// The linearised stage: solids by their Jacobian, water by carrying a change of the walls along.
 struct Linear<'n> {
     jacobian: Jacobian<'n>,
-    calm: &'n Streams<'n>,
-    cold: &'n Cold,
+    cold: &'n Streams<'n>,
     rate: f64,
     own: f64,
     solids: usize,
@@ -204,12 +113,12 @@ impl Operator for Linear<'_> {
     fn multiply(&self, x: &[f64], y: &mut [f64]) {
         self.jacobian.multiply(x, y);
         y[self.solids..].copy_from_slice(&x[self.solids..]);
-        if self.calm.passages.is_empty() {
+        if self.cold.is_empty() {
             return;
         }
         let wall = |n: usize| self.own * x[n];
-        let carried = self.calm.carry(&wall, &self.cold.parcels, &self.cold.inflows);
-        self.calm.heats(&wall, &carried, |cell, heat| y[cell] -= self.rate * heat);
+        let passed = self.cold.carry(&wall);
+        self.cold.heats(&wall, &passed, |cell, heat| y[cell] -= self.rate * heat);
     }
 }
 
@@ -250,9 +159,7 @@ impl Transient<'_> {
         let mut expected = state.temperatures.clone();
         (0..solids).for_each(|n| expected[n] = effective(n, temperatures[n]));
         let states = network.stream_states(stage.middle, &expected)?;
-        let streams = streams_of(network, &states, stage.duration);
-        let inflows = inflows(stage.begin, stage.load);
-        let water = streams.fitted(&state.water);
+        let streams = Streams::new(network, &states, stage.duration, &state.water, inflows(stage.begin, stage.load));
         let mut preconditioner = match self.preconditioner.take() {
             Some(known) => known,
             None => Preconditioner::new(network, &self.system, stage.load, &state.temperatures)?,
@@ -261,19 +168,13 @@ impl Transient<'_> {
         let still: Vec<StreamState> =
             states.iter().map(|s| StreamState { capacity_rate: 0.0, exchange: vec![0.0; s.exchange.len()], ..s.clone() }).collect();
 
-        // Water of one temperature needs one parcel: it is cut at the stations.
-        let cold = Cold {
-            parcels: water.iter().map(|parcels| vec![Parcel::even(parcels.iter().map(|p| p.volume).sum(), 0.0)]).collect(),
-            inflows: inflows.iter().map(|f| f.iter().map(|s| Share { share: s.share, first: 0.0, last: 0.0 }).collect()).collect(),
-        };
-        let calm = streams.calm();
-
         let mut step = vec![0.0; network.nodes];
         let (mut last, mut through) = (f64::INFINITY, 0.0);
+        let cold = std::cell::OnceCell::new();
         let mut linear: Option<Linear<'_>> = None;
         for newton in 0..=MOST_NEWTON {
             let wall = |n: usize| effective(n, temperatures[n]);
-            let carried = streams.carry(&wall, &water, &inflows);
+            let passed = streams.carry(&wall);
             let surfaces = surface_states(network, stage.load, &temperatures);
             let mut residual = self.system.residual_with(network, stage.load, &[], &temperatures, &surfaces);
             let flow: Vec<f64> = residual[..solids].iter().map(|r| -r).collect();
@@ -287,7 +188,7 @@ impl Transient<'_> {
                 }
             }
             let mut from_water = 0.0;
-            streams.heats(&wall, &carried, |cell, heat| {
+            streams.heats(&wall, &passed, |cell, heat| {
                 residual[cell] -= rate * heat;
                 from_water += heat.abs();
             });
@@ -322,8 +223,8 @@ impl Transient<'_> {
             if is_balanced || is_spent {
                 self.preconditioner = Some(preconditioner);
                 let passing = known.unwrap_or_else(passing);
-                streams.place(&mut temperatures, &carried);
-                return Ok(Solved { temperatures, water: gathered(&streams, &water, &inflows, carried), flow, passing });
+                let water = streams.moved(&passed, &mut temperatures);
+                return Ok(Solved { temperatures, water, flow, passing });
             }
             if newton == MOST_NEWTON {
                 return Err(Error::stopped(
@@ -339,7 +240,7 @@ impl Transient<'_> {
                 let mut capacity: Vec<f64> = (0..solids).map(|i| rate * network.capacity_at(i, temperatures[i])).collect();
                 network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
                 jacobian.add_diagonal(capacity.into_iter());
-                linear = Some(Linear { jacobian, calm: &calm, cold: &cold, rate, own: stage.effective.0, solids });
+                linear = Some(Linear { jacobian, cold: cold.get_or_init(|| streams.cold()), rate, own: stage.effective.0, solids });
             }
             let Some(linear) = &linear else { break };
             residual.iter_mut().for_each(|r| *r = -*r);
@@ -361,54 +262,4 @@ impl Transient<'_> {
         }
         Err(Error::stopped(Stop::MostNewtonSteps, "a time step does not converge"))
     }
-}
-
-/// The streams for a duration (s).
-pub(crate) fn streams_of<'n>(network: &'n Network, states: &[StreamState], duration: f64) -> Streams<'n> {
-    Streams {
-        network,
-        passages: network.streams.iter().zip(states).map(|(stream, state)| Passage::new(stream, state, duration)).collect(),
-        mixtures: states.iter().map(|s| s.mixture.clone()).collect(),
-    }
-}
-
-/// The parcels as a passage sees them: as many cubic metres as the channel holds.
-fn fitted(passage: &Passage, parcels: &Parcels) -> Parcels {
-    let held: f64 = parcels.iter().map(|p| p.volume).sum();
-    let scale = passage.volume() / held;
-    parcels.iter().map(|p| Parcel { volume: p.volume * scale, ..*p }).collect()
-}
-
-/// What enters each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
-pub(crate) fn inflows(begin: &Load, end: &Load) -> Vec<Flow> {
-    let of_circuit = |(first, last): (&f64, &f64)| vec![Share { share: 1.0, first: *first, last: *last }];
-    begin.inlets.iter().zip(&end.inlets).map(of_circuit).collect()
-}
-
-/// Sums up what the water did.
-fn gathered(streams: &Streams<'_>, before: &[Parcels], inflows: &[Flow], carried: Vec<Carried>) -> Water {
-    let mut found = Water::default();
-    // Enthalpy counts from one temperature near all others, so that little cancels.
-    let zero = inflows.iter().flatten().next().map_or(300.0, |s| s.first);
-    let heat = |flow: &Flow| flow.iter().map(|s| s.share * (s.mean() - zero)).sum::<f64>();
-    for (c, tree) in streams.network.circuits.iter().enumerate() {
-        for s in crate::discretise::network::stream::members(&tree.layout) {
-            let passage = &streams.passages[s];
-            // The water of each circuit on its own: what one gives to another leaves here and enters there.
-            if !(0..carried.len()).any(|above| streams.is_above(above, s)) {
-                found.brought += passage.moved() * heat(&streams.entering(s, &inflows[c], &carried));
-            }
-            let content = |parcels: &Parcels| passage.volumetric() * parcels.iter().map(|p| p.volume * (p.mean() - zero)).sum::<f64>();
-            found.stored += content(&carried[s].parcels) - content(&before[s]);
-            found.dissipated += carried[s].dissipated;
-        }
-        // The ends of the circuit: streams that feed no other of it.
-        for s in crate::discretise::network::stream::members(&tree.layout) {
-            if !(0..carried.len()).any(|below| streams.is_above(s, below)) {
-                found.brought -= streams.passages[s].moved() * heat(&carried[s].outflow);
-            }
-        }
-    }
-    found.parcels = carried.into_iter().map(|c| c.parcels).collect();
-    found
 }
