@@ -17,11 +17,12 @@ use crate::discretise::network::{Joint, Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
 use crate::solve::entering_temperature;
 
-/// No temperature may move by more than this in the last step, K.
+/// No temperature may move by more than this in the step that would come next, were it shorter than the last as that was than the one
+/// before, K.
 const STEP_TOLERANCE: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
 /// A step that is not this much shorter than the last one asks for new derivatives.
-const SLOW: f64 = 0.2;
+const SLOW: f64 = 0.5;
 /// Steps of the power iteration for the slowest time constant, of which two digits are wanted.
 const POWER_STEPS: usize = 40;
 
@@ -178,7 +179,8 @@ impl Level {
         for steps in 0..=MOST_STEPS {
             let streams = network.stream_states(load, &t)?;
             self.follow(network, load, &streams, &mut t);
-            if last <= STEP_TOLERANCE {
+            let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
+            if last * shrinks <= STEP_TOLERANCE {
                 network.check_coolant(load, &t)?;
                 return Ok(Reduced { amplitudes: a, temperatures: t, streams, steps });
             }
@@ -347,12 +349,13 @@ impl Level {
                     slope.axpy(*w, &leaving[*u], 1.0);
                 }
                 for (k, exchange) in state.exchange.iter().enumerate() {
-                    let wall = self.walls.column(first[s] + k);
-                    let mut column = slopes.column_mut(first[s] + k);
-                    column.axpy(*exchange, &wall, 0.0);
-                    column.axpy(-exchange, &slope, 1.0);
                     let share = if state.capacity_rate > 0.0 { exchange / state.capacity_rate } else { 1.0 };
-                    slope.axpy(share, &wall, 1.0 - share);
+                    let (wall, mut column) = (self.walls.column(first[s] + k), slopes.column_mut(first[s] + k));
+                    for ((slope, wall), own) in slope.as_mut_slice().iter_mut().zip(wall.as_slice()).zip(column.as_mut_slice()) {
+                        let apart = wall - *slope;
+                        *own = exchange * apart;
+                        *slope += share * apart;
+                    }
                 }
                 leaving[s] = slope;
             }

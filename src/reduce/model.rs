@@ -1,5 +1,6 @@
 //! Answers of a reduced model, each with a bound.
 
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use super::field::Field;
@@ -113,9 +114,9 @@ impl ReducedModel {
     /// The condition cannot be evaluated, or no steady state is found.
     pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<Answer> {
         let load = Load::at(&self.machine, condition)?;
-        let solve = |level: &Level| -> Result<Solved> {
+        let solve = |level: &Level, start: &DVector<f64>| -> Result<Solved> {
             if parameters.is_empty() {
-                let state = level.steady(&level.network, &load, &nalgebra::DVector::zeros(level.len()))?;
+                let state = level.steady(&level.network, &load, start)?;
                 let readings = level.read(&level.network, &load, &state);
                 let boiling = boiling(&level.network, &state);
                 return Ok((state, readings, boiling));
@@ -124,13 +125,15 @@ impl ReducedModel {
             for (parameter, value) in self.parameters.iter().zip(parameters) {
                 parameter.set(*value, &self.machine, &mut network, &mut load);
             }
-            let state = level.steady(&network, &load, &nalgebra::DVector::zeros(level.len()))?;
+            let state = level.steady(&network, &load, start)?;
             let readings = level.read(&network, &load, &state);
             let boiling = boiling(&network, &state);
             Ok((state, readings, boiling))
         };
-        let (_, readings, _) = solve(&self.coarse)?;
-        let (state, finer, boiling) = solve(&self.fine)?;
+        let (coarse, readings, _) = solve(&self.coarse, &DVector::zeros(self.coarse.len()))?;
+        // The first modes of both are the same.
+        let near = coarse.amplitudes.resize_vertically(self.fine.len(), 0.0);
+        let (state, finer, boiling) = solve(&self.fine, &near)?;
         let bounds = self.bounds(&readings, &finer);
         let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, (p.low, p.high)));
         Ok(Answer { readings, bounds, in_range, state, finer, boiling })

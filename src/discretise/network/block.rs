@@ -43,8 +43,10 @@ pub type Profile<T> = [Vec<T>; 3];
 pub trait Real: Copy + Send + Sync + Default + Mul<Output = Self> + Sub<Output = Self> + AddAssign {}
 impl<T: Copy + Send + Sync + Default + Mul<Output = T> + Sub<Output = T> + AddAssign> Real for T {}
 
-/// Lines shorter than this are taken several at a time, in pieces of up to this many cells.
+/// Lines shorter than this are taken several at a time, where there are as many that have neighbours on the same sides, in pieces
+/// of up to so many cells.
 const SHORT: usize = 24;
+const MANY: usize = 4;
 const PIECE: usize = 96;
 
 /// Part of one line of cells along the first axis: the unit of work of a kernel. With the profile of several lines one behind the
@@ -101,15 +103,16 @@ impl Block {
     /// Adds to `part`, the rows from `first` on of a vector, what conduction with `profile` makes leave each cell of the block.
     pub fn add_conduction<T: Real>(&self, profile: &Profile<T>, first: usize, x: &[T], part: &mut [T]) {
         let range = first..first + part.len();
-        let n0 = self.cells[0];
-        if n0 >= SHORT {
+        let [n0, n1, n2] = self.cells;
+        let alike = if n1 == 1 { n2 } else { n1 }.saturating_sub(2);
+        if n0 >= SHORT || alike < MANY {
             for segment in self.segments(range) {
                 segment.add_conduction(profile, x, &mut part[segment.node - first..][..segment.along.len()]);
             }
             return;
         }
         // No heat passes from the end of a line to the beginning of the next: the coefficient between them is zero, as at every end.
-        let lines = PIECE.div_ceil(n0) + 1;
+        let lines = (PIECE.div_ceil(n0) + 1).min(alike);
         let [along, second, third] = profile;
         let tiled = [&along[..n0], second, third].map(|own| own.iter().copied().cycle().take(lines * n0 + 1).collect());
         for segment in self.pieces(range) {
@@ -250,7 +253,7 @@ mod tests {
     #[test]
     fn lines_are_taken_together() {
         for (cells, wraps) in
-            [([1, 1, 40], false), ([2, 1, 200], false), ([2, 90, 3], false), ([5, 1, 4], true), ([3, 7, 5], true), ([30, 4, 3], true)]
+            [([1, 1, 40], false), ([2, 1, 200], false), ([2, 90, 3], false), ([5, 1, 7], true), ([4, 3, 3], false), ([3, 7, 5], true), ([30, 4, 3], true)]
         {
             let own = |d: usize| (0..cells[0]).map(move |i| 1.0 + 0.3 * d as f64 + 0.1 * i as f64);
             let mut along: Vec<f64> = own(0).collect();

@@ -236,15 +236,28 @@ impl Network {
                 let spread = if stream.property == NONE {
                     0.0
                 } else {
-                    let k = |axis: usize| self.properties[stream.property as usize + axis].at(cell);
-                    let across: f64 = (0..3).map(|axis| station.across[axis] * k(axis).ln()).sum();
-                    station.shape / (across.exp() * station.length)
+                    let k = [0, 1, 2].map(|axis| self.properties[stream.property as usize + axis].at(cell));
+                    let across = if k[0] == k[1] && k[1] == k[2] {
+                        k[0]
+                    } else {
+                        k.iter().zip(station.across).map(|(k, weight)| weight * k.ln()).sum::<f64>().exp()
+                    };
+                    station.shape / (across * station.length)
                 };
                 let scale = stream.fouling_resistance / (perimeter * station.length);
                 1.0 / ((film_resistance + spread).max(0.2 * film_resistance) + scale)
             })
             .collect();
-        let exchange = conductance.iter().map(|ua| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 }).collect();
+        let of_station = |ua: f64| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 };
+        // Most stations of a channel are alike.
+        let mut last = (f64::NAN, 0.0);
+        let alike = |ua: &f64| {
+            if *ua != last.0 {
+                last = (*ua, of_station(*ua));
+            }
+            last.1
+        };
+        let exchange = conductance.iter().map(alike).collect();
         let volumetric_capacity = inlet.density * inlet.specific_heat;
         // Within a circuit one capacity rate belongs to each kilogram; what comes from others brings its own.
         let brings = |u: &usize| if self.streams[*u].circuit == stream.circuit { flows[*u] } else { states[*u].capacity_rate };

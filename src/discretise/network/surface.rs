@@ -77,8 +77,8 @@ pub struct SurfaceState {
 
 impl Surface {
     /// The boundaries of the machine that act on it.
-    pub fn boundaries(&self) -> impl Iterator<Item = usize> + use<> {
-        self.laws.into_iter().filter(|l| *l != NONE).map(|l| l as usize)
+    pub fn boundaries(&self) -> impl Iterator<Item = usize> + '_ {
+        self.laws.iter().filter(|l| **l != NONE).map(|l| *l as usize)
     }
 
     /// Heat (W) that leaves through one of its boundaries in a state.
