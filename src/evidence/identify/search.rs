@@ -14,7 +14,9 @@ const MOST_STEPS: usize = 40;
 /// Damping that counts as none.
 const UNDAMPED: f64 = 1e-9;
 /// A search through logs, whose time steps leave some noise, ends where no more than this share of the misfit of one degree of freedom is
-/// to be gained: a coordinate is then within a seventh of its standard deviation.
+/// to be gained: a coordinate is then within a seventh of its standard deviation. The noise grows with the residuals that it adds to,
+/// and where the stated errors explain ever less of these, the end need not be known as well: the share grows as the root of how
+/// many times too large the misfit is.
 const LEAST_GAIN: f64 = 0.02;
 /// Derivatives with respect to the conditions serve wherever no coordinate is further away than this share of its size.
 const ALIKE: f64 = 0.1;
@@ -327,7 +329,7 @@ impl<'a> Search<'a> {
             return 0.0;
         }
         let freedom = self.readings.len().saturating_sub(self.problem.free.len()).max(1) as f64;
-        LEAST_GAIN * (self.tolerance / TIME_TOLERANCE) * (cost / freedom).max(1.0)
+        LEAST_GAIN * (self.tolerance / TIME_TOLERANCE) * (cost / freedom).max(1.0).powf(1.5)
     }
 
     /// Down from one point, the covariance held. Ends where steps are small or no step leads down.
