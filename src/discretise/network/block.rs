@@ -252,9 +252,15 @@ mod tests {
     /// Lines of any length, in a ring or not, any stretch of them: what each face carries, face by face.
     #[test]
     fn lines_are_taken_together() {
-        for (cells, wraps) in
-            [([1, 1, 40], false), ([2, 1, 200], false), ([2, 90, 3], false), ([5, 1, 7], true), ([4, 3, 3], false), ([3, 7, 5], true), ([30, 4, 3], true)]
-        {
+        for (cells, wraps) in [
+            ([1, 1, 40], false),
+            ([2, 1, 200], false),
+            ([2, 90, 3], false),
+            ([5, 1, 7], true),
+            ([4, 3, 3], false),
+            ([3, 7, 5], true),
+            ([30, 4, 3], true),
+        ] {
             let own = |d: usize| (0..cells[0]).map(move |i| 1.0 + 0.3 * d as f64 + 0.1 * i as f64);
             let mut along: Vec<f64> = own(0).collect();
             along[0] = 0.0;

@@ -117,35 +117,43 @@ impl Surface {
             let stiffening = stiffening * (node - t);
             return SurfaceState { temperature: t, heat, slope: inward, stiffening, law: heat, ..SurfaceState::default() };
         }
+        let sky = load.chamber.powi(4);
+        // Radiation, gas and laws: what they take at a surface temperature, and how that follows it.
         let outward = |ts: f64| {
-            let radiated = SIGMA * self.emissive * (ts.powi(4) - load.chamber.powi(4));
-            let gas = load.gas * self.gas_area * (ts - load.chamber);
-            let mut slope = 4.0 * SIGMA * self.emissive * ts.powi(3) + load.gas * self.gas_area;
-            let mut law = 0.0;
+            let cube = ts * ts * ts;
+            let radiated = (SIGMA * self.emissive * (ts * cube - sky), 4.0 * SIGMA * self.emissive * cube);
+            let conductance = load.gas * self.gas_area;
+            let mut law = (0.0, 0.0);
             for l in self.boundaries() {
-                law += self.leaving(&load.boundaries[l], ts);
-                slope += match load.boundaries[l] {
+                law.0 += self.leaving(&load.boundaries[l], ts);
+                law.1 += match load.boundaries[l] {
                     BoundaryState::Film(h, _) => h * self.area,
-                    BoundaryState::Radiation(e, _) => 4.0 * SIGMA * e * self.area * ts.powi(3),
+                    BoundaryState::Radiation(e, _) => 4.0 * SIGMA * e * self.area * cube,
                     BoundaryState::FreeConvection(convection, t) => convection.flux(ts, t).per_surface * self.area,
                     BoundaryState::Flux(_) | BoundaryState::Temperature(_) => 0.0,
                 };
             }
-            (radiated, gas, law, slope)
+            [radiated, (conductance * (ts - load.chamber), conductance), law]
         };
         let mut ts = node;
+        let mut taken = outward(ts);
+        let steepness = |taken: &[(f64, f64); 3]| taken.iter().map(|(_, slope)| slope).sum::<f64>();
         if inward.is_finite() {
             for _ in 0..50 {
-                let (radiated, gas, law, slope) = outward(ts);
-                let step = (inward * (node - ts) - radiated - gas - law) / (inward + slope);
-                ts = (ts + step).max(0.0);
-                // What is left then is 1.5 step²/T at most: rounding.
+                let heat: f64 = taken.iter().map(|(heat, _)| heat).sum();
+                let next = (ts + (inward * (node - ts) - heat) / (inward + steepness(&taken))).max(0.0);
+                let step = next - ts;
+                ts = next;
+                // What is left then is 1.5 step²/T at most, and so is what a straight line misses: rounding.
                 if step.abs() <= 1e-8 * ts.max(1.0) {
+                    taken.iter_mut().for_each(|(heat, slope)| *heat += *slope * step);
                     break;
                 }
+                taken = outward(ts);
             }
         }
-        let (radiated, gas, law, slope) = outward(ts);
+        let slope = steepness(&taken);
+        let [radiated, gas, law] = taken.map(|(heat, _)| heat);
         let share = if inward.is_finite() { inward / (inward + slope) } else { 1.0 };
         let (slope, stiffening) = if inward.is_finite() {
             (inward * slope / (inward + slope), stiffening * (node - ts) * slope / (inward + slope))
