@@ -212,7 +212,7 @@ impl Segment {
         }
     }
 
-    /// Adds to `y` the sum of the coefficients that act on each cell: the diagonal of [`Segment::add_conduction`].
+    /// Adds to `y` the sum of the coefficients that act on each cell: the diagonal of [`Block::add_conduction`].
     pub fn add_diagonal<T: Real>(&self, profile: &Profile<T>, y: &mut [T]) {
         for (i, y) in self.along.clone().zip(y.iter_mut()) {
             *y += profile[0][i];

@@ -3,7 +3,7 @@
 //! The solids are integrated by TR-BDF2 (Bank et al., IEEE Trans. Electron Devices 32 (1985) 1992; Hosea and
 //! Shampine, Applied Numerical Mathematics 20 (1996) 21): second order, L-stable, both stages with the same
 //! matrix. What is integrated is enthalpy, so that heat is conserved whatever the capacity does. Over each
-//! stage the water moves as parcels along walls held at the stage's own mean ([`water`]); the heat it brings
+//! stage the water moves as parcels along walls held at the stage's own mean (`water`); the heat it brings
 //! counts as one integral. Where nothing changes any more this is the steady state's law.
 
 mod before;
