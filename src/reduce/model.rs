@@ -131,7 +131,7 @@ impl ReducedModel {
             Ok((state, readings, boiling))
         };
         let (coarse, readings, _) = solve(&self.coarse, &DVector::zeros(self.coarse.len()))?;
-        // The first modes of both are the same.
+        // The first modes of both are the same; where histories have added others, this is a start like any other.
         let near = coarse.amplitudes.resize_vertically(self.fine.len(), 0.0);
         let (state, finer, boiling) = solve(&self.fine, &near)?;
         let bounds = self.bounds(&readings, &finer);

@@ -100,9 +100,13 @@ impl Block {
         found
     }
 
-    /// Adds to `part`, the rows from `first` on of a vector, what conduction with `profile` makes leave each cell of the block.
+    /// Adds to `part`, the rows from `first` on of a vector, the heat (W) that conduction with `profile` (W/K) makes leave each cell of
+    /// the block at temperatures `x` (K) of all nodes.
     pub fn add_conduction<T: Real>(&self, profile: &Profile<T>, first: usize, x: &[T], part: &mut [T]) {
-        let range = first..first + part.len();
+        let range = first.max(self.first)..(first + part.len()).min(self.first + self.len());
+        if range.is_empty() {
+            return;
+        }
         let [n0, n1, n2] = self.cells;
         let alike = if n1 == 1 { n2 } else { n1 }.saturating_sub(2);
         if n0 >= SHORT || alike < MANY {
@@ -120,11 +124,10 @@ impl Block {
         }
     }
 
-    /// The same as [`Block::segments`] with as many lines in one as have neighbours on the same sides, of up to [`PIECE`] cells.
+    /// The nodes of `range`, all of the block, with as many lines in one as have neighbours on the same sides, of up to [`PIECE`] cells.
     fn pieces(&self, range: Range<usize>) -> impl Iterator<Item = Segment> + '_ {
         let [n0, n1, n2] = self.cells;
-        let to = range.end.min(self.first + self.len());
-        let mut node = range.start.max(self.first);
+        let Range { start: mut node, end: to } = range;
         let inner = |at: usize, count: usize| if at == 0 || at + 1 == count { at } else { count - 2 };
         std::iter::from_fn(move || {
             if node >= to {
@@ -273,9 +276,8 @@ mod tests {
                 block.add_conduction(&profile, range.start, &x, &mut found);
                 let mut expected = vec![0.0; range.len()];
                 for segment in block.segments(range.clone()) {
-                    segment.each_face(cells[0], |at, d, other, is_next, i| {
+                    segment.each_face(cells[0], |at, d, other, _, i| {
                         let g = if d == 0 { profile[0][i + 1] } else { profile[d][segment.along.start + at] };
-                        assert!(is_next || d > 0 || i + 1 == segment.along.start + at);
                         expected[segment.node + at - range.start] += g * (x[segment.node + at] - x[other]);
                     });
                 }

@@ -79,7 +79,8 @@ pub struct ParityFigure {
 
 const WIDTH: f64 = 960.0;
 const PLOT: f64 = 400.0;
-/// A mean below this share of the rms error is shown as none.
+/// A mean below this share of the rms error is shown as none: fewer than a million conditions cannot tell it from none, and that of
+/// least squares is rounding.
 const ROUNDING: f64 = 1e-3;
 
 /// Marker and colour of a condition, by whether it was held out.
@@ -101,7 +102,6 @@ impl ParityFigure {
         let unit = self.difference_unit();
         statistics(chosen).map(|s| {
             let three = |v: f64| number(rounded(v));
-            // The mean that least squares leave is rounding.
             let mean = if s.bias.abs() < ROUNDING * s.rmse { 0.0 } else { s.bias };
             format!(
                 "{}: {} conditions, rms error {} {unit}, largest {} {unit}, mean {} {unit}",
