@@ -2,9 +2,9 @@
 //!
 //! The finest level is the network itself: structured blocks act through their tables and are coarsened
 //! by threes (`tensor`); from there on, or at once where a network has no blocks, coarse levels
-//! come from smoothed aggregation (`aggregation`) with Galerkin products. One V-cycle with the
+//! come from smoothed aggregation (`aggregation`) with Galerkin products. One cycle with the
 //! same polynomial smoother before and after the coarse correction is symmetric, so it may precondition
-//! conjugate gradients. The smoother is Chebyshev's of the fourth kind (Lottes, Numerical Linear Algebra
+//! conjugate gradients; coarse levels are visited twice. The smoother is Chebyshev's of the fourth kind (Lottes, Numerical Linear Algebra
 //! with Applications 30 (2023) e2518), which needs no lower bound of the spectrum. Levels are stored and
 //! applied in single precision: a preconditioner need not be exact, and half the bytes move. The coarsest level is solved
 //! directly, and so is the network itself where that costs no more than a cycle.
@@ -70,7 +70,7 @@ enum Step {
     Aggregates { prolongation: Csr<f32>, restriction: Csr<f32> },
 }
 
-/// Vectors for one V-cycle; one set per thread.
+/// Vectors for one cycle; one set per thread.
 #[derive(Debug, Clone)]
 pub struct Workspace {
     levels: Vec<[Vec<f32>; 3]>,
@@ -90,7 +90,7 @@ impl Multigrid {
             return Ok(Self { levels: Vec::new(), coarsest });
         }
         let mut levels = Vec::new();
-        let along: Vec<[f64; 3]> = matrix.profiles.iter().map(mean_conductances).collect();
+        let along: Vec<_> = matrix.profiles.iter().map(end_conductances).collect();
         let mut transfer = Transfer::new(matrix.blocks, &along, matrix.to_given.len());
         let (mut current, mut carried) = if matrix.blocks.is_empty() {
             (rows_of(matrix), capacity.to_vec())
@@ -148,15 +148,17 @@ impl Multigrid {
         Workspace { levels }
     }
 
-    /// x = M b with one V-cycle.
+    /// x = M b with one cycle.
     pub fn apply(&self, b: &[f64], x: &mut [f64], work: &mut Workspace) {
         for_chunks(&mut work.levels[0][0], |first, part| part.iter_mut().zip(&b[first..]).for_each(|(w, b)| *w = *b as f32));
-        self.cycle(0, work);
+        self.cycle(0, work, true);
         for_chunks(x, |first, part| part.iter_mut().zip(&work.levels[0][1][first..]).for_each(|(x, w)| *x = f64::from(*w)));
     }
 
-    /// One V-cycle on level `l`: right-hand side in the first vector, result in the second.
-    fn cycle(&self, l: usize, work: &mut Workspace) {
+    /// One cycle on level `l`: right-hand side in the first vector, result in the second, where a guess stands unless it is
+    /// `from_zero`. What lies below the second level is visited twice: it costs little, and finds what passes through the whole
+    /// network.
+    fn cycle(&self, l: usize, work: &mut Workspace, from_zero: bool) {
         let Some(level) = self.levels.get(l) else {
             let [b, x, _] = &mut work.levels[l];
             let mut solved: Vec<f64> = b.iter().map(|b| f64::from(*b)).collect();
@@ -166,13 +168,16 @@ impl Multigrid {
         };
         let (above, below) = work.levels.split_at_mut(l + 1);
         let [b, x, other] = &mut above[l];
-        level.smooth(b, x, other, true);
+        level.smooth(b, x, other, from_zero);
         level.residual(b, x, other);
         match &level.step {
             Step::Blocks(transfer) => transfer.restrict(other, &mut below[0][0]),
             Step::Aggregates { restriction, .. } => restriction.multiply(other, &mut below[0][0]),
         }
-        self.cycle(l + 1, work);
+        let visits = if l > 0 && l + 1 < self.levels.len() { 2 } else { 1 };
+        for visit in 0..visits {
+            self.cycle(l + 1, work, visit == 0);
+        }
         let (above, below) = work.levels.split_at_mut(l + 1);
         let [b, x, other] = &mut above[l];
         match &level.step {
@@ -296,11 +301,12 @@ impl Level {
     }
 }
 
-/// Mean conductance between neighbours along each axis, W/K.
-fn mean_conductances(profile: &Profile<f64>) -> [f64; 3] {
-    let inner = profile[0].len().saturating_sub(2).max(1);
-    let mean = |g: &Vec<f64>, n: usize| g.iter().sum::<f64>() / n as f64;
-    [mean(&profile[0], inner), mean(&profile[1], profile[1].len()), mean(&profile[2], profile[2].len())]
+/// Conductance between neighbours along each axis, W/K, at both ends of the first one.
+fn end_conductances(profile: &Profile<f64>) -> [[f64; 3]; 2] {
+    let n = profile[1].len();
+    // A line of one cell has no face within.
+    let face = |i: usize| if n > 1 { profile[0][i] } else { 0.0 };
+    [(face(1), 0), (face(n - 1), n - 1)].map(|(along, i)| [along, profile[1][i], profile[2][i]])
 }
 
 /// The finest level, from the network itself.

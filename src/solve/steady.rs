@@ -20,8 +20,10 @@ pub const BALANCE_TOLERANCE: f64 = 1e-8;
 const STEP_TOLERANCE: f64 = 1e-5;
 /// Sum of the absolute nodal residuals over the heat that passes through, at the end.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
-/// Reduction of the residual asked of each linear solve.
+/// Reduction of the residual asked of each linear solve; in the last ones so much of what is asked for in the end, and at most.
 const LINEAR_TOLERANCE: f64 = 1e-3;
+const ENOUGH: f64 = 0.1;
+const LARGEST_TOLERANCE: f64 = 0.05;
 const MOST_NEWTON: usize = 40;
 const MOST_KRYLOV: usize = 400;
 /// Passes of the search for a combination of known states to start from.
@@ -188,7 +190,8 @@ impl<'a> Solver<'a> {
                 return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite after {newton} Newton steps")));
             }
             let rounding = self.system.rounding(network, load, &streams, &temperatures);
-            let is_balanced = imbalance <= (RESIDUAL_TOLERANCE * through).max(rounding);
+            let asked = (RESIDUAL_TOLERANCE * through).max(rounding);
+            let is_balanced = imbalance <= asked;
             if is_balanced && last_step <= STEP_TOLERANCE {
                 let mut balance = balance(network, load, &streams, &temperatures);
                 if balance.relative > BALANCE_TOLERANCE && (balance.in_watts - balance.out_watts).abs() <= rounding {
@@ -223,7 +226,9 @@ impl<'a> Solver<'a> {
 
             let clock = Instant::now();
             let right: Vec<f64> = residual.iter().map(|r| -r).collect();
-            let outcome = self.linear(&matrix, &streams, &right, &mut step, LINEAR_TOLERANCE, &mut work);
+            // The last steps need no more than what is asked for in the end.
+            let within = LINEAR_TOLERANCE.max(ENOUGH * asked / imbalance);
+            let outcome = self.linear(&matrix, &streams, &right, &mut step, within.min(LARGEST_TOLERANCE), &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;
             if outcome.is_useless() {

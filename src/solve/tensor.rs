@@ -31,8 +31,8 @@ struct BlockTransfer {
     fine: Block,
     coarse: Block,
     axes: [Axis; 3],
-    /// Conductance between neighbouring coarse cells along each axis, W/K.
-    along: [f64; 3],
+    /// Conductance between neighbouring coarse cells along each axis, W/K, at both ends of the first one.
+    along: [[f64; 3]; 2],
 }
 
 /// Linear interpolation along one axis.
@@ -157,21 +157,27 @@ impl Banded {
 
 impl Transfer {
     /// Coarsening of the blocks among `rows` nodes; `along` is the conductance between neighbours along each
-    /// axis of each block, W/K.
-    pub fn new(blocks: &[Block], along: &[[f64; 3]], rows: usize) -> Self {
+    /// axis of each block, W/K, at both ends of the first one: about its own axis a solid cylinder is bound far more
+    /// strongly round than along.
+    pub fn new(blocks: &[Block], along: &[[[f64; 3]; 2]], rows: usize) -> Self {
         let mut first = 0;
         let mut is_free = vec![true; rows];
-        let coarsen = |(block, along): (&Block, &[f64; 3])| {
+        let coarsen = |(block, along): (&Block, &[[f64; 3]; 2])| {
             is_free[block.nodes()].fill(false);
             // An axis of one cell binds nothing.
-            let strongest = (0..3).filter(|d| block.cells[*d] > 1).map(|d| along[d]).fold(0.0, f64::max);
-            let axes = [0, 1, 2].map(|d| Axis::new(block.cells[d], along[d] >= WEAK_AXIS * strongest, d == 1 && block.wraps));
+            let strongest = along.map(|end| (0..3).filter(|d| block.cells[*d] > 1).map(|d| end[d]).fold(0.0, f64::max));
+            let is_strong = |end: usize, d: usize| along[end][d] >= WEAK_AXIS * strongest[end];
+            let at_both = [0, 1, 2].map(|d| is_strong(0, d) && is_strong(1, d));
+            // Where no axis is left that is strong at both ends, the outer end decides: most cells are there.
+            let is_any = (0..3).any(|d| at_both[d] && block.cells[d] > 1);
+            let coarsened = [0, 1, 2].map(|d| if is_any { at_both[d] } else { is_strong(1, d) });
+            let axes = [0, 1, 2].map(|d| Axis::new(block.cells[d], coarsened[d], d == 1 && block.wraps));
             let cells = [0, 1, 2].map(|d| axes[d].coarse());
             let coarse = Block { first, cells, wraps: block.wraps && cells[1] > 2, property: block.property, faces: Default::default() };
             first += coarse.len();
             let ratio = [0, 1, 2].map(|d| block.cells[d] as f64 / cells[d] as f64);
             let wider = ratio.iter().product::<f64>();
-            let along = [0, 1, 2].map(|d| along[d] * wider / (ratio[d] * ratio[d]));
+            let along = along.map(|end| std::array::from_fn(|d| end[d] * wider / (ratio[d] * ratio[d])));
             BlockTransfer { fine: block.clone(), coarse, axes, along }
         };
         let blocks = blocks.iter().zip(along).map(coarsen).collect();
@@ -179,8 +185,8 @@ impl Transfer {
         Self { blocks, others, in_blocks: first }
     }
 
-    /// The coarse blocks, and the conductance between neighbours along each of their axes, W/K.
-    pub fn coarse_blocks(&self) -> (Vec<Block>, Vec<[f64; 3]>) {
+    /// The coarse blocks, and the conductance between neighbours along each of their axes, as [`Transfer::new`] takes it.
+    pub fn coarse_blocks(&self) -> (Vec<Block>, Vec<[[f64; 3]; 2]>) {
         self.blocks.iter().map(|t| (t.coarse.clone(), t.along)).unzip()
     }
 
