@@ -155,9 +155,14 @@ impl Answer {
         }
         if predicts_worse(gain) {
             // A cause that predicts what it has not seen no better is no finding.
-            return Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), ..self };
+            return self.withdrawn();
         }
         self
+    }
+
+    /// Without what is named.
+    pub fn withdrawn(self) -> Self {
+        Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), ..self }
     }
 
     /// Whether the machine is extended by the best explanation.

@@ -38,6 +38,8 @@ pub struct Named<'a> {
     pub explanation: &'a Explanation,
     /// What was fitted with it.
     pub joint: Option<&'a Joint>,
+    /// What one standard deviation of each common factor that may be drawn beside it changes in every reading, K.
+    pub shared: &'a [Vec<f64>],
     /// The data beside the machine with it in force: its covariance.
     pub view: &'a Comparison,
 }
@@ -275,7 +277,7 @@ impl<'a> Folds<'a> {
 
     /// The screen of the kept readings.
     fn part<'k>(&self, kept: &'k [usize], seed: u64) -> Option<Part<'k>> {
-        let Named { explanation, joint, view } = self.named;
+        let Named { explanation, joint, view, .. } = self.named;
         let (catalogue, found) = (self.catalogue, &self.base.found);
         let pick = |v: &Vec<f64>| kept.iter().map(|i| v[*i]).collect::<Vec<f64>>();
         let whitener = view.errors.whitener(&explanation.level, kept);
@@ -311,7 +313,7 @@ impl<'a> Folds<'a> {
 
     /// What the best of the causes that a fold points to changes.
     fn change(&self, part: &Part<'_>, begun: &[Begun<'_>]) -> Option<Change> {
-        let Named { explanation, joint, view } = self.named;
+        let Named { explanation, joint, shared, view } = self.named;
         let level = joint.map_or(explanation.level, |joint| joint.level);
         let readings: Vec<f64> = part.kept.iter().map(|i| view.readings[*i]).collect();
         let places = self.places(part.kept);
@@ -334,7 +336,13 @@ impl<'a> Folds<'a> {
                 }
             }
             let fitted = fit_begun(self.predictor, &members, &guess, used, begun).ok()?;
-            let kelvin = fitted.values.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect();
+            let mut kelvin: Vec<f64> = fitted.values.iter().zip(&self.base.found.prediction.values).map(|(a, b)| a - b).collect();
+            let left = part.whitener.apply(&fitted.left);
+            for column in shared {
+                let own: Vec<f64> = part.kept.iter().map(|i| column[*i]).collect();
+                let drawn: f64 = part.whitener.apply(&own).iter().zip(&left).map(|(c, l)| c * l).sum();
+                kelvin.iter_mut().zip(column).for_each(|(k, c)| *k += drawn * c);
+            }
             let amplitude = |cause: &Cause| members.iter().position(|h| h.is_same(&cause.hypothesis)).map(|j| fitted.amplitudes[j]);
             let amplitudes = explanation.causes.iter().map(amplitude).collect();
             Some((fitted.evidence + choice.prior, Change { kelvin, amplitudes }))

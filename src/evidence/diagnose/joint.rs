@@ -19,6 +19,7 @@ use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
 use crate::evidence::measurement::Whitener;
 use crate::evidence::sandwich::{Sandwich, worth};
+use crate::foundation::numbers::TWO_SIDED_90;
 
 /// Numbers of the file that are fitted beside a cause: of machines of lumped nodes, and of those of cells, whose runs cost more.
 const MOST_OF_NODES: usize = 16;
@@ -32,6 +33,10 @@ const MOST_FITS: usize = 4;
 /// less than this share of it: the data say nothing about it.
 const UNKNOWN: f64 = 0.95;
 const STILL: f64 = 0.1;
+/// A cause that stands out by itself by so many of its standard deviations, and with numbers free beside it by no more than so many, was
+/// emptied by them.
+const STANDS: f64 = 3.0;
+const EMPTY: f64 = TWO_SIDED_90;
 /// A number of a machine of cells that the residual moves by less than this share of its standard deviation stays where it is.
 const MOVED: f64 = 0.3;
 
@@ -57,6 +62,14 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// Whether numbers that can do what a cause does, such as the factor of the source that it adds to, took its place: its own
+    /// interval then holds nothing at all. `alone` are the causes as they were fitted by themselves.
+    pub fn empties(&self, alone: &[Cause]) -> bool {
+        let stands = |cause: &Cause, by: f64| cause.amplitude.abs() > by * cause.deviation;
+        let was = |cause: &Cause| alone.iter().any(|own| own.hypothesis.is_same(&cause.hypothesis) && stands(own, STANDS));
+        self.causes.iter().any(|cause| !cause.hypothesis.is_fixed() && was(cause) && !stands(cause, EMPTY))
+    }
+
     /// The whitening of some readings by which it was found.
     pub fn whitener(&self, readings: &[usize]) -> Whitener {
         whitener(&self.errors, &self.level, self.worth, readings)

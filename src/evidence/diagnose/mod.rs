@@ -30,6 +30,7 @@ mod rarer;
 mod refine;
 mod rung;
 mod screen;
+mod shared;
 mod signature;
 mod view;
 mod when;
@@ -355,6 +356,8 @@ pub struct Diagnosis {
     pub rungs: Vec<Rung>,
     /// The discrepancy of the machine as it is.
     pub unexplained: discrepancy::Level,
+    /// Whether the machine with the best explanation missed the very data by more than the machine as it is: it is not written.
+    pub misses: bool,
     /// Readings and rows of a table without which causes explain the rest to first order, rows counted in the problem's data; none where
     /// causes explain all of it.
     pub aside: Vec<Fault>,

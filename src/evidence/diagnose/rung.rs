@@ -8,6 +8,7 @@ use super::numbers::{self, Settled};
 use super::predictor::{KnownSlopes, Predictor};
 use super::probability::Ground;
 use super::screen::Screened;
+use super::shared::{self, Shared};
 use super::view::Comparison;
 use super::{
     Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, decide, gain, history,
@@ -170,13 +171,20 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         best.causes.iter_mut().zip(scatter).for_each(|(cause, scatter)| cause.at_least(*scatter));
     }
     let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref())) {
-        Some(best) => rung(problem, &predictor, best, joint.as_ref(), &outcome, gain.clone())?,
+        Some(best) => {
+            let shared = || outcome.leading().map(|entry| shared::shared(&finals, entry, &outcome.view)).unwrap_or_default();
+            let shared = if joint.is_some() { Shared::default() } else { shared() };
+            rung(problem, &predictor, best, (joint.as_ref(), &shared), &outcome, gain.clone())?
+        }
         None => None,
     };
     let rung = rung.map(|rung| {
         let alone = alone(&predictor, &rung, &outcome.view.mesh).iter().map(|values| explained(values)).collect();
         Rung { share: explained(&rung.predicted), look_beside: finals.look_beside(&outcome), alone, ..rung }
     });
+    // A machine that misses the very data by more than the one that it came from is no finding either.
+    let misses = rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
+    let (rung, answer) = if misses { (None, answer.withdrawn()) } else { (rung, answer) };
     let off_in_full = (study.tables == Tables::Reduced && !data.is_transient()).then(|| {
         progress.say("the end result in full");
         let named = explanations.first().filter(|_| answer.names_causes());
@@ -222,6 +230,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         sets: rung.as_ref().map(|rung| rung.sets.clone()),
         rungs: rung.into_iter().collect(),
         unexplained,
+        misses,
         explanations,
         aside,
         whitener: base.whitener,
@@ -262,10 +271,11 @@ fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanati
     let problem = finals.problem;
     let entry = outcome.leading().filter(|_| named.is_some());
     let refitted = |weights: JointWeights| -> Option<Joint> {
-        joint(finals, entry?, &outcome.view, weights).unwrap_or_else(|e| {
+        let found = joint(finals, entry?, &outcome.view, weights).unwrap_or_else(|e| {
             progress.say(&format!("what is uncertain could not be refitted beside the cause: {e}"));
             None
-        })
+        });
+        found.filter(|joint| named.is_none_or(|named| !joint.empties(&named.causes)))
     };
     let kept_out: &[KeptOut] =
         if named.is_some() && problem.data.is_transient() { &[KeptOut::Tests, KeptOut::Blocks] } else { &[KeptOut::Tests] };
@@ -300,7 +310,12 @@ fn gained(
     joint: Option<&Joint>,
     kept_out: KeptOut,
 ) -> Option<Gain> {
-    let named = named.map(|explanation| gain::Named { explanation, joint, view: &outcome.view });
+    // Where numbers of the file are fitted beside the cause, the factors are among them.
+    let causes = |named: &Explanation| named.causes.iter().map(|c| c.hypothesis.clone()).collect::<Vec<_>>();
+    let causes = named.filter(|_| joint.is_none()).map(causes).unwrap_or_default();
+    let factors = if causes.is_empty() { Vec::new() } else { shared::beside(finals, &causes.iter().collect::<Vec<_>>(), &outcome.view) };
+    let shared: Vec<Vec<f64>> = factors.into_iter().map(|(_, column)| column.clone()).collect();
+    let named = named.map(|explanation| gain::Named { explanation, joint, shared: &shared, view: &outcome.view });
     gain::gain(finals.problem, finals.predictor, finals.catalogue, finals.base, named, kept_out)
 }
 
@@ -321,23 +336,35 @@ fn residuals(base: &Comparison, screened: &Screened) -> Residuals {
     }
 }
 
-/// What the best explanation comes to; `None` where the machine file has no words for it.
+/// What the best explanation comes to, with the common factors that it draws; `None` where the machine file has no words for it.
 fn rung(
     problem: &Problem,
     predictor: &Predictor<'_>,
     best: &Explanation,
-    joint: Option<&Joint>,
+    (joint, shared): (Option<&Joint>, &Shared),
     outcome: &Outcome,
     gain: Option<Gain>,
 ) -> Result<Option<Rung>> {
-    let Split { causes, refitted, correlations } = split(problem, best, joint);
+    let Split { causes, mut refitted, mut correlations } = split(problem, best, joint);
+    let with_mesh = |values: &[f64]| -> Vec<f64> { values.iter().zip(&outcome.view.mesh).map(|(v, m)| v + m).collect() };
+    let mut predicted = match joint {
+        Some(joint) => with_mesh(&joint.values),
+        None => outcome.leading_predictions().unwrap_or_default(),
+    };
+    if !shared.factors.is_empty() {
+        let members: Vec<(&Hypothesis, f64)> = shared.factors.iter().chain(&causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
+        // They were drawn by slopes.
+        let with = predictor.predict(&members).map(|values| with_mesh(&values)).ok();
+        let with = with.filter(|with| square(with, problem) < square(&predicted, problem));
+        if let (Ok(Some(_)), Some(with)) = (predictor.written(&members), with) {
+            predicted = with;
+            refitted.extend(shared.factors.iter().cloned());
+            correlations.clone_from(&shared.correlations);
+        }
+    }
     // Numbers of the file first: a cause may take their place.
     let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
     let Some(sets) = predictor.written(&members)? else { return Ok(None) };
-    let predicted = match joint {
-        Some(joint) => joint.values.iter().zip(&outcome.view.mesh).map(|(v, m)| v + m).collect(),
-        None => outcome.leading_predictions().unwrap_or_default(),
-    };
     let left: Vec<f64> = whiten::readings(&problem.data).iter().zip(&predicted).map(|(r, p)| r - p).collect();
     let square = left.iter().map(|v| v * v).sum::<f64>();
     let places = whiten::places(&problem.data);

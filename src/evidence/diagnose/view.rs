@@ -11,12 +11,14 @@ use super::signature::{self, Signatures};
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
-use crate::evidence::identify::{self, MeshShare, Prediction};
+use crate::evidence::identify::{self, Begun, MeshShare, Prediction};
 use crate::evidence::measurement::{Data, Whitener, whiten};
 use crate::solve::sensitivity::{Parameter, Study};
 
 /// Signatures that are whitened as one matrix.
 const TOGETHER: usize = 128;
+/// What the mesh may leave open in the readings of a table, over their noise: more would hide what they show.
+const MESH_BESIDE_NOISE: f64 = 0.5;
 /// Error allowed in each time step of logs that are run mesh by mesh in the same steps, K.
 const MESH_TOLERANCE: f64 = 0.1;
 
@@ -29,6 +31,8 @@ pub struct Comparison {
     pub mesh: Vec<f64>,
     /// Covariance in parts.
     pub errors: ErrorParts,
+    /// What one standard deviation of each of [`CommonFactor::ALL`] changes in every reading, K.
+    pub factors: Vec<Vec<f64>>,
     /// Causes that are a number of the file, with the amplitude of a change of it by a factor e, in the order of the covariance.
     pub numbers: Vec<(Hypothesis, f64)>,
     /// The discrepancy beside what is stated.
@@ -39,8 +43,8 @@ pub struct Comparison {
     pub whitener: Whitener,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
-    /// Temperatures of all nodes on each finer mesh at each distinct condition of a table, K.
-    finer: Arc<Vec<Vec<Vec<f64>>>>,
+    /// The finer meshes, and temperatures on them.
+    finer: Arc<Begun>,
 }
 
 impl Comparison {
@@ -62,17 +66,21 @@ impl Comparison {
         } else {
             signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
         };
-        let begun = known.map_or(&[][..], |known| known.finer.as_slice());
-        let MeshShare { correction: mesh, scatter, fields: finer } = match is_log {
+        let nothing = Begun::default();
+        let begun = known.map_or(&nothing, |known| &*known.finer);
+        let MeshShare { correction: mesh, scatter, begun: finer } = match is_log {
             true => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
             false => {
                 let on_finer = |finer: &Study, near: &[Vec<f64>]| identify::steady_near(finer, data, near);
-                MeshShare::of(study, data, &found.prediction.values, begun, on_finer)?
+                let enough = MESH_BESIDE_NOISE * root_mean_square(&whiten::deviations(data, &problem.uncertainty));
+                MeshShare::of(study, data, &found.prediction.values, enough, begun, on_finer)?
             }
         };
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
+        let factors = open_factors(&problem.discrepancy, catalogue, &found.columns, mesh.len());
         let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);
+        errors.extend(factors.iter().cloned());
         errors.extend(scatter);
         if !problem.data.is_transient() {
             errors.extend(bends(problem, study, catalogue, scales, &found));
@@ -84,7 +92,7 @@ impl Comparison {
         let numbers = catalogue.iter().filter_map(|h| Some((h.clone(), h.of_a_number(network)?))).collect();
         let whitener = errors.whitener(&level, &all);
         let finer = Arc::new(finer);
-        Ok(Self { without: whitener.log_determinant(), whitener, level, found, mesh, errors, readings, numbers, finer })
+        Ok(Self { without: whitener.log_determinant(), whitener, level, found, mesh, errors, factors, readings, numbers, finer })
     }
 
     /// The same with another discrepancy.
@@ -127,6 +135,10 @@ impl Comparison {
         let (residual, columns, places) = (&self.found.residual, &self.found.columns, &whiten::places(data));
         ScreenInput { residual, columns, whitener: &self.whitener, catalogue, places }.screen()
     }
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Exchanged readings take what a finer mesh changes at each other's place.
@@ -223,14 +235,14 @@ pub fn open_factors(discrepancy: &Discrepancy, catalogue: &[Hypothesis], columns
     CommonFactor::ALL.iter().map(of).collect()
 }
 
-/// The covariance of a residual in parts, with what every model leaves open, and what the numbers of the file change.
+/// The covariance of a residual in parts, with what every model leaves open but for common factors, and what the numbers of the file
+/// change.
 fn error_parts(problem: &Problem, study: &Study, prediction: &Prediction, catalogue: &[Hypothesis], columns: &[Vec<f64>]) -> ErrorParts {
     let (data, network) = (&problem.data, &study.model.network);
     let (values, slopes) = (&prediction.values, &prediction.conditions);
     let mut parts = ErrorParts::new(&study.model.machine, data, &problem.uncertainty, problem.discrepancy.model, values, slopes);
     let scaled = |column: &Vec<f64>, by: f64| column.iter().map(|c| by * c).collect::<Vec<f64>>();
     let uncertain = |(k, u): (usize, &UncertainNumber)| prediction.slopes.iter().map(|row| row[k] * u.deviation).collect();
-    parts.extend(open_factors(&problem.discrepancy, catalogue, columns, prediction.values.len()));
     // Films follow one correlation; what parts store does not: each has its own shape and material.
     let own = |(h, column): (&Hypothesis, &Vec<f64>)| h.discrepancy(network, &problem.discrepancy).map(|spread| scaled(column, spread));
     parts.extend(catalogue.iter().zip(columns).filter_map(own));

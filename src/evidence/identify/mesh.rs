@@ -14,10 +14,10 @@ use crate::evidence::measurement::{Data, whiten};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::Study;
 
-/// Cells of the finest mesh, over those of the model.
-const FINER: f64 = 3.0;
-/// Meshes between that one and the model's, likewise.
-const BETWEEN: [f64; 2] = [1.5, 2.0];
+/// Cells of the finest mesh, over those of the model: as few as leave no more open than is asked for.
+const FINEST: [f64; 2] = [3.0, 9.0];
+/// Meshes between that one and the model's, over the finest.
+const BETWEEN: [f64; 2] = [0.5, 2.0 / 3.0];
 /// A finest mesh whose cells' squared length is more than this share of the model's is none.
 const LEAST_FINER: f64 = 0.9;
 
@@ -28,52 +28,80 @@ pub struct MeshShare {
     pub correction: Vec<f64>,
     /// How far that may be off: columns of unit variance, one entry per reading, K.
     pub scatter: Vec<Vec<f64>>,
-    /// Temperatures of all nodes at each distinct condition of a table on each of these meshes, K: where solves of a machine much like it
-    /// begin.
-    pub fields: Vec<Vec<Vec<f64>>>,
+    /// Where those of a machine much like it begin.
+    pub begun: Begun,
+}
+
+/// Meshes that are known to leave little enough open, and temperatures on them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Begun {
+    /// Cells of the finest, over those of the model; 0 where nothing is known.
+    finest: f64,
+    /// Temperatures of all nodes at each distinct condition of a table on each of these meshes, K.
+    fields: Vec<Vec<Vec<f64>>>,
 }
 
 impl MeshShare {
     /// Nothing, in so many readings.
     pub fn none(readings: usize) -> Self {
-        Self { correction: vec![0.0; readings], scatter: Vec::new(), fields: Vec::new() }
+        Self { correction: vec![0.0; readings], scatter: Vec::new(), begun: Begun::default() }
     }
 
     /// Of a machine that predicts `own` (K, one per reading of `data`), from what `predict` says of it on finer meshes: predictions and the
-    /// temperatures of all nodes, beginning with those that are `known` of a machine much like it on the same mesh. Nothing where there are
-    /// no cells, but lumped nodes alone.
+    /// temperatures of all nodes, beginning with those that are known of a machine much like it. As many cells are taken as leave no more
+    /// open than `enough` (K, root mean square), nine times those of the model at most. Nothing where there are no cells, but lumped nodes
+    /// alone.
     ///
     /// # Errors
     /// The machine cannot be meshed so, or `predict` fails.
-    pub fn of(study: &Study, data: &Data, own: &[f64], known: &[Vec<Vec<f64>>], predict: impl Finer) -> Result<Self> {
-        let cells = study.model.mesh.cells as f64;
-        if cells == 0.0 {
+    pub fn of(study: &Study, data: &Data, own: &[f64], enough: f64, known: &Begun, predict: impl Finer) -> Result<Self> {
+        if study.model.mesh.cells == 0 {
             return Ok(Self::none(own.len()));
         }
-        let of = |(k, factor): (usize, f64)| -> Result<Meshed> {
-            let meshed = study.finer(factor)?;
+        let [few, many] = FINEST;
+        if known.finest < many {
+            let found = Self::up_to(few, study, data, own, known, &predict)?;
+            if found.open() <= enough {
+                return Ok(found);
+            }
+        }
+        Self::up_to(many, study, data, own, known, &predict)
+    }
+
+    /// With so many times the model's cells in the finest mesh.
+    fn up_to(finest: f64, study: &Study, data: &Data, own: &[f64], known: &Begun, predict: &impl Finer) -> Result<Self> {
+        let cells = study.model.mesh.cells as f64;
+        let near = if known.finest == finest { known.fields.as_slice() } else { &[] };
+        let of = |(k, share): (usize, f64)| -> Result<Meshed> {
+            let meshed = study.finer(share * finest)?;
             let square = (meshed.model.mesh.cells as f64 / cells).powf(-2.0 / 3.0);
-            let (values, fields) = predict(&meshed, known.get(k).map_or(&[], Vec::as_slice))?;
+            let (values, fields) = predict(&meshed, near.get(k).map_or(&[], Vec::as_slice))?;
             Ok(Meshed { values, fields, square })
         };
         let [second, third] = BETWEEN;
-        let mut meshes: Vec<Meshed> = [FINER, second, third].into_par_iter().enumerate().map(of).collect::<Result<_>>()?;
+        let mut meshes: Vec<Meshed> = [1.0, second, third].into_par_iter().enumerate().map(of).collect::<Result<_>>()?;
         let fields = meshes.iter_mut().map(|mesh| std::mem::take(&mut mesh.fields)).collect();
-        let finest = meshes.remove(0);
+        let finest_mesh = meshes.remove(0);
         // What an imported mesh, which stays as it is, says of its limit is nothing.
-        let slope = |i: usize| if finest.square < LEAST_FINER { (own[i] - finest.values[i]) / (1.0 - finest.square) } else { 0.0 };
-        let beyond: Vec<f64> = (0..own.len()).map(|i| -slope(i) * finest.square).collect();
+        let is_finer = finest_mesh.square < LEAST_FINER;
+        let slope = |i: usize| if is_finer { (own[i] - finest_mesh.values[i]) / (1.0 - finest_mesh.square) } else { 0.0 };
+        let beyond: Vec<f64> = (0..own.len()).map(|i| -slope(i) * finest_mesh.square).collect();
         let places = whiten::places(data);
         let of_sensor = |apart: &[f64], sensor: usize| -> Vec<f64> {
             places.iter().zip(apart).map(|((_, k), a)| if *k == sensor { *a } else { 0.0 }).collect()
         };
         let from_line = |mesh: &Meshed| -> Vec<f64> {
-            (0..own.len()).map(|i| mesh.values[i] - finest.values[i] - slope(i) * (mesh.square - finest.square)).collect()
+            (0..own.len()).map(|i| mesh.values[i] - finest_mesh.values[i] - slope(i) * (mesh.square - finest_mesh.square)).collect()
         };
         let open: Vec<Vec<f64>> = std::iter::once(beyond.clone()).chain(meshes.iter().map(from_line)).collect();
         let scatter = open.iter().flat_map(|apart| (0..data.names.len()).map(|k| of_sensor(apart, k))).collect();
-        let correction = finest.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect();
-        Ok(Self { correction, scatter, fields })
+        let correction = finest_mesh.values.iter().zip(own).zip(&beyond).map(|((f, c), b)| f + b - c).collect();
+        Ok(Self { correction, scatter, begun: Begun { finest, fields } })
+    }
+
+    /// What is open in the readings, root mean square, K.
+    fn open(&self) -> f64 {
+        (self.scatter.iter().flatten().map(|c| c * c).sum::<f64>() / self.correction.len().max(1) as f64).sqrt()
     }
 
     /// The same of logs. Mesh by mesh they are run in the same time steps, which leave an error up to `tolerance` (K) in each on the
@@ -88,7 +116,7 @@ impl MeshShare {
         let own = run_logs(study, data, start, None, Pace::own(tolerance))?;
         let pace = Pace { tolerance, steps: Some(&own.steps) };
         let on_finer = |finer: &Study, _: &[Vec<f64>]| Ok((run_logs(finer, data, start, None, pace)?.values, Vec::new()));
-        Self::of(study, data, &own.values, &[], on_finer)
+        Self::of(study, data, &own.values, f64::INFINITY, &Begun::default(), on_finer)
     }
 
     /// Whether there is none: of lumped nodes alone, or where it is not known.
@@ -108,7 +136,8 @@ impl MeshShare {
 /// As [`MeshShare::of`].
 pub fn continued(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
     let own = values(study, data, start)?;
-    let share = MeshShare::of(study, data, &own, &[], |finer: &Study, _: &[Vec<f64>]| Ok((values(finer, data, start)?, Vec::new())))?;
+    let on_finer = |finer: &Study, _: &[Vec<f64>]| Ok((values(finer, data, start)?, Vec::new()));
+    let share = MeshShare::of(study, data, &own, f64::INFINITY, &Begun::default(), on_finer)?;
     Ok(own.iter().zip(&share.correction).map(|(v, m)| v + m).collect())
 }
 

@@ -19,6 +19,7 @@ use std::path::Path;
 
 use crate::error::Result;
 use crate::evidence::diagnose::{self, Certainty, Diagnosis, Explanation, Problem, Verdict, sentence};
+use crate::evidence::discrepancy::Level;
 use crate::figures::chart::gains::GainsFigure;
 use crate::figures::report::Report;
 use crate::foundation::atomic_file;
@@ -105,6 +106,11 @@ impl Findings<'_> {
     pub fn headline(&self) -> String {
         let found = &self.diagnosis;
         match found.verdict {
+            Verdict::Consistent if found.unexplained != Level::NONE => format!(
+                "The readings do not contradict the machine: they differ from it by more than the stated errors (probability {:.3}), but no more than models of such machines and days do ({}).",
+                found.misfit.probability.min(found.misfit.look_elsewhere),
+                found.unexplained.in_words(self.problem.data.is_transient())
+            ),
             Verdict::Consistent => format!(
                 "The readings do not contradict the machine: a misfit this large or larger has probability {:.2}, a cause this convincing {:.2}.",
                 found.misfit.probability, found.misfit.look_elsewhere
@@ -133,8 +139,11 @@ impl Findings<'_> {
                     _ => "not even its place is certain".into(),
                 };
                 let n = found.set.len();
-                let fit = if n == 1 { "1 explanation fits".to_string() } else { format!("{n} explanations fit alike") };
-                format!("Something is wrong; {certain}, and {fit}: the data cannot tell which it is.")
+                let fit = match n {
+                    1 => "1 explanation fits, but not for certain".to_string(),
+                    _ => format!("{n} explanations fit alike: the data cannot tell which it is"),
+                };
+                format!("Something is wrong; {certain}, and {fit}.")
             }
         }
     }
@@ -144,6 +153,7 @@ impl Findings<'_> {
         match self.diagnosis.verdict {
             Verdict::Consistent => "nothing is wrong, so there is nothing to extend",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
+            _ if self.diagnosis.misses => "the machine with the cause that fits best misses the readings by more than the machine as it is",
             _ if self.diagnosis.is_vetoed() => "no cause predicts data kept out better than the machine as it is",
             _ => "the machine file has no number that is the cause",
         }
