@@ -44,7 +44,8 @@ fn all_heats() {
     let (low, high) = best.interval();
     assert!(low < 0.5 && 0.5 < high && low > 0.35, "{low} {high}");
     assert!(sentence(best).starts_with("all heats are 1."), "{}", sentence(best));
-    assert_eq!(found.sets.unwrap().len(), 3);
+    let sets = found.sets.unwrap();
+    assert!(lines.iter().all(|(key, _)| sets.iter().any(|(own, _)| own == key)), "{sets:?}");
 }
 
 /// The scanner shows 0.6 K too much everywhere.

@@ -12,8 +12,16 @@ use coldplate::solve::sensitivity::Study;
 use super::hidden::Hidden;
 use super::twin::SMALL;
 
+/// Cells of what is measured: a mesh as coarse as the model's would be off by more than the intervals that a finer one allows.
+const NATURE: usize = 10_000;
+
 fn in_set(found: &Diagnosis, kind: &str, place: &str) -> bool {
     found.set.iter().any(|i| found.explanations[*i].causes.iter().any(|p| p.hypothesis.kind() == kind && p.hypothesis.place == place))
+}
+
+/// Whether the extended machine has a line for a key.
+fn is_written(found: &Diagnosis, key: &str) -> bool {
+    found.sets.as_ref().is_some_and(|sets| sets.iter().any(|(own, _)| own == key))
 }
 
 fn machine_with(changes: &[(&str, &str)], base: Document) -> Document {
@@ -44,8 +52,7 @@ fn an_uneven_split() {
     assert_eq!((best.causes[0].hypothesis.kind(), best.causes[0].hypothesis.place.as_str()), ("uneven split", "second"));
     let (low, high) = best.causes[0].interval();
     assert!(low < 20.0 && 20.0 < high && low > 10.0, "{low} {high}");
-    let sets = found.sets.unwrap();
-    assert_eq!(sets[0].0, "channel.second.minor_loss");
+    assert!(is_written(&found, "channel.second.minor_loss"));
 }
 
 /// Steel that conducts less than its handbook says: one material, four parts. The same where a library states it.
@@ -65,7 +72,7 @@ fn a_conductivity_of_a_material() {
         (&own, &plain[..], "steel", "material.steel.conductivity"),
         (&of_library, &lines[..], "alloy steel", "material.\"alloy steel as diagnosed\""),
     ] {
-        let hidden = Hidden { machine, cells: (300, 500), lines, conditions: Hidden::conditions(machine, 10, 5, &[]), seed: 6 };
+        let hidden = Hidden { machine, cells: (300, NATURE), lines, conditions: Hidden::conditions(machine, 10, 5, &[]), seed: 6 };
         let problem = hidden.problem();
         let stated = problem.study.model.machine.materials.iter().find(|m| m.name == place).unwrap().conductivity[0].at(300.0);
         let found = diagnose(&problem, &Silent).unwrap();
@@ -74,7 +81,7 @@ fn a_conductivity_of_a_material() {
         assert_eq!((best.causes[0].hypothesis.kind(), best.causes[0].hypothesis.place.as_str()), ("thermal conductivity", place));
         let shown = best.causes[0].shown();
         assert!(shown.low * stated < 16.0 && 16.0 < shown.high * stated && shown.value * stated < 0.6 * stated, "{shown:?}");
-        assert!(found.gain.unwrap().after < 0.1 && found.sets.unwrap()[0].0 == key);
+        assert!(is_written(&found, key) && found.gain.unwrap().after < 0.1);
     }
 }
 
@@ -85,7 +92,7 @@ fn scale_on_a_channel() {
     let machine = Document::parse(SMALL, "small.toml").unwrap();
     let hidden = Hidden {
         machine: &machine,
-        cells: (300, 500),
+        cells: (300, NATURE),
         lines: &[("channel.first.fouling_resistance", "\"3e-4 m2 K/W\"")],
         conditions: Hidden::conditions(&machine, 16, 11, &[]),
         seed: 12,
@@ -101,7 +108,7 @@ fn scale_on_a_channel() {
     assert!(low < 3e-4 && 3e-4 < high && low > 1e-4, "{low} {high}");
     let refuted = |kind: &str| !in_set(&found, kind, "first") && !in_set(&found, kind, "water");
     assert!(refuted("film coefficient") && refuted("coolant inlet offset"));
-    assert_eq!(found.sets.unwrap()[0].0, "channel.first.fouling_resistance");
+    assert!(is_written(&found, "channel.first.fouling_resistance"));
 }
 
 /// A motor's copper: its loss grows by 0.39 % per kelvin, which is neither more heat nor heat that grows with the speed.
@@ -111,7 +118,7 @@ fn a_loss_that_grows_with_the_temperature() {
     let machine = machine_with(&hot, Document::parse(SMALL, "small.toml").unwrap());
     let hidden = Hidden {
         machine: &machine,
-        cells: (300, 500),
+        cells: (300, NATURE),
         lines: &[("source.motor.temperature_coefficient", "\"0.39 %/K\"")],
         conditions: Hidden::conditions(&machine, 16, 9, &[]),
         seed: 10,
@@ -122,7 +129,7 @@ fn a_loss_that_grows_with_the_temperature() {
     assert_eq!((best.hypothesis.kind(), best.hypothesis.place.as_str(), best.hypothesis.law), ("source factor", "motor", Law::Temperature));
     let (low, high) = best.interval();
     assert!(low < 0.039 && 0.039 < high && low > 0.02, "{low} {high}");
-    assert_eq!(found.sets.unwrap()[0].0, "source.motor.temperature_coefficient");
+    assert!(is_written(&found, "source.motor.temperature_coefficient"));
 }
 
 /// Two faces that see each other, which the file under test does not say: by conduction's means it is a contact between them whose

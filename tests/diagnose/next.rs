@@ -80,9 +80,10 @@ fn a_sensor_that_does_not_exist_is_proposed_and_settles() {
     let held = [("motor_speed", SPEED), ("coolant_flow", 4.0 / 60_000.0)];
     let mut hidden =
         Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions: Hidden::conditions(&machine, 6, 3, &held), seed: 4 };
-    // Thermometers of a workshop: limits of 0.1 K.
+    // Thermometers of a workshop: limits of 0.2 K.
     let of_workshop = |mut problem: Problem| {
         problem.uncertainty = Uncertainty::usual(&problem.data, &problem.study.model.machine);
+        problem.uncertainty.noise.iter_mut().chain(&mut problem.uncertainty.bias).for_each(|deviation| *deviation *= 2.0);
         problem.costs.new_sensor = 0.25;
         problem
     };
