@@ -28,12 +28,12 @@ enum Size {
 
 /// All of them.
 pub const SETTINGS: [Setting; 6] = [
-    Setting { name: "small", share: 38.0, cells: Some([300, 450, 700]), log: None, sizes: SMALL_SIZES },
-    Setting { name: "rig", share: 2.0, cells: Some([600, 900, 1300]), log: None, sizes: RIG_SIZES },
-    Setting { name: "spindle", share: 22.0, cells: Some([200, 350, 550]), log: None, sizes: SPINDLE_SIZES },
+    Setting { name: "small", share: 38.0, cells: Some([300, 4500, 7000]), log: None, sizes: SMALL_SIZES },
+    Setting { name: "rig", share: 2.0, cells: Some([600, 9000, 13_000]), log: None, sizes: RIG_SIZES },
+    Setting { name: "spindle", share: 22.0, cells: Some([200, 3500, 5500]), log: None, sizes: SPINDLE_SIZES },
     Setting { name: "cabinet", share: 27.0, cells: None, log: None, sizes: CABINET_SIZES },
     Setting { name: "cabinet, logs", share: 10.5, cells: None, log: Some(5400.0), sizes: CABINET_SIZES },
-    Setting { name: "spindle, logs", share: 0.5, cells: Some([120, 180, 240]), log: Some(4800.0), sizes: SPINDLE_SIZES },
+    Setting { name: "spindle, logs", share: 0.5, cells: Some([120, 1800, 2400]), log: Some(4800.0), sizes: SPINDLE_SIZES },
 ];
 
 const SMALL_SIZES: &[Size] = &[
