@@ -310,7 +310,7 @@ fn gained(
     joint: Option<&Joint>,
     kept_out: KeptOut,
 ) -> Option<Gain> {
-    // Where numbers of the file are fitted beside the cause, the factors are among them.
+    // Where numbers of the file are fitted beside the cause, no common factor is drawn.
     let causes = |named: &Explanation| named.causes.iter().map(|c| c.hypothesis.clone()).collect::<Vec<_>>();
     let causes = named.filter(|_| joint.is_none()).map(causes).unwrap_or_default();
     let factors = if causes.is_empty() { Vec::new() } else { shared::beside(finals, &causes.iter().collect::<Vec<_>>(), &outcome.view) };
