@@ -60,6 +60,21 @@ fn predictions_are_those_of_the_limit() {
     assert!(continued < 0.7 * finest, "{continued} {finest} {own}");
 }
 
+/// Good readings ask for more cells than poor ones: their predictions are nearer to the limit.
+#[test]
+fn good_readings_are_compared_on_a_finer_mesh() {
+    let data = data(&[]);
+    let off = |noise: f64| -> f64 {
+        let mut problem = Problem::new(study(CELLS, &[]), data.clone());
+        problem.uncertainty.noise.iter_mut().for_each(|deviation| *deviation = noise);
+        let predicted = diagnose(&problem, &Silent).unwrap().residuals.predicted;
+        rms(&predicted, data.rows.iter().flat_map(|row| row.readings.iter().flatten().copied()))
+    };
+    let (poor, good) = (off(1.0), off(0.002));
+    println!("off the limit by {poor:.4} K where readings are poor, by {good:.4} K where they are good");
+    assert!(good < 0.7 * poor, "{good} {poor}");
+}
+
 /// A contact that is found from a coarse mesh is as large as it is, within its interval and a hundredth.
 #[test]
 fn a_contact_on_a_coarse_mesh() {

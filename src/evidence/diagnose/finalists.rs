@@ -8,6 +8,7 @@ use super::predictor::{Extended, Predictor};
 use super::probability::{self, Candidate, Ground, Posterior};
 use super::refine::Fitted;
 use super::screen::Screened;
+use super::synonyms::Synonym;
 use super::view::{Comparison, ScreenInput, add_mesh_share};
 use super::{Cause, Explanation, Problem, signatures};
 use crate::error::Result;
@@ -64,6 +65,8 @@ pub struct Outcome {
     pub view: Comparison,
     /// The machine as it is under the covariance of that screen.
     pub ground: Ground,
+    /// Other names of causes, each with the members of the explanation that it belongs to.
+    pub synonyms: Vec<(Vec<usize>, Synonym)>,
 }
 
 impl Outcome {
@@ -89,6 +92,11 @@ impl Outcome {
         self
     }
 
+    /// The fit of an explanation, where it was fitted.
+    pub fn fit_of(&self, candidate: &Candidate) -> Option<&Fitted> {
+        self.fitted.iter().find(|(members, _)| *members == candidate.members).map(|(_, fitted)| fitted)
+    }
+
     /// The fit of the most probable explanation, where it was fitted.
     pub fn leading(&self) -> Option<&Entry> {
         let leading = self.posterior.candidates.first()?;
@@ -106,17 +114,19 @@ impl Finalists<'_> {
     /// The most probable explanations: as fitted, or from slopes.
     pub fn explanations(&self, outcome: &Outcome, most: usize) -> Vec<Explanation> {
         let one = |c: &Candidate| {
-            let known = outcome.fitted.iter().find(|(members, _)| *members == c.members).map(|(_, fitted)| fitted);
+            let known = outcome.fit_of(c);
             let linear = outcome.screened.deviations(&c.members);
             let cause = |(i, j): (usize, &usize)| {
                 let hypothesis = self.of(*j).clone();
                 let scale = hypothesis.scale;
                 let (amplitude, deviation) = known
                     .map_or((bounded(&hypothesis, c.amplitudes[i] * scale), linear[i] * scale), |f| (f.amplitudes[i], f.deviations[i]));
-                Cause { hypothesis, amplitude, deviation }
+                Cause::new(hypothesis, amplitude, deviation)
             };
+            let synonyms = outcome.synonyms.iter().filter(|(members, _)| *members == c.members);
             Explanation {
                 causes: c.members.iter().enumerate().map(cause).collect(),
+                synonyms: synonyms.map(|(_, synonym)| synonym.clone()).collect(),
                 probability: c.probability,
                 misfit: known.map_or(outcome.screened.misfit() - c.gain, |f| f.misfit),
                 deviance: known.map_or(outcome.ground.screen - c.gain, |f| f.deviance),
@@ -127,13 +137,18 @@ impl Finalists<'_> {
         outcome.posterior.candidates.iter().take(most).map(one).collect()
     }
 
+    /// What a screen says, before anything is fitted.
+    pub fn unfitted(&self, posterior: Posterior) -> Outcome {
+        let (screened, view) = (self.screened.clone(), self.base.clone());
+        Outcome { posterior, fitted: Vec::new(), screened, view, ground: self.ground, synonyms: Vec::new() }
+    }
+
     /// Fits the most probable causes and pairs, looks for a second cause where one alone leaves too much, and puts the
     /// evidence of the fits in place of the linear one. Covariance and mesh are taken anew about the best explanation: what
     /// is common to all films or heats acts on what the cause adds too.
     pub fn fit(&self, posterior: Posterior, progress: &dyn Progress) -> Outcome {
         progress.say("fitting the most probable causes through the full solver");
-        let mut now =
-            Outcome { posterior, fitted: Vec::new(), screened: self.screened.clone(), view: self.base.clone(), ground: self.ground };
+        let mut now = self.unfitted(posterior);
         let mut about: Vec<usize> = Vec::new();
         let mut chosen = leading(&now.posterior, &now.screened, FINALISTS);
         let doubted = doubted(&now.posterior, &now.screened, &chosen, &|j| self.of(j));
@@ -355,7 +370,7 @@ impl Finalists<'_> {
             let evidence = match &second.relabelled[i] {
                 Some(left) if h.is_fixed() => 0.5 * (second.misfit() - left.misfit),
                 Some(left) => 0.5 * (second.misfit() - left.misfit + left.along[own].powi(2) / (1.0 + second.square(own))),
-                None => 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln(),
+                None => 0.5 * b * b / (1.0 + g) - 0.5 * (1.0 + g).ln() + second.tail(i, b / (1.0 + g)),
             };
             let weight = evidence + self.prior[position[i]].ln();
             let is_possible = h.is_signed || fitted.amplitudes[0] / h.scale + moved >= 0.0;

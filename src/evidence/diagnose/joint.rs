@@ -176,18 +176,14 @@ fn together(
         }
         None => (deviations, correlations),
     };
-    let cause = |j: usize| Cause { hypothesis: free[j].clone(), amplitude: amplitudes[j], deviation: deviations[j] };
+    let cause = |j: usize| Cause::new(free[j].clone(), amplitudes[j], deviations[j]);
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
     Ok(Joint { causes: own, others, correlations, values, machine, errors, worth, level })
 }
 
 /// Inverse variance of an amplitude's prior, which has tails where the hypothesis has.
 fn information(h: &Hypothesis, guess: f64) -> f64 {
-    match () {
-        () if h.is_fixed() => 1.0,
-        () if h.has_tails() => h.scale.max(guess.abs().min(h.largest())).powi(-2),
-        () => h.scale.powi(-2),
-    }
+    if h.is_fixed() { 1.0 } else { h.spread(guess).powi(-2) }
 }
 
 /// Standard deviations and correlations of a covariance; zero of what has no amplitude.

@@ -10,6 +10,7 @@
 //! join it with their priors. So no cause is named for what calibration may still move.
 
 mod aside;
+mod attached;
 mod choice;
 mod decide;
 mod effects;
@@ -32,6 +33,7 @@ mod rung;
 mod screen;
 mod shared;
 mod signature;
+mod synonyms;
 mod view;
 mod when;
 
@@ -62,6 +64,7 @@ pub use predictor::{Extended, Predictor};
 pub use refine::{Fitted, fit};
 pub use rung::{Rung, WhereLeft};
 pub use signature::Signatures;
+pub use synonyms::Synonym;
 use when::Added;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
@@ -268,14 +271,23 @@ pub struct Cause {
     pub hypothesis: Hypothesis,
     /// Its amplitude, in the hypothesis' unit.
     pub amplitude: f64,
-    /// Its standard deviation.
+    /// Its standard deviation, as the readings leave it open.
     pub deviation: f64,
+    /// Of a path, what it hangs on where in a part it is attached: a standard deviation, as a share of the amplitude. The machine that is
+    /// written has it at the faces of the part alike, and what that predicts does not hang on it.
+    pub of_place: f64,
 }
 
 impl Cause {
-    /// 90 % interval of the amplitude.
+    /// A cause that acts on a part as a whole.
+    pub fn new(hypothesis: Hypothesis, amplitude: f64, deviation: f64) -> Self {
+        Self { hypothesis, amplitude, deviation, of_place: 0.0 }
+    }
+
+    /// 90 % interval of the amplitude, wherever it is attached.
     pub fn interval(&self) -> (f64, f64) {
-        let (low, high) = (self.amplitude - TWO_SIDED_90 * self.deviation, self.amplitude + TWO_SIDED_90 * self.deviation);
+        let half = TWO_SIDED_90 * self.deviation.hypot(self.of_place * self.amplitude);
+        let (low, high) = (self.amplitude - half, self.amplitude + half);
         (if self.hypothesis.is_signed { low } else { low.max(0.0) }, high)
     }
 
@@ -300,6 +312,8 @@ pub struct Explanation {
     pub level: discrepancy::Level,
     /// Whether it was fitted through the full solver.
     pub is_fitted: bool,
+    /// Other names of its causes, which predict the same at every condition.
+    pub synonyms: Vec<Synonym>,
 }
 
 /// Probabilities of what is no cause of the catalogue.

@@ -109,9 +109,9 @@ fn step(finals: &Finalists<'_>, causes: &[&Hypothesis], place: usize, now: &Now,
     let mut curvature = matrix.transpose() * &matrix;
     let mut right = matrix.transpose() * left;
     for (j, (h, amplitude)) in causes.iter().zip(&now.fitted.amplitudes).enumerate() {
-        let scale = if h.has_tails() { h.scale.max(amplitude.abs()) } else { h.scale };
-        curvature[(j, j)] += scale.powi(-2);
-        right[j] -= amplitude / scale.powi(2);
+        let spread = h.spread(*amplitude);
+        curvature[(j, j)] += spread.powi(-2);
+        right[j] -= amplitude / spread.powi(2);
     }
     let Some(covariance) = curvature.try_inverse() else { return Ok(None) };
     let by = (&covariance * right)[last];

@@ -1,6 +1,6 @@
 //! Probabilities of "nothing", of every cause, of every pair, and of something else.
 //!
-//! Linear model, Gaussian amplitudes: evidence is closed form. The prior is even over kinds, then over the places of a
+//! Linear model, Gaussian amplitudes: evidence is closed form, but for the tails of what is added ([`Screened::tail`]). The prior is even over kinds, then over the places of a
 //! kind, then over its laws, so that a kind with many places is not favoured. Every explanation has its own discrepancy
 //! ([`crate::evidence::discrepancy`]). Something else is the machine as it is with a larger one than such models have.
 
@@ -95,17 +95,17 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
             let most = screened.most[j];
             if b / (1.0 + g) > most {
                 // At its end: the best amplitude there is, and the width it would have.
-                return most * b - 0.5 * most * most * (1.0 + g) - 0.5 * (1.0 + g).ln();
+                return most * b - 0.5 * most * most * (1.0 + g) - 0.5 * (1.0 + g).ln() + screened.tail(j, most);
             }
             let sided = if screened.signed[j] { 0.0 } else { sided(b / (1.0 + g), 1.0 / (1.0 + g).sqrt()) };
-            free(g, b) + sided
+            free(g, b) + sided + screened.tail(j, b / (1.0 + g))
         }
         [i, j] => {
             let (a, b, c) = (screened.square(i), screened.product(i, j), screened.square(j));
             match (&screened.relabelled[i], &screened.relabelled[j]) {
                 (Some(_), Some(_)) => along[i] + along[j] - b - 0.5 * (a + c),
-                (Some(left), None) => relabelled(left) + free(c, left.along[j]),
-                (None, Some(left)) => relabelled(left) + free(a, left.along[i]),
+                (Some(left), None) => relabelled(left) + free(c, left.along[j]) + screened.tail(j, left.along[j] / (1.0 + c)),
+                (None, Some(left)) => relabelled(left) + free(a, left.along[i]) + screened.tail(i, left.along[i] / (1.0 + a)),
                 (None, None) => {
                     // ½ bᵀ (G + 1)⁻¹ b - ½ ln det(G + 1)
                     let (a, c) = (a + 1.0, c + 1.0);
@@ -115,9 +115,11 @@ pub fn evidence(screened: &Screened, members: &[usize]) -> f64 {
                         ([(c * x - b * y) / determinant, (a * y - b * x) / determinant], [screened.most[i], screened.most[j]]);
                     if p > most_p || q > most_q {
                         let (p, q) = if p > most_p { (most_p, ((y - b * most_p) / c).min(most_q)) } else { ((x - b * most_q) / a, most_q) };
-                        return p * x + q * y - 0.5 * (a * p * p + 2.0 * b * p * q + c * q * q) - 0.5 * determinant.ln();
+                        let tails = screened.tail(i, p) + screened.tail(j, q);
+                        return p * x + q * y - 0.5 * (a * p * p + 2.0 * b * p * q + c * q * q) - 0.5 * determinant.ln() + tails;
                     }
-                    0.5 * (c * x * x - 2.0 * b * x * y + a * y * y) / determinant - 0.5 * determinant.ln()
+                    let tails = screened.tail(i, p) + screened.tail(j, q);
+                    0.5 * (c * x * x - 2.0 * b * x * y + a * y * y) / determinant - 0.5 * determinant.ln() + tails
                 }
             }
         }

@@ -11,8 +11,8 @@ use super::screen::Screened;
 use super::shared::{self, Shared};
 use super::view::Comparison;
 use super::{
-    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, decide, gain, history,
-    missing, next, probability, rarer,
+    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, attached, decide, gain, history,
+    missing, next, probability, rarer, synonyms,
 };
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
@@ -116,7 +116,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     };
     let mut outcome = match is_wrong {
         true => finals.fit(posterior, progress),
-        false => Outcome { posterior, fitted: Vec::new(), screened: screened.clone(), view: base.clone(), ground },
+        false => finals.unfitted(posterior),
     };
     let (mut settled, mut prior_of_settled) = (catalogue.clone(), prior.clone());
     let mut done: Vec<Vec<usize>> = Vec::new();
@@ -136,6 +136,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         done.push(members);
     }
     let finals = Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals };
+    outcome = synonyms::merged(&finals, outcome);
     let answered = |outcome: &Outcome| -> Answered {
         let explanations = finals.explanations(outcome, MOST_EXPLANATIONS);
         let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
@@ -170,6 +171,8 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         let scatter = gain.iter().flat_map(|gain| &gain.scatter);
         best.causes.iter_mut().zip(scatter).for_each(|(cause, scatter)| cause.at_least(*scatter));
     }
+    let all = explanations.iter_mut().flat_map(|e| e.causes.iter_mut().chain(e.synonyms.iter_mut().map(|s| &mut s.cause)));
+    attached::write(study, data, &base.found.fields, all)?;
     let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref())) {
         Some(best) => {
             let shared = || outcome.leading().map(|entry| shared::shared(&finals, entry, &outcome.view)).unwrap_or_default();

@@ -46,6 +46,8 @@ pub struct Screened {
     pub chosen_from: Vec<f64>,
     /// Whether its law is one of those that are looked for only where something is wrong.
     pub is_rare: Vec<bool>,
+    /// Whether the prior of its amplitude has tails.
+    pub has_tails: Vec<bool>,
 }
 
 /// The residual with two sensors swapped.
@@ -85,13 +87,25 @@ impl Screened {
             along: columns.next().map_or(Vec::new(), |column| column.iter().copied().collect()),
         };
         let relabelled = relabelled.iter().map(|left| left.as_ref().map(&mut of)).collect();
-        let (chosen_from, is_rare) = (vec![1.0; visible.len()], vec![false; visible.len()]);
-        Self { residual, visible, columns: matrix, along, squares, gram: OnceLock::new(), signed, most, relabelled, chosen_from, is_rare }
+        let (chosen_from, [is_rare, has_tails]) = (vec![1.0; visible.len()], [(); 2].map(|()| vec![false; visible.len()]));
+        let (columns, gram) = (matrix, OnceLock::new());
+        Self { residual, visible, columns, along, squares, gram, signed, most, relabelled, chosen_from, is_rare, has_tails }
     }
 
     /// The same with rarer laws, and from how many each was chosen.
     pub fn with_rare(self, is_rare: Vec<bool>, chosen_from: Vec<f64>) -> Self {
         Self { is_rare, chosen_from, ..self }
+    }
+
+    /// The same with amplitudes whose priors have tails.
+    pub fn with_tails(self, has_tails: Vec<bool>) -> Self {
+        Self { has_tails, ..self }
+    }
+
+    /// What the tails of its prior give back of the evidence that a normal prior takes from an amplitude (in the prior's scale).
+    pub fn tail(&self, j: usize, amplitude: f64) -> f64 {
+        let a = amplitude.abs();
+        if self.has_tails[j] && a > 1.0 { 0.5 * (a * a - 1.0) - 2.0 * a.ln() } else { 0.0 }
     }
 
     /// Square of a signature.

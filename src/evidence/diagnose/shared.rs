@@ -81,10 +81,8 @@ pub fn shared(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison
         let both = (covariance(i, i) * covariance(j, j)).max(0.0).sqrt();
         if both > 0.0 { covariance(i, j) / both } else { 0.0 }
     };
-    let factor = |(i, (h, _, drawn)): (usize, &(Hypothesis, DVector<f64>, f64))| Cause {
-        amplitude: drawn * h.scale,
-        deviation: own[(i, i)].max(0.0).sqrt() * h.scale,
-        hypothesis: h.clone(),
+    let factor = |(i, (h, _, drawn)): (usize, &(Hypothesis, DVector<f64>, f64))| {
+        Cause::new(h.clone(), drawn * h.scale, own[(i, i)].max(0.0).sqrt() * h.scale)
     };
     Shared {
         factors: drawn.iter().enumerate().map(factor).collect(),

@@ -187,7 +187,9 @@ impl ScreenInput<'_> {
         let most: Vec<f64> = visible.iter().map(|h| self.catalogue[*h].most / self.catalogue[*h].scale).collect();
         let chosen_from = visible.iter().map(|h| self.catalogue[*h].number.as_ref().map_or(1.0, |number| 1.0 / number.share)).collect();
         let is_rare = visible.iter().map(|h| self.catalogue[*h].is_rare()).collect();
-        Screened::new(visible, self.whitener.apply(self.residual), signatures, (signed, most), relabelled).with_rare(is_rare, chosen_from)
+        let has_tails = visible.iter().map(|h| self.catalogue[*h].has_tails()).collect();
+        let screened = Screened::new(visible, self.whitener.apply(self.residual), signatures, (signed, most), relabelled);
+        screened.with_rare(is_rare, chosen_from).with_tails(has_tails)
     }
 }
 

@@ -1,6 +1,6 @@
 //! Figures of a diagnosis, from its numbers.
 
-use super::{Findings, capital, ladder, words};
+use super::{Findings, capital, ladder, own_words};
 use crate::describe::machine::Condition;
 use crate::evidence::diagnose::{HeldOutReading, Law, Problem, Verdict};
 use crate::evidence::measurement::{Data, whiten};
@@ -178,7 +178,7 @@ pub(super) fn ranking(found: &Findings<'_>) -> RankingFigure {
         .ranked(BARS)
         .filter(|(i, e)| *i < 3 || e.probability > 5e-3)
         .map(|(i, e)| Ranked {
-            name: words(e),
+            name: own_words(e),
             probability: e.probability,
             standing: if diagnosis.set.contains(&i) { Standing::Open } else { Standing::Refuted },
         })

@@ -18,7 +18,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::evidence::diagnose::{self, Certainty, Diagnosis, Explanation, Problem, Verdict, sentence};
+use crate::evidence::diagnose::{self, Cause, Certainty, Diagnosis, Explanation, Problem, Verdict, sentence};
 use crate::evidence::discrepancy::Level;
 use crate::figures::chart::gains::GainsFigure;
 use crate::figures::report::Report;
@@ -165,9 +165,24 @@ pub fn probability(p: f64) -> String {
     if p > 0.994 { "above 0.99".into() } else { format!("{p:.2}") }
 }
 
-/// An explanation in words.
+/// An explanation in words, with the other names of its causes.
 pub fn words(explanation: &Explanation) -> String {
+    let of = |(k, cause): (usize, &Cause)| {
+        let others: Vec<String> = other_names(explanation, k).collect();
+        let own = sentence(cause);
+        if others.is_empty() { own } else { format!("{own} (the same by another name: {})", others.join("; or ")) }
+    };
+    explanation.causes.iter().enumerate().map(of).collect::<Vec<_>>().join("; and ")
+}
+
+/// An explanation in words.
+pub fn own_words(explanation: &Explanation) -> String {
     explanation.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
+}
+
+/// What else a cause of an explanation may be called.
+pub fn other_names(explanation: &Explanation, cause: usize) -> impl Iterator<Item = String> {
+    explanation.synonyms.iter().filter(move |s| s.of == cause).map(|s| sentence(&s.cause))
 }
 
 /// An explanation by kind and place.

@@ -9,7 +9,7 @@ use super::energy::Balance;
 use super::extended::Change;
 use super::next::{NextRecord, by_name};
 use super::refit::{AgainstReadings, Fitted};
-use super::{Findings, ladder, name};
+use super::{Findings, ladder, name, other_names};
 use crate::evidence::diagnose::{self, Cause, Explanation, Gain, Problem, Rung, Verdict, sentence};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::faults::{Fault, FaultRecord};
@@ -108,6 +108,8 @@ pub struct CauseRecord {
     pub probability: f64,
     pub misfit_left: f64,
     pub text: String,
+    /// Other names of it: they predict the same at every condition.
+    pub also: Vec<String>,
     /// Other explanations that the data cannot refute.
     pub ambiguous_with: Vec<String>,
 }
@@ -139,6 +141,7 @@ pub struct RungRecord {
 pub struct RungCauseRecord {
     pub kind: String,
     pub place: String,
+    pub law: String,
     pub amplitude: EstimateRecord,
     /// How far it is from nothing, in standard deviations of its prior.
     pub pulled_sigma: f64,
@@ -352,6 +355,7 @@ impl RungCauseRecord {
         Self {
             kind: cause.hypothesis.kind().into(),
             place: cause.hypothesis.place.clone(),
+            law: cause.hypothesis.law_words(),
             amplitude: EstimateRecord { value: cause.amplitude, low, high, unit: cause.hypothesis.unit.into() },
             pulled_sigma: cause.amplitude / cause.hypothesis.scale,
             text: sentence(cause),
@@ -362,7 +366,7 @@ impl RungCauseRecord {
 fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
     let others: Vec<String> = found.open().into_iter().filter(|o| *o != explanation).map(name).collect();
     let mut records = Vec::new();
-    for p in &explanation.causes {
+    for (k, p) in explanation.causes.iter().enumerate() {
         let shown = p.shown();
         let (low, high) = p.interval();
         let own = EstimateRecord { value: shown.value, low: shown.low, high: shown.high, unit: shown.unit.into() };
@@ -379,6 +383,7 @@ fn causes(found: &Findings<'_>, explanation: &Explanation) -> Vec<CauseRecord> {
             probability: explanation.probability,
             misfit_left: explanation.misfit,
             text: sentence(p),
+            also: other_names(explanation, k).collect(),
             ambiguous_with: others.clone(),
         });
     }

@@ -25,8 +25,8 @@ use crate::solve::sensitivity::{Derivatives, Disturbance, Screen, Study, Variati
 use super::Discrepancy;
 pub use derivative::{Change, Disturbances, EffectDerivatives};
 use file::{Lines, MachineEdit};
-pub use ground::Shares;
-use ground::{Ground, PathLaw};
+use ground::PathLaw;
+pub use ground::{Ground, Shares};
 pub use law::{Form as LawForm, Law, LawNumber};
 pub use scales::Scales;
 use site::{Group, Site};
@@ -312,9 +312,15 @@ impl Hypothesis {
         }
     }
 
-    /// Whether nothing bounds its size but what the source may be: heat that the model lacks has no limit that a factor or a leak has.
+    /// Whether it is added to the machine, and nothing bounds its size: heat, a path or scale that the model lacks has no limit that a factor
+    /// has. The prior of its amplitude has tails like 1/a².
     pub fn has_tails(&self) -> bool {
-        matches!(self.effect, Effect::Heat(Heat::Into(_)))
+        matches!(self.effect, Effect::Heat(Heat::Into(_)) | Effect::Leak(_) | Effect::Flow(Flow::Scale(_)))
+    }
+
+    /// Standard deviation of a normal prior of an amplitude that is guessed to be this large: its own size, where the prior has tails.
+    pub fn spread(&self, guess: f64) -> f64 {
+        if self.has_tails() { self.scale.max(guess.abs().min(self.largest())) } else { self.scale }
     }
 
     /// Whether it is the same cause, whatever its amplitude may be.

@@ -20,6 +20,7 @@ use proposed::Proposed;
 use worth::Stakes;
 
 pub use costs::Costs;
+pub(super) use steady::candidates as within_ranges;
 pub use trial::Trial;
 pub use worth::{Expected, Worth};
 
@@ -105,7 +106,7 @@ pub(super) fn next(predictor: &Predictor<'_>, problem: &Problem, verdict: Verdic
 }
 
 /// The problem on a coarser mesh, where its own is finer than what tests are ranked by needs.
-fn coarse(problem: &Problem) -> Option<Problem> {
+pub(super) fn coarse(problem: &Problem) -> Option<Problem> {
     let fine = &problem.study;
     let study = (fine.model.mesh.cells > CELLS).then(|| Study::new(fine.document().clone(), Some(CELLS)).ok())??;
     (study.model.mesh.cells < fine.model.mesh.cells).then(|| Problem { study, ..problem.clone() })

@@ -83,7 +83,7 @@ fn deviations(problem: &Problem) -> Vec<f64> {
 
 /// The middle of the data; half the corners of the first few ranges, such that no two of them differ in one variable alone; and both ends
 /// of every range, one variable at a time.
-fn candidates(problem: &Problem) -> Vec<Condition> {
+pub fn candidates(problem: &Problem) -> Vec<Condition> {
     let machine = &problem.study.model.machine;
     let base = problem.data.rows[problem.data.rows.len() / 2].condition.si().to_vec();
     let ranged: Vec<(usize, (f64, f64))> =

@@ -56,12 +56,13 @@ pub struct Fitted {
 
 impl Fitted {
     /// What the members would have to explain, K, to first order: the residual without their amplitudes, and what each changes for an
-    /// amplitude of its prior's scale. What has no amplitude is in both.
+    /// amplitude of its prior's spread. What has no amplitude is in both.
     pub fn without_amplitudes(&self, members: &[&Hypothesis]) -> (Vec<f64>, Vec<Vec<f64>>) {
         let (mut without, mut columns) = (self.left.clone(), Vec::new());
         for ((h, amplitude), slope) in members.iter().zip(&self.amplitudes).zip(&self.slopes).filter(|((h, _), _)| !h.is_fixed()) {
             without.iter_mut().zip(slope).for_each(|(r, s)| *r += amplitude * s);
-            columns.push(slope.iter().map(|s| h.scale * s).collect());
+            let spread = h.spread(*amplitude);
+            columns.push(slope.iter().map(|s| spread * s).collect());
         }
         (without, columns)
     }
@@ -124,8 +125,8 @@ fn bounded(h: &Hypothesis, amplitude: f64) -> f64 {
 
 /// The fit of one explanation.
 ///
-/// The prior of a heat that is added has tails like 1/a² ([`Hypothesis::has_tails`]): one that is guessed to be larger than its prior's scale is fitted under a normal
-/// prior of its own size, and pays for it in the evidence by the logarithm of how much larger it is.
+/// The prior of what is added to the machine has tails like 1/a² ([`Hypothesis::has_tails`]): what is guessed to be larger than its prior's
+/// scale is fitted under a normal prior of its own size, and pays for it in the evidence by the logarithm of how much larger it is.
 struct Fit<'a> {
     predictor: &'a Predictor<'a>,
     members: &'a [&'a Hypothesis],
@@ -143,8 +144,7 @@ impl<'a> Fit<'a> {
         used: FitData<'a>,
         begun: Option<&'a Begun<'a>>,
     ) -> Self {
-        let scales =
-            members.iter().zip(guess).map(|(h, a)| if h.has_tails() { h.scale.max(a.abs().min(h.largest())) } else { h.scale }).collect();
+        let scales = members.iter().zip(guess).map(|(h, a)| h.spread(*a)).collect();
         let at: Vec<f64> = members.iter().zip(guess).map(|(h, a)| bounded(h, *a)).collect();
         Self { predictor, members, scales, used, begun: begun.filter(|begun| begun.is_of(members, &at)) }
     }
@@ -208,6 +208,14 @@ impl<'a> Fit<'a> {
 
     fn prior(&self, amplitudes: &[f64]) -> f64 {
         amplitudes.iter().zip(self.members).zip(&self.scales).filter(|((_, h), _)| !h.is_fixed()).map(|((a, _), s)| (a / s).powi(2)).sum()
+    }
+
+    /// Takes the priors' spreads from where the fit has come to: a slope that falls with its amplitude guesses it too small.
+    fn widen(&mut self, here: &mut Point) {
+        for ((spread, h), amplitude) in self.scales.iter_mut().zip(self.members).zip(&here.amplitudes) {
+            *spread = spread.max(h.spread(*amplitude));
+        }
+        here.cost = square(&here.residual) + self.prior(&here.amplitudes);
     }
 
     fn bounded(&self, j: usize, amplitude: f64) -> f64 {
@@ -360,7 +368,7 @@ pub fn fit_begun(
     used: FitData<'_>,
     begun: Option<&Begun<'_>>,
 ) -> Result<Fitted> {
-    let fit = Fit::new(predictor, members, guess, used, begun);
+    let mut fit = Fit::new(predictor, members, guess, used, begun);
     let mut here = fit.begin(guess)?;
     if predictor.has_slopes_of(members) {
         return Ok(fit.by_secants(here));
@@ -370,6 +378,7 @@ pub fn fit_begun(
     let mut kelvin = Vec::new();
     let renewed = if begun.is_some_and(Begun::has_steps) { RENEWED_OF_PARTS } else { RENEWED };
     for _ in 0..renewals {
+        fit.widen(&mut here);
         let slopes = fit.slopes(&here)?;
         covariance = fit.covariance(&slopes.whitened);
         kelvin.clone_from(&slopes.kelvin);
