@@ -60,7 +60,8 @@ fn what_all_heats_share_is_written_beside_a_cause() {
         ("source.bearing.power", "\"0.001664 * motor_speed_rpm\""),
     ];
     let conditions = Hidden::conditions(&machine, 14, 61, &[]);
-    let found = diagnose(&Hidden { machine: &machine, cells: (300, 10_000), lines: &lines, conditions, seed: 62 }.problem(), &Silent).unwrap();
+    let found =
+        diagnose(&Hidden { machine: &machine, cells: (300, 10_000), lines: &lines, conditions, seed: 62 }.problem(), &Silent).unwrap();
     shown(&found);
     let rung = &found.rungs[0];
     assert_eq!(rung.causes[0].hypothesis.kind_and_place(), "contact conductance at motor");

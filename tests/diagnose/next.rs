@@ -62,11 +62,14 @@ fn the_proposed_test_decides() {
     assert_eq!(best.place, "bearing", "{best:?}");
 }
 
-/// Where flow and speed cannot be changed, heat into a plate and scale in its channel are the same data. A thermometer in the water that
-/// leaves would tell them apart, and does.
+/// Where neither the water nor the speed can be changed, heat into a plate, scale in its channel and less flow are the same data. A thermometer
+/// in the little water that leaves would tell, and does.
 #[test]
 fn a_sensor_that_does_not_exist_is_proposed_and_settles() {
-    let mut bare = SMALL.replace("range = [\"2 L/min\", \"8 L/min\"]\n", "").replace("range = [\"250 rpm\", \"2500 rpm\"]\n", "");
+    let mut bare = SMALL.to_string();
+    for range in ["[\"2 L/min\", \"8 L/min\"]", "[\"250 rpm\", \"2500 rpm\"]", "[\"18 degC\", \"26 degC\"]"] {
+        bare = bare.replace(&format!("range = {range}\n"), "");
+    }
     for sensor in [
         "[sensor.plate]\npoint = [\"20 mm\", \"80 mm\", \"10 mm\"]\nin = \"plate\"\n",
         "[sensor.\"second plate\"]\npoint = [\"10 mm\", \"80 mm\", \"10 mm\"]\nin = \"second_plate\"\n",
@@ -76,14 +79,13 @@ fn a_sensor_that_does_not_exist_is_proposed_and_settles() {
         bare = bare.replace(sensor, "");
     }
     let machine = Document::parse(&bare, "small.toml").unwrap();
-    let lines = [("channel.second.film_factor", "0.15")];
-    let held = [("motor_speed", SPEED), ("coolant_flow", 4.0 / 60_000.0)];
-    let mut hidden =
-        Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions: Hidden::conditions(&machine, 6, 3, &held), seed: 4 };
-    // Thermometers of a workshop: limits of 0.2 K.
+    let lines = [("channel.second.film_factor", "0.75")];
+    let held = [("motor_speed", SPEED), ("coolant_flow", 0.3 / 60_000.0), ("coolant_temperature", 293.15)];
+    let conditions = Hidden::conditions(&machine, 6, 3, &held);
+    let mut hidden = Hidden { machine: &machine, cells: (300, 10_000), lines: &lines, conditions, seed: 4 };
+    // Thermometers of a workshop: limits of 0.1 K.
     let of_workshop = |mut problem: Problem| {
         problem.uncertainty = Uncertainty::usual(&problem.data, &problem.study.model.machine);
-        problem.uncertainty.noise.iter_mut().chain(&mut problem.uncertainty.bias).for_each(|deviation| *deviation *= 2.0);
         problem.costs.new_sensor = 0.25;
         problem
     };
@@ -102,7 +104,9 @@ fn a_sensor_that_does_not_exist_is_proposed_and_settles() {
     assert_eq!((name.as_str(), entry.as_str()), ("water leaving second", "{ outlet = \"second\" }"));
     assert!(best.trial == Trial::Steady && best.cost == 1.25, "{best:?}");
     let wrong = best.worth.wrong_name;
-    assert!(wrong.before > 0.1 && wrong.after < 0.06 && best.worth.prediction.after < 0.6 * best.worth.prediction.before, "{best:?}");
+    println!("{best:?}");
+    assert!(wrong.before > 0.5 && wrong.after < 0.7 * wrong.before, "{best:?}");
+    assert!(best.worth.prediction.after < 0.8 * best.worth.prediction.before, "{best:?}");
     assert!(best.worth.wrong_verdict.is_none(), "a machine without limits");
     // A sensor that costs too much is not asked for.
     let mut dear = problem.clone();

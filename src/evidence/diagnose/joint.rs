@@ -226,8 +226,7 @@ fn pulled(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, view: &
     let left = whitener.apply(&best.left);
     let one = |(number, ((h, unit), column)): (usize, (&(Hypothesis, f64), &Vec<f64>))| {
         let along: f64 = whitener.apply(column).iter().zip(&left).map(|(c, l)| c * l).sum();
-        let mut hypothesis = h.clone();
-        hypothesis.scale = SPREAD * unit;
+        let hypothesis = h.clone().inexact_by(SPREAD * unit);
         let slope = column.iter().map(|c| c / unit).collect();
         Beside { number: Some(number), hypothesis, moved: SPREAD * SPREAD * along * unit, slope }
     };

@@ -11,8 +11,8 @@ use super::screen::Screened;
 use super::shared::{self, Shared};
 use super::view::Comparison;
 use super::{
-    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, attached, decide, gain, history,
-    missing, next, probability, rarer, synonyms,
+    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, attached, decide, gain,
+    history, missing, next, probability, rarer, synonyms,
 };
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;

@@ -35,8 +35,7 @@ pub fn beside<'v>(finals: &Finalists<'_>, causes: &[&Hypothesis], view: &'v Comp
         let members = || finals.catalogue.iter().filter(|h| h.common_factor() == Some(factor));
         // One member alone has no name in common.
         let all = finals.catalogue.iter().find(|h| h.effect == common).or_else(|| members().next().filter(|_| members().count() == 1))?;
-        let mut hypothesis = all.clone();
-        hypothesis.scale = factor.deviation(&finals.problem.discrepancy);
+        let hypothesis = all.clone().inexact_by(factor.deviation(&finals.problem.discrepancy));
         // Exchanged readings show a factor at each other's places.
         let is_beside = causes.iter().all(|c| !c.is_fixed() && !c.is_same(&hypothesis));
         let acts = is_beside && hypothesis.scale > 0.0 && column.iter().any(|c| *c != 0.0);

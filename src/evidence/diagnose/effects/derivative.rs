@@ -27,7 +27,8 @@ impl Disturbances {
                 own.inlets.iter().for_each(|(circuit, warmer)| all[nodes + circuit] += warmer);
             }
             Change::Shared(terms) => {
-                let fields = terms.iter().flat_map(|(field, share)| self.shared[*field].iter().map(move |(node, heat)| (node, share * heat)));
+                let fields =
+                    terms.iter().flat_map(|(field, share)| self.shared[*field].iter().map(move |(node, heat)| (node, share * heat)));
                 fields.for_each(|(node, heat)| all[*node as usize] += heat);
             }
         }

@@ -219,6 +219,8 @@ pub struct Hypothesis {
     pub number: Option<LawNumber>,
     /// Prior standard deviation of its amplitude.
     pub scale: f64,
+    /// Whether that is how far numbers of the file are off, and no cause: its prior is normal.
+    pub is_inexactness: bool,
     /// Whether a negative amplitude means anything.
     pub is_signed: bool,
     /// Unit of the amplitude; `ln` for logarithms.
@@ -238,10 +240,16 @@ impl Hypothesis {
             law_of: None,
             number: None,
             scale,
+            is_inexactness: false,
             is_signed: true,
             unit,
             most: f64::INFINITY,
         }
+    }
+
+    /// The same as a number of the file that is inexact by this standard deviation, beside a cause.
+    pub fn inexact_by(self, scale: f64) -> Self {
+        Self { scale, is_inexactness: true, ..self }
     }
 
     /// One that can only be more.
@@ -312,10 +320,18 @@ impl Hypothesis {
         }
     }
 
-    /// Whether it is added to the machine, and nothing bounds its size: heat, a path or scale that the model lacks has no limit that a factor
-    /// has. The prior of its amplitude has tails like 1/a².
+    /// Whether it may be many times what is usual: heat and paths that the model lacks, a contact that came loose, a channel that is nearly
+    /// shut, a sensor that fell off. The prior of its amplitude has tails like 1/a², so that of causes that fit alike the one is not preferred
+    /// whose prior happens to be wider. What tables or nature bound has none: conductivities, capacities, emissivities, what all have in
+    /// common, how anything drifts with its temperature.
     pub fn has_tails(&self) -> bool {
-        matches!(self.effect, Effect::Heat(Heat::Into(_)) | Effect::Leak(_) | Effect::Flow(Flow::Scale(_)))
+        let is_open = match self.effect {
+            Effect::Heat(_) | Effect::Leak(_) | Effect::Flow(_) | Effect::Contact(_) => true,
+            Effect::Radiation(radiation) => matches!(radiation, Radiation::Gas | Radiation::Exchange(..)),
+            Effect::Sensor(sensor) => sensor != Sensor::All,
+            _ => false,
+        };
+        is_open && !self.is_inexactness && (self.law != Law::Temperature || self.effect.usual_law() == Law::Temperature)
     }
 
     /// Standard deviation of a normal prior of an amplitude that is guessed to be this large: its own size, where the prior has tails.

@@ -92,7 +92,7 @@ pub(super) fn next(predictor: &Predictor<'_>, problem: &Problem, verdict: Verdic
     let with = proposed::with_proposed(problem, &alive)?;
     let (problem, proposed) = with.as_ref().map_or((problem, &[][..]), |(p, new)| (p, new.as_slice()));
     let predictor = Predictor { study: &problem.study, ..*predictor };
-    let Some(steady) = steady::steady(problem, &alive, predictor.scales)? else { return Ok(Vec::new()) };
+    let Some(steady) = steady::steady(problem, &alive, &predictor)? else { return Ok(Vec::new()) };
     let probabilities: Vec<f64> = alive.iter().map(|e| e.probability).collect();
     let scene = Scene { problem, proposed, probabilities: &probabilities, stakes: &steady.stakes };
     let tests = steady.conditions.iter().zip(&steady.outlooks);

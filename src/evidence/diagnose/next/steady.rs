@@ -1,11 +1,13 @@
-//! Steady tests at conditions within the machine's ranges, from slopes.
+//! Steady tests at conditions within the machine's ranges.
+
+use rayon::prelude::*;
 
 use super::outlook::{Outlook, all_sensors, moved, open_causes};
 use super::worth::Stakes;
 use crate::describe::machine::Condition;
 use crate::error::Result;
 use crate::evidence::diagnose::view::open_factors;
-use crate::evidence::diagnose::{Explanation, Hypothesis, Problem, Scales, signatures};
+use crate::evidence::diagnose::{Cause, Explanation, Hypothesis, Predictor, Problem, signatures};
 
 /// Most conditions that are tried.
 const CONDITIONS: usize = 40;
@@ -26,7 +28,7 @@ pub(super) struct SteadyTests {
 ///
 /// # Errors
 /// As [`signatures`].
-pub(super) fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales) -> Result<Option<SteadyTests>> {
+pub(super) fn steady(problem: &Problem, alive: &[&Explanation], predictor: &Predictor<'_>) -> Result<Option<SteadyTests>> {
     let machine = &problem.study.model.machine;
     let mut conditions = candidates(problem);
     // Some cannot be run: water out of its range, no flow where heat needs it.
@@ -40,19 +42,18 @@ pub(super) fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales)
     let mut wanted: Vec<Hypothesis> = parts.map(|p| moved(p.hypothesis.clone(), problem)).collect();
     let (own, causes) = (wanted.len(), open_causes(problem, &data));
     wanted.extend(causes.iter().cloned());
-    let found = signatures(&problem.study, &data, problem.start, &[], &wanted, scales, &problem.user)?;
+    let found = signatures(&problem.study, &data, problem.start, &[], &wanted, predictor.scales, &problem.user)?;
     let (columns, factors) = found.columns.split_at(own);
     let factors = open_factors(&problem.discrepancy, &causes, factors, data.count());
-    let (mut shown, mut open, mut columns) = (Vec::new(), Vec::new(), columns.iter());
-    for e in alive {
-        let (mut sum, mut own) = (vec![0.0; data.count()], Vec::new());
-        for (part, column) in e.causes.iter().zip(columns.by_ref()) {
-            sum.iter_mut().zip(column).for_each(|(s, v)| *s += part.amplitude * v);
-            own.push(column.iter().map(|v| part.deviation * v).collect::<Vec<f64>>());
-        }
-        shown.push(sum);
-        open.push(own);
-    }
+    let (values, fields) = (&found.prediction.values, &found.fields);
+    let there = Predictor { data: &data, predicted: values, fields, ..*predictor };
+    let first = |k: usize| alive[..k].iter().map(|e| e.causes.len()).sum::<usize>();
+    let of = |k: usize| -> (Vec<f64>, Vec<Vec<f64>>) {
+        let (causes, of_causes) = (&alive[k].causes, first(k)..first(k + 1));
+        let changes = Changes { causes, hypotheses: &wanted[of_causes.clone()], slopes: &columns[of_causes] };
+        changes.in_force(&there).unwrap_or_else(|_| changes.by_slopes(values.len()))
+    };
+    let (shown, open): (Vec<_>, Vec<_>) = (0..alive.len()).into_par_iter().map(of).unzip();
     let stakes = Stakes::new(machine, &conditions, &found.prediction.values, &shown, &open, &problem.data.sensors);
     let (sensors, deviation) = (data.sensors.len(), deviations(problem));
     let outlook = |(c, condition): (usize, &Condition)| -> Outlook {
@@ -70,6 +71,42 @@ pub(super) fn steady(problem: &Problem, alive: &[&Explanation], scales: &Scales)
     };
     let outlooks = conditions.iter().enumerate().map(outlook).collect();
     Ok(Some(SteadyTests { outlooks, stakes, conditions }))
+}
+
+/// Causes of an explanation beside slopes of what they change.
+struct Changes<'a> {
+    causes: &'a [Cause],
+    /// The same of a table of all of the machine's sensors.
+    hypotheses: &'a [Hypothesis],
+    /// K per unit.
+    slopes: &'a [Vec<f64>],
+}
+
+impl Changes<'_> {
+    /// What the causes change, K, and what each is open by: with all of them in force, since a film at a seventh of its value does less than
+    /// its slope, and scale that leaves as much of it more.
+    fn in_force(&self, there: &Predictor<'_>) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+        let with = |moved: Option<usize>| -> Result<Vec<f64>> {
+            let amplitude = |(k, cause): (usize, &Cause)| cause.amplitude + if moved == Some(k) { cause.deviation } else { 0.0 };
+            let amplitudes = self.causes.iter().enumerate().map(amplitude);
+            there.predict(&self.hypotheses.iter().zip(amplitudes).collect::<Vec<_>>())
+        };
+        let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let shown = with(None)?;
+        let open = (0..self.causes.len()).map(|k| Ok(apart(&with(Some(k))?, &shown))).collect::<Result<_>>()?;
+        Ok((apart(&shown, there.predicted), open))
+    }
+
+    /// The same to first order, where the machine cannot be solved so.
+    fn by_slopes(&self, readings: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
+        let mut shown = vec![0.0; readings];
+        let mut open = Vec::new();
+        for (cause, slope) in self.causes.iter().zip(self.slopes) {
+            shown.iter_mut().zip(slope).for_each(|(s, v)| *s += cause.amplitude * v);
+            open.push(slope.iter().map(|v| cause.deviation * v).collect());
+        }
+        (shown, open)
+    }
 }
 
 /// Standard deviation of a reading of each of the machine's sensors: noise, its own error, and what every model leaves open, K.
