@@ -189,7 +189,7 @@ impl Finalists<'_> {
             }
             let view = now.view.clone();
             self.settle(&mut now, &view);
-            if round == 0 && self.leaves_much(&now) {
+            if round == 0 && (self.leaves_much(&now) || self.may_hide_another(&now)) {
                 progress.say("looking for a second cause beside the best ones");
                 let pairs = self.seconds(&now, &view).unwrap_or_else(|e| {
                     progress.say(&format!("a second cause could not be looked for: {e}"));
@@ -258,6 +258,13 @@ impl Finalists<'_> {
         least.is_some_and(|(_, f)| {
             !f.level.is_usual() || chi_square_tail(f.misfit, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
         })
+    }
+
+    /// Whether the discrepancy beside the best cause of a log may be a second cause: numbers of the file that are all a little off do what
+    /// one of them does that is off by much. Only where runs cost little: of lumped nodes, without fronts in the water.
+    fn may_hide_another(&self, now: &Outcome) -> bool {
+        let is_cheap = self.problem.data.is_transient() && self.problem.study.model.mesh.cells == 0 && !self.predictor.fronts;
+        is_cheap && self.best(now).is_some_and(|(_, fitted)| fitted.level != Level::NONE)
     }
 
     /// Probability that pure noise lets some cause take away as much as the best one does of what the most probable explanation leaves.
