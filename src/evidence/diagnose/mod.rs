@@ -64,7 +64,6 @@ pub use predictor::{Extended, Predictor};
 pub use refine::{Fitted, fit};
 pub use rung::{Rung, WhereLeft};
 pub use signature::Signatures;
-pub use synonyms::Synonym;
 use when::Added;
 
 /// Chi-square above the best within which causes count as not refuted: 95 % for two parameters.
@@ -314,6 +313,15 @@ pub struct Explanation {
     pub is_fitted: bool,
     /// Other names of its causes, which predict the same at every condition.
     pub synonyms: Vec<Synonym>,
+}
+
+/// A cause of an explanation under another name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Synonym {
+    /// Which cause of the explanation.
+    pub of: usize,
+    /// What else it may be called.
+    pub cause: Cause,
 }
 
 /// Probabilities of what is no cause of the catalogue.

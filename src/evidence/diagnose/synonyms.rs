@@ -7,7 +7,7 @@
 use super::effects::{EffectDerivatives, Hypothesis, Scales};
 use super::finalists::{Finalists, Outcome};
 use super::probability::Candidate;
-use super::{Cause, Problem, next};
+use super::{Cause, Problem, Synonym, next};
 use crate::error::Result;
 use crate::foundation::random::Random;
 use crate::solve::sensitivity::Derivatives;
@@ -20,15 +20,6 @@ const COOLEST: f64 = 290.0;
 const SPREAD: f64 = 20.0;
 /// Explanations less probable than this share of the best one keep their names to themselves.
 const CONTENDS: f64 = 1e-3;
-
-/// A cause of an explanation under another name.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Synonym {
-    /// Which cause of the explanation.
-    pub of: usize,
-    /// What else it may be called.
-    pub cause: Cause,
-}
 
 /// An outcome in which explanations that are the same are one, the most probable of them, under its own name.
 pub fn merged(finals: &Finalists<'_>, mut outcome: Outcome) -> Outcome {
