@@ -71,3 +71,19 @@ fn what_another_speed_would_tell_apart() {
     assert!(listed.contains(&CONSTANT) && !synonyms.contains(&CONSTANT));
     assert!(listed.contains(&FACTOR) != listed.contains(&WITH_SPEED), "both are listed: {listed:?}");
 }
+
+/// The same of a fifth variable of the machine, a load that the data hold: with another load a factor of what it heats is another heat.
+#[test]
+fn what_another_load_would_tell_apart() {
+    let load = "[variables.load]\nunit = \"W\"\ndefault = \"1 W\"\nrange = [\"0 W\", \"2 W\"]\n[chamber]";
+    let text = SMALL.replace("[chamber]", load).replace("0.0016 * motor_speed_rpm", "4 * load_W");
+    assert!(text.contains("variables.load") && text.contains("4 * load_W"));
+    let machine = Document::parse(&text, "small.toml").unwrap();
+    let lines = [("source.bearing.power", "\"6 * load_W\"")];
+    let conditions = Hidden::conditions(&machine, 12, 74, &[("load", 1.0)]);
+    let hidden = Hidden { machine: &machine, cells: (300, 10_000), lines: &lines, conditions, seed: 74 };
+    let found = diagnose(&hidden.problem(), &Silent).unwrap();
+    let (listed, synonyms) = names(&found);
+    println!("{:?}: {listed:?}, synonyms {synonyms:?}", found.verdict);
+    assert!(listed.contains(&CONSTANT) && listed.contains(&FACTOR) && synonyms.is_empty(), "{listed:?} {synonyms:?}");
+}

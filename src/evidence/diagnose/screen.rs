@@ -87,7 +87,7 @@ impl Screened {
             along: columns.next().map_or(Vec::new(), |column| column.iter().copied().collect()),
         };
         let relabelled = relabelled.iter().map(|left| left.as_ref().map(&mut of)).collect();
-        let (chosen_from, [is_rare, has_tails]) = (vec![1.0; visible.len()], [(); 2].map(|()| vec![false; visible.len()]));
+        let (chosen_from, is_rare, has_tails) = (vec![1.0; visible.len()], vec![false; visible.len()], vec![false; visible.len()]);
         let (columns, gram) = (matrix, OnceLock::new());
         Self { residual, visible, columns, along, squares, gram, signed, most, relabelled, chosen_from, is_rare, has_tails }
     }

@@ -8,14 +8,12 @@ use super::effects::{EffectDerivatives, Hypothesis, Scales};
 use super::finalists::{Finalists, Outcome};
 use super::probability::Candidate;
 use super::{Cause, Problem, Synonym, next};
-use crate::error::Result;
 use crate::foundation::random::Random;
 use crate::solve::sensitivity::Derivatives;
 
 /// Columns that differ by less than this share of their length are the same.
 const SAME: f64 = 1e-4;
-/// Conditions at which causes are compared, and temperatures of nodes there: the lowest, and how far they differ, K.
-const CONDITIONS: usize = 8;
+/// Temperatures of nodes at which causes are compared: the lowest, and how far they differ, K.
 const COOLEST: f64 = 290.0;
 const SPREAD: f64 = 20.0;
 /// Explanations less probable than this share of the best one keep their names to themselves.
@@ -80,15 +78,14 @@ fn same(finals: &Finalists<'_>, outcome: &Outcome) -> Vec<(usize, usize)> {
     if alike.is_empty() {
         return Vec::new();
     }
-    // What cannot be compared keeps its name.
     let found = alike.iter().map(|(i, j)| [finals.of(*i), finals.of(*j)]).collect::<Vec<_>>();
-    let are_same = do_the_same(finals.problem, &found, finals.predictor.scales).unwrap_or_else(|_| vec![false; found.len()]);
+    let are_same = do_the_same(finals.problem, &found, finals.predictor.scales);
     alike.into_iter().zip(are_same).filter_map(|(pair, is_same)| is_same.then_some(pair)).collect()
 }
 
-/// Whether pairs of causes do the same to the balance of every node, at temperatures that are those of no steady state: then they do the
+/// Whether pairs of causes, none where no condition can be had, do the same to the balance of every node, at temperatures that are those of no steady state: then they do the
 /// same in any test, as the machine warms up too.
-fn do_the_same(problem: &Problem, pairs: &[[&Hypothesis; 2]], scales: &Scales) -> Result<Vec<bool>> {
+fn do_the_same(problem: &Problem, pairs: &[[&Hypothesis; 2]], scales: &Scales) -> Vec<bool> {
     let coarse = next::coarse(problem);
     let problem = coarse.as_ref().unwrap_or(problem);
     let study = &problem.study;
@@ -96,9 +93,10 @@ fn do_the_same(problem: &Problem, pairs: &[[&Hypothesis; 2]], scales: &Scales) -
     let derivatives = EffectDerivatives::new(study, &all, &problem.user);
     let mut random = Random::new(1);
     let mut sums = vec![Products::default(); pairs.len()];
-    for condition in next::within_ranges(problem).into_iter().take(CONDITIONS) {
+    for condition in next::within_ranges(problem) {
         let field: Vec<f64> = (0..study.model.network.nodes).map(|_| COOLEST + SPREAD * random.unit()).collect();
-        let at = Derivatives::at(study, &condition, &field)?;
+        // Some cannot be run: water out of its range, no flow where heat needs it.
+        let Ok(at) = Derivatives::at(study, &condition, &field) else { continue };
         let changes = derivatives.disturbances(&at, &at.screen());
         let of = |h: &Hypothesis| -> Option<Vec<f64>> {
             let own = changes.dense(derivatives.position(h)?, field.len(), study.model.machine.circuits.len())?;
@@ -109,7 +107,7 @@ fn do_the_same(problem: &Problem, pairs: &[[&Hypothesis; 2]], scales: &Scales) -
             *sum = of(a).zip(of(b)).map_or(Products::UNLIKE, |(a, b)| sum.and(Products::of(&a, &b)));
         }
     }
-    Ok(sums.into_iter().map(Products::are_parallel).collect())
+    sums.into_iter().map(Products::are_parallel).collect()
 }
 
 /// Scalar products of two columns.

@@ -10,6 +10,7 @@ mod derivative;
 mod file;
 mod ground;
 mod law;
+mod prior;
 mod scales;
 mod site;
 mod words;
@@ -97,9 +98,6 @@ impl Effect {
         if matches!(self, Self::Sensor(Sensor::Gain(_))) { Law::Temperature } else { Law::Constant }
     }
 }
-
-/// How much rarer a cause by a rarer law is than one by the laws that are always looked for.
-const RARE: f64 = 0.1;
 
 /// What each family says about its effects.
 trait Family {
@@ -247,11 +245,6 @@ impl Hypothesis {
         }
     }
 
-    /// The same as a number of the file that is inexact by this standard deviation, beside a cause.
-    pub fn inexact_by(self, scale: f64) -> Self {
-        Self { scale, is_inexactness: true, ..self }
-    }
-
     /// One that can only be more.
     fn positive(effect: impl Into<Effect>, place: impl Into<String>, parts: Vec<String>, scale: f64, unit: &'static str) -> Self {
         Self { is_signed: false, ..Self::signed(effect, place, parts, scale, unit) }
@@ -270,12 +263,6 @@ impl Hypothesis {
     /// The same under a law whose number was found from the data.
     pub fn under_found(&self, law: Law, number: LawNumber, scales: &Scales) -> Self {
         Self { law, law_of: Some(scales.words_with(law, &number)), number: Some(number), ..self.clone() }
-    }
-
-    /// What its share of the prior of its place counts: laws that change with the time, and exponents between those that physics names,
-    /// are rarer, and what chooses a number of its own from the data pays for it.
-    pub fn share(&self) -> f64 {
-        if self.is_rare() { RARE * self.number.as_ref().map_or(1.0, |number| number.share) } else { 1.0 }
     }
 
     /// Whether its law is one that is looked for only where something is wrong.
@@ -318,25 +305,6 @@ impl Hypothesis {
             Some(sensor) => sensor.written(study, data, amplitude),
             None => self.sets(study, scales, user, amplitude),
         }
-    }
-
-    /// Whether it may be many times what is usual: heat and paths that the model lacks, a contact that came loose, a channel that is nearly
-    /// shut, a sensor that fell off. The prior of its amplitude has tails like 1/a², so that of causes that fit alike the one is not preferred
-    /// whose prior happens to be wider. What tables or nature bound has none: conductivities, capacities, emissivities, what all have in
-    /// common, how anything drifts with its temperature.
-    pub fn has_tails(&self) -> bool {
-        let is_open = match self.effect {
-            Effect::Heat(_) | Effect::Leak(_) | Effect::Flow(_) | Effect::Contact(_) => true,
-            Effect::Radiation(radiation) => matches!(radiation, Radiation::Gas | Radiation::Exchange(..)),
-            Effect::Sensor(sensor) => sensor != Sensor::All,
-            _ => false,
-        };
-        is_open && !self.is_inexactness && (self.law != Law::Temperature || self.effect.usual_law() == Law::Temperature)
-    }
-
-    /// Standard deviation of a normal prior of an amplitude that is guessed to be this large: its own size, where the prior has tails.
-    pub fn spread(&self, guess: f64) -> f64 {
-        if self.has_tails() { self.scale.max(guess.abs().min(self.largest())) } else { self.scale }
     }
 
     /// Whether it is the same cause, whatever its amplitude may be.
@@ -389,11 +357,6 @@ impl Hypothesis {
             unit if unit.starts_with("ln") => (size.exp_m1() / size.max(f64::MIN_POSITIVE) - 1.0).clamp(0.0, 1.0),
             _ => size / (size + self.scale),
         }
-    }
-
-    /// Largest amplitude that is fitted.
-    pub fn largest(&self) -> f64 {
-        if self.unit.starts_with("ln") { 4.0 } else { 50.0 * self.scale }
     }
 
     /// What acts on a reading and not on the machine.
