@@ -18,6 +18,8 @@ use super::screen::{Relabelled, Screened};
 const PRIORS: [f64; 3] = [0.50, 0.42, 0.01];
 /// Pairs whose probability, relative to the best, is below this are not kept.
 const NEGLIGIBLE: f64 = 1e-6;
+/// A bound of weights is not rounded to less than the weight itself.
+const ROUNDING: f64 = 1e-6;
 
 /// A cause or two, as positions in [`Screened::visible`].
 #[derive(Debug, Clone, PartialEq)]
@@ -143,17 +145,23 @@ pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs
     if with_pairs {
         screened.find_products();
     }
+    // Most pairs could not come to this weight at any amplitudes.
+    let least = best_single + NEGLIGIBLE.ln();
+    let logarithms: Vec<f64> = prior.iter().map(|p| p.ln()).collect();
+    let of_two = beside_nothing + (2.0 * PRIORS[2]).ln() + ROUNDING;
+    let may_count =
+        |i: usize, j: usize| 0.5 * screened.pair_at_most(i, j) + of_two + logarithms[i] + logarithms[j] > least && !screened.is_rare[j];
     let pairs: Vec<Candidate> = (0..if with_pairs { n } else { 0 })
         .into_par_iter()
         .filter(|i| !screened.is_rare[*i])
         .flat_map_iter(|i| {
-            (i + 1..n).filter(|j| !screened.is_rare[*j]).filter_map(move |j| {
+            (i + 1..n).filter(move |j| may_count(i, *j)).filter_map(move |j| {
                 let (amplitudes, gain) = screened.pair(i, j);
                 if gain <= 0.0 {
                     return None;
                 }
                 let weight = beside_nothing + evidence(screened, &[i, j]) + prior_of(&[i, j], prior);
-                (weight > best_single + NEGLIGIBLE.ln()).then(|| Candidate {
+                (weight > least).then(|| Candidate {
                     members: vec![i, j],
                     amplitudes: amplitudes.to_vec(),
                     gain,

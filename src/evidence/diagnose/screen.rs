@@ -16,6 +16,8 @@ const NEVER: f64 = 1e-9;
 const BATCH: usize = 125;
 /// Columns that are multiplied with all before them as one matrix.
 const GRAM: usize = 256;
+/// Two signatures are one where the determinant of their products is less than this, of unit squares.
+const LEAST_DETERMINANT: f64 = 1e-6;
 /// A signature shorter than this, whitened and for an amplitude of its prior's scale, cannot show.
 const FAINT: f64 = 0.05;
 /// What is left of a signature's square beside causes that are in force, as a share of it, for it to be another one.
@@ -32,7 +34,8 @@ pub struct Screened {
     pub columns: DMatrix<f64>,
     /// Scalar products of the signatures with the residual.
     pub along: Vec<f64>,
-    /// Square of each signature.
+    /// Square of the residual, and of each signature.
+    misfit: f64,
     squares: Vec<f64>,
     /// Scalar products among signatures, where all of them are needed.
     gram: OnceLock<DMatrix<f64>>,
@@ -88,8 +91,8 @@ impl Screened {
         };
         let relabelled = relabelled.iter().map(|left| left.as_ref().map(&mut of)).collect();
         let (chosen_from, is_rare, has_tails) = (vec![1.0; visible.len()], vec![false; visible.len()], vec![false; visible.len()]);
-        let (columns, gram) = (matrix, OnceLock::new());
-        Self { residual, visible, columns, along, squares, gram, signed, most, relabelled, chosen_from, is_rare, has_tails }
+        let (columns, gram, misfit) = (matrix, OnceLock::new(), residual.iter().map(|r| r * r).sum());
+        Self { residual, visible, columns, along, misfit, squares, gram, signed, most, relabelled, chosen_from, is_rare, has_tails }
     }
 
     /// The same with rarer laws, and from how many each was chosen.
@@ -130,7 +133,7 @@ impl Screened {
 
     /// Whitened misfit of the machine as it is.
     pub fn misfit(&self) -> f64 {
-        self.residual.iter().map(|r| r * r).sum()
+        self.misfit
     }
 
     /// Best amplitude of a hypothesis (in its prior's scale) and the misfit it takes away, never less than nothing.
@@ -175,11 +178,25 @@ impl Screened {
         if self.is_possible([i, j], [x, y]) { ([x, y], gain.max(0.0)) } else { ([0.0; 2], 0.0) }
     }
 
+    /// What two could take away together if amplitudes had neither sense nor end: no less than [`Screened::pair`], nor than twice the
+    /// logarithm of their evidence.
+    pub fn pair_at_most(&self, i: usize, j: usize) -> f64 {
+        let beside = |left: &Relabelled, free: usize| self.misfit() - left.misfit + left.along[free].powi(2) / self.squares[free];
+        let (a, b, c) = (self.squares[i], self.product(i, j), self.squares[j]);
+        let (x, y) = (self.along[i], self.along[j]);
+        match (&self.relabelled[i], &self.relabelled[j]) {
+            (None, None) => (c * x * x - 2.0 * b * x * y + a * y * y) / (a * c - b * b).max(LEAST_DETERMINANT * a * c),
+            (Some(_), Some(_)) => 2.0 * (x + y - b) - a - c,
+            (Some(left), None) => beside(left, j),
+            (None, Some(left)) => beside(left, i),
+        }
+    }
+
     /// The same of two that have amplitudes, of a residual along which their signatures' products are `along`; squares of the signatures
     /// and between them their product.
     pub fn pair_beside(&self, [i, j]: [usize; 2], (a, b, c): (f64, f64, f64), along: [f64; 2]) -> ([f64; 2], f64) {
         let determinant = a * c - b * b;
-        if determinant < 1e-6 * a * c {
+        if determinant < LEAST_DETERMINANT * a * c {
             return ([0.0; 2], 0.0);
         }
         let x = (c * along[0] - b * along[1]) / determinant;
@@ -304,6 +321,7 @@ mod tests {
         // 50 before, 2 (5 - 1)² left.
         assert_eq!(bound.single(0), (1.0, 18.0));
         assert!((free.pair(0, 1).1 - 50.0).abs() < 1e-9);
+        assert!((bound.pair_at_most(0, 1) - 50.0).abs() < 1e-9);
         let ([x, y], gain) = bound.pair(0, 1);
         assert!((x - 1.0).abs() < 1e-12 && y.abs() < 1e-12 && (gain - 18.0).abs() < 1e-9, "{x} {y} {gain}");
         // Alone it is no alarm: noise often makes as much of two readings as it can explain of these.
