@@ -37,6 +37,11 @@ impl<'a> Numbers<'a> {
         self.get(index).unwrap_or(0.0)
     }
 
+    /// Runs of `count` numbers; none of no numbers.
+    pub(crate) fn chunks(self, count: usize) -> impl Iterator<Item = Self> {
+        self.0.chunks_exact(count.max(1)).map(Self)
+    }
+
     /// `count` numbers from `start`; none if they are not all there.
     pub(crate) fn part(self, start: usize, count: usize) -> Self {
         Self(start.checked_add(count).and_then(|end| self.0.get(start..end)).unwrap_or(&[]))

@@ -123,26 +123,26 @@ impl<R: Real> Factors<R> {
         order.iter_mut().enumerate().for_each(|(i, place)| *place = i);
         for k in 0..n {
             let (before, behind) = columns.split_at_mut(k + 1);
-            let pivots = &mut before[k];
+            let pivots = &before[k];
             let mut largest = k;
             for i in k + 1..n {
                 if pivots[i].size() > pivots[largest].size() {
                     largest = i;
                 }
             }
-            pivots.swap(k, largest);
-            order.swap(k, largest);
+            if largest != k {
+                before.iter_mut().for_each(|column| column.swap(k, largest));
+                behind.iter_mut().take(n - k - 1).for_each(|column| column.swap(k, largest));
+                order.swap(k, largest);
+            }
+            let pivots = &mut before[k];
             inverse[k] = R::ONE / pivots[k];
             pivots[k + 1..n].iter_mut().for_each(|entry| *entry = *entry * inverse[k]);
             for column in behind.iter_mut().take(n - k - 1) {
-                column.swap(k, largest);
                 let above = column[k];
                 for (entry, factor) in column[k + 1..n].iter_mut().zip(&pivots[k + 1..n]) {
                     *entry = *entry - *factor * above;
                 }
-            }
-            for column in before.iter_mut().take(k) {
-                column.swap(k, largest);
             }
         }
         Self { length, columns, inverse, order, n }

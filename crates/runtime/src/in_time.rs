@@ -14,6 +14,9 @@ use crate::format::{MAX_POINTS, MAX_SLOPE_TERMS, MAX_STATES, MAX_VARIABLES};
 use crate::surrogate::{Polynomial, Surrogate};
 use crate::uncertain::packed;
 
+/// Products that are summed side by side.
+const LANES: usize = 8;
+
 /// Polynomials over common terms: term by term, one coefficient per column.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shared<'a> {
@@ -270,7 +273,7 @@ impl<'a> Surrogate<'a> {
             *away = value - steady;
         }
         for (point, value) in values.iter_mut().enumerate() {
-            *value += dot(&own.output(point, &terms), &away, own.states);
+            *value += own.moved(point, &terms, &away);
         }
         Ok(())
     }
@@ -314,12 +317,35 @@ impl InTime<'_> {
         rates
     }
 
+    /// What states that are away from the steady ones add to a point.
+    fn moved(&self, point: usize, terms: &Terms, away: &States<f64>) -> f64 {
+        let (n, first) = (self.states, point * terms.count * self.states);
+        let all = self.outputs.part(first, terms.count * n);
+        let rows = terms.values[..terms.count].iter().zip(all.chunks(n));
+        rows.fold(0.0, |sum, (monomial, row)| sum + monomial * along(row, away))
+    }
+
     /// What each state adds to a point.
     fn output(&self, point: usize, terms: &Terms) -> States<f64> {
         let mut row = [0.0; MAX_STATES];
         combine(self.outputs, point * terms.count * self.states, self.states, terms, &mut row);
         row
     }
+}
+
+/// The scalar product of coefficients and states, in lanes that a processor adds side by side.
+fn along(coefficients: Numbers<'_>, states: &States<f64>) -> f64 {
+    let (whole, rest) = coefficients.0.as_chunks::<LANES>();
+    let (blocks, _) = states.as_chunks::<LANES>();
+    let mut lanes = [0.0; LANES];
+    for (own, states) in whole.iter().zip(blocks) {
+        for k in 0..LANES {
+            lanes[k] += f64::from_le_bytes(own[k]) * states[k];
+        }
+    }
+    let behind = states.iter().skip(whole.len() * LANES);
+    let rest = rest.iter().zip(behind).fold(0.0, |sum, (own, state)| sum + f64::from_le_bytes(*own) * state);
+    lanes.iter().fold(rest, |sum, lane| sum + lane)
 }
 
 /// Adds the terms times their coefficients, which begin at `start`, `count` a term.
