@@ -221,7 +221,7 @@ impl Trial {
                 surrogate.step(&mut state, time - now, x).map_err(broken)?;
                 surrogate.read(&state, x, &mut values).map_err(broken)?;
                 for (k, (worst, sensor)) in worst.iter_mut().zip(&places.sensors).enumerate() {
-                    *worst = f64::max(*worst, (places.reading(k, values[k]) - course.finer[row][*sensor]).abs());
+                    *worst = f64::max(*worst, (places.reading(k, values[k]) - course.readings[row][*sensor]).abs());
                 }
                 (now, row) = (*time, row + 1);
             }

@@ -8,7 +8,7 @@ use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 
 /// Error allowed in a step of the coarser and of the finer network, K: their difference knows of it then.
-const TOLERANCES: [f64; 2] = [0.002, 0.0005];
+const TOLERANCES: [f64; 2] = [0.004, 0.001];
 
 /// The state at the beginning.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,10 +34,10 @@ pub struct Stretch<'s> {
 /// Readings over time.
 #[derive(Debug, Clone)]
 pub struct Course {
-    /// Readings of all sensors at the beginning and at every output, K.
+    /// Readings of all sensors at the beginning and at every output, K: those of the finer network.
     pub readings: Vec<Vec<f64>>,
-    /// The same of the finer network, K.
-    pub finer: Vec<Vec<f64>>,
+    /// The same of the coarser network, K, which the bound is from.
+    pub coarser: Vec<Vec<f64>>,
     /// Time steps of both networks.
     pub steps: usize,
 }
@@ -52,8 +52,8 @@ impl ReducedModel {
             || self.of_level(&self.coarse, TOLERANCES[0], beginning, from, stretches),
             || self.of_level(&self.fine, TOLERANCES[1], beginning, from, stretches),
         );
-        let ((readings, steps), (finer, more)) = (coarse?, fine?);
-        Ok(Course { readings, finer, steps: steps + more })
+        let ((coarser, few), (readings, more)) = (coarse?, fine?);
+        Ok(Course { readings, coarser, steps: few + more })
     }
 
     fn of_level(
@@ -81,14 +81,12 @@ impl ReducedModel {
         let mut readings = vec![motion.read(&load)];
         for stretch in stretches {
             let load = |time: f64| Load::at(&self.machine, &(stretch.condition)(time));
-            let ends = stretch.outputs.iter().copied().map(Some).chain([None]);
-            for output in ends {
-                motion.advance(output.unwrap_or(stretch.until), &load)?;
-                if let Some(time) = output {
-                    let behind = stretch.at_end.as_ref().filter(|_| time >= stretch.until);
-                    readings.push(motion.read(&behind.map_or_else(|| load(time), |condition| Load::at(&self.machine, condition))?));
-                }
-            }
+            // Sensors of the water that enters see what is behind a step at once.
+            let seen = |time: f64| match stretch.at_end.as_ref().filter(|_| time >= stretch.until) {
+                Some(condition) => Load::at(&self.machine, condition),
+                None => load(time),
+            };
+            readings.extend(motion.advance(stretch.until, &load, &stretch.outputs, &seen)?);
         }
         Ok((readings, motion.steps))
     }

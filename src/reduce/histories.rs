@@ -123,11 +123,11 @@ pub(super) fn calibrated(model: &ReducedModel, checks: &[(Plan, Run)], made: usi
     for (plan, run) in checks {
         let course = plan.reduced(model, run)?;
         let mut largest: f64 = 0.0;
-        for ((_, truth), (coarse, fine)) in run.readings.iter().zip(course.readings.iter().zip(&course.finer)) {
-            let own: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c - f).abs()).collect();
+        for ((_, truth), (fine, coarse)) in run.readings.iter().zip(course.readings.iter().zip(&course.coarser)) {
+            let own: Vec<f64> = fine.iter().zip(coarse).map(|(f, c)| (f - c).abs()).collect();
             largest = own.iter().copied().fold(largest, f64::max);
-            for ((t, c), d) in truth.iter().zip(coarse).zip(&own) {
-                let error = (t - c).abs();
+            for ((t, f), d) in truth.iter().zip(fine).zip(&own) {
+                let error = (t - f).abs();
                 if error > FLOOR && largest > 0.0 {
                     needed = needed.max((error - FLOOR - d) / largest);
                 }
@@ -144,11 +144,11 @@ pub(super) fn calibrated(model: &ReducedModel, checks: &[(Plan, Run)], made: usi
         largest_bound: 0.0,
     };
     for ((_, run), course) in checks.iter().zip(&courses) {
-        for ((_, truth), coarse) in run.readings.iter().zip(&course.readings) {
-            let errors = truth.iter().zip(coarse).map(|(t, c)| (t - c).abs());
+        for ((_, truth), own) in run.readings.iter().zip(&course.readings) {
+            let errors = truth.iter().zip(own).map(|(t, f)| (t - f).abs());
             found.largest_error = errors.fold(found.largest_error, f64::max);
         }
-        let bounds = found.bounds(&course.readings, &course.finer);
+        let bounds = found.bounds(&course.readings, &course.coarser);
         found.largest_bound = bounds.iter().flatten().copied().fold(found.largest_bound, f64::max);
     }
     Ok(found)

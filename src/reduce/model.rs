@@ -78,15 +78,15 @@ pub struct InTime {
 }
 
 impl InTime {
-    /// How far readings of the coarser network may be from those of the full model, K, time by time.
-    pub fn bounds(&self, readings: &[Vec<f64>], finer: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    /// How far readings of the finer network may be from those of the full model, K, time by time.
+    pub fn bounds(&self, readings: &[Vec<f64>], coarser: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let mut largest: f64 = 0.0;
-        let at = |(coarse, fine): (&Vec<f64>, &Vec<f64>)| {
-            let differences: Vec<f64> = coarse.iter().zip(fine).map(|(c, f)| (c - f).abs()).collect();
+        let at = |(fine, coarse): (&Vec<f64>, &Vec<f64>)| {
+            let differences: Vec<f64> = fine.iter().zip(coarse).map(|(f, c)| (f - c).abs()).collect();
             largest = differences.iter().copied().fold(largest, f64::max);
             differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
         };
-        readings.iter().zip(finer).map(at).collect()
+        readings.iter().zip(coarser).map(at).collect()
     }
 }
 

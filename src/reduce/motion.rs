@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
 use super::level::{Given, Level, Reduced};
-use crate::discretise::network::{Load, Network};
+use crate::discretise::network::{Load, Network, SensorTerm};
 use crate::error::{Error, Result, Stop};
 use crate::solve::transient::parcels::Parcels;
 use crate::solve::transient::water::{Streams, inflows};
@@ -18,7 +18,7 @@ const MOST_ITERATIONS: usize = 25;
 /// A matrix that takes more of them is found anew.
 const SLOW: usize = 6;
 /// How far a stage is solved, as a share of the tolerance.
-const SOLVED: f64 = 1e-3;
+const SOLVED: f64 = 1e-2;
 /// No step is tried again shorter than this, s.
 const SHORTEST: f64 = 1e-6;
 /// First step, s, at most.
@@ -29,6 +29,8 @@ struct Factors {
     /// Length of the step, s.
     length: f64,
     lu: LU<f64, Dyn, Dyn>,
+    /// Derivatives of what leaves the modes, W/K, that it was made with.
+    slopes: DMatrix<f64>,
 }
 
 /// A load with what follows from it alone.
@@ -54,6 +56,12 @@ struct Stage<'s> {
     now: &'s Now,
 }
 
+/// Weights of the three states of a step at a share of its length.
+fn parabola(share: f64) -> [f64; 3] {
+    let (behind, ahead) = (share - GAMMA, share - 1.0);
+    [behind * ahead / GAMMA, share * ahead / (GAMMA * (GAMMA - 1.0)), share * behind / (1.0 - GAMMA)]
+}
+
 /// What a stage comes to.
 struct Taken {
     amplitudes: DVector<f64>,
@@ -64,6 +72,18 @@ struct Taken {
     /// Steps of its iteration.
     iterations: usize,
 }
+
+/// A step.
+struct Tried {
+    /// Amplitudes and temperatures between its beginning and its end.
+    between: (DVector<f64>, Vec<f64>),
+    taken: Taken,
+    /// The load at its end.
+    end: Rc<Now>,
+}
+
+/// The load at a time, s.
+type LoadAt<'l> = dyn Fn(f64) -> Result<Load> + 'l;
 
 /// A reduced network at one instant, on its way.
 pub struct Motion<'a> {
@@ -84,8 +104,10 @@ pub struct Motion<'a> {
     now: Option<Rc<Now>>,
     /// What leaves the modes at this instant but through the water, W, as long as its load is that of `now`.
     leaving: Option<DVector<f64>>,
-    /// The matrix of the last step, as long as it serves.
+    /// The matrix of the last step, as long as its derivatives serve.
     factors: Option<Factors>,
+    /// Whether outputs are ends of steps: where water moves unevenly.
+    lands: bool,
     /// Amplitudes before the last step, and its length.
     before: Option<(DVector<f64>, f64)>,
     /// Steps taken.
@@ -122,6 +144,7 @@ impl<'a> Motion<'a> {
             now: None,
             leaving: None,
             factors: None,
+            lands: false,
             before: None,
             steps: 0,
         }
@@ -132,20 +155,24 @@ impl<'a> Motion<'a> {
         self.level.readings_of(self.network, load, &self.amplitudes, &self.temperatures)
     }
 
-    /// Advances to `until` (s). `load` must be smooth until then.
+    /// Advances to `until` (s), from one corner of the condition to the next: `load` must be smooth until then. Readings of all sensors
+    /// at ascending `outputs` on the way (s), under the load that they see there, K: within a step by the parabola through its three states, but where water moves unevenly.
     ///
     /// # Errors
     /// A condition cannot be evaluated, or no step is short enough.
-    pub fn advance(&mut self, until: f64, load: &dyn Fn(f64) -> Result<Load>) -> Result<()> {
+    pub fn advance(&mut self, until: f64, load: &LoadAt<'_>, outputs: &[f64], seen: &LoadAt<'_>) -> Result<Vec<Vec<f64>>> {
         // Behind a corner, slopes of before tell nothing.
         self.before = None;
+        let mut readings = Vec::with_capacity(outputs.len());
         let mut now = self.now(load(self.time)?, self.now.as_ref());
         self.leaving = self.leaving.take().filter(|_| self.now.as_ref().is_some_and(|before| Rc::ptr_eq(before, &now)));
         if self.step <= 0.0 {
             self.step = self.first_step(&now);
         }
         while self.time < until {
-            let left = until - self.time;
+            let output = outputs.get(readings.len()).copied();
+            let goal = output.filter(|_| self.lands).unwrap_or(until);
+            let left = goal - self.time;
             let is_last = self.step >= left * (1.0 - 1e-9);
             let h = if is_last {
                 left
@@ -161,7 +188,7 @@ impl<'a> Motion<'a> {
                 Err(_) => (None, f64::INFINITY),
             };
             let growth = 0.9 * (self.tolerance / error.max(1e-300)).cbrt();
-            let Some((taken, end)) = found.filter(|_| error <= self.tolerance) else {
+            let Some(Tried { between, taken, end }) = found.filter(|_| error <= self.tolerance) else {
                 self.step = h * growth.clamp(0.25, 0.7);
                 if h < SHORTEST {
                     let what = format!("no step is short enough for the reduced model at {:.6} s", self.time);
@@ -169,16 +196,35 @@ impl<'a> Motion<'a> {
                 }
                 continue;
             };
-            self.before = Some((std::mem::replace(&mut self.amplitudes, taken.amplitudes), h));
-            (self.temperatures, self.water, self.leaving) = (taken.temperatures, taken.water, Some(taken.leaving));
-            self.time = if is_last { until } else { self.time + h };
+            // What water shows between the states of a step, as a front passes, no parabola knows.
+            self.lands = self.unevenness(&between.1, &taken.temperatures, &now.load) > self.tolerance;
+            let reached = if is_last { goal } else { self.time + h };
+            if self.lands && output.is_some_and(|output| output < reached) {
+                self.step = h;
+                continue;
+            }
+            let begun = std::mem::replace(&mut self.time, reached);
+            let amplitudes = std::mem::replace(&mut self.amplitudes, taken.amplitudes);
+            let temperatures = std::mem::replace(&mut self.temperatures, taken.temperatures);
+            (self.water, self.leaving) = (taken.water, Some(taken.leaving));
+            while let Some(time) = outputs.get(readings.len()).filter(|time| **time <= self.time) {
+                let [first, second, third] = parabola((time - begun) / h);
+                let a = first * &amplitudes + second * &between.0 + third * &self.amplitudes;
+                let states = temperatures.iter().zip(&between.1).zip(&self.temperatures);
+                let t: Vec<f64> = states.map(|((begin, between), end)| first * begin + second * between + third * end).collect();
+                readings.push(self.level.readings_of(self.network, &seen(*time)?, &a, &t));
+            }
+            self.before = Some((amplitudes, h));
             self.steps += 1;
             let grown = if growth > 1.2 { h * growth.min(2.5) } else { h * growth.clamp(0.5, 1.0) };
             self.step = if is_last { self.step.max(grown) } else { grown };
             now = end;
         }
+        for time in &outputs[readings.len()..] {
+            readings.push(self.read(&seen(*time)?));
+        }
         self.now = Some(now);
-        Ok(())
+        Ok(readings)
     }
 
     /// A load with what follows from it: the same as before, where it is the same load.
@@ -192,29 +238,36 @@ impl<'a> Motion<'a> {
         }
     }
 
+    /// How far readings of water between the beginning and the end of a step are from the straight line, K.
+    fn unevenness(&self, between: &[f64], end: &[f64], load: &Load) -> f64 {
+        let uneven = |sensor: &SensorTerm| {
+            let [begin, between, end] = [&self.temperatures, between, end].map(|t| sensor.read(t, load));
+            (between - begin - GAMMA * (end - begin)).abs()
+        };
+        self.network.sensors.iter().map(uneven).fold(0.0, f64::max)
+    }
+
     /// What leaves the modes at some amplitudes, whose temperatures are given too, but through the water, W.
     fn leaving(&self, a: &DVector<f64>, temperatures: &[f64], now: &Now) -> DVector<f64> {
         self.level.solid_residual(&now.given, &conductors(self.network, &now.load, temperatures), a)
     }
 
-    /// One step of length `h`: what it comes to and the load at its end, and the estimated error, K.
-    fn try_step(&mut self, h: f64, now: &Rc<Now>, load: &dyn Fn(f64) -> Result<Load>) -> Result<((Taken, Rc<Now>), f64)> {
-        let factors = self.factors.take().filter(|f| f.length == h);
+    /// One step of length `h`, and its estimated error, K.
+    fn try_step(&mut self, h: f64, now: &Rc<Now>, load: &LoadAt<'_>) -> Result<(Tried, f64)> {
         let at = |share: f64, known: &Rc<Now>| load(self.time + share * h).map(|load| self.now(load, Some(known)));
         let between = at(GAMMA, now)?;
         let end = at(1.0, &between)?;
         let (early, middle) = (load(self.time + 0.5 * GAMMA * h)?, load(self.time + 0.5 * h)?);
         let start = &self.amplitudes;
         // One matrix for both stages: half of the first one's duration is the weight of either's own heat.
-        let lu = match factors {
-            Some(known) => known.lu,
-            None => {
-                let acting = conductors(self.network, &now.load, &self.temperatures);
-                let streams = self.network.stream_states(&now.load, &self.temperatures)?;
-                let slopes = self.level.jacobian(self.network, &streams, &now.given, &acting);
-                (&self.level.capacity + slopes * (OWN * h)).lu()
+        let factors = match self.factors.take() {
+            Some(known) if known.length == h => known,
+            known => {
+                let slopes = known.map_or_else(|| self.slopes(now), |known| Ok(known.slopes))?;
+                Factors { length: h, lu: (&self.level.capacity + &slopes * (OWN * h)).lu(), slopes }
             }
         };
+        let lu = &factors.lu;
         let begin = match &self.leaving {
             Some(known) => known.clone(),
             None => self.leaving(start, &self.temperatures, now),
@@ -228,7 +281,7 @@ impl<'a> Motion<'a> {
             middle: &early,
             now: &between,
         };
-        let Taken { amplitudes: first, leaving, .. } = self.stage(&lu, &first, self.ahead(GAMMA * h))?;
+        let Taken { amplitudes: first, temperatures, leaving, .. } = self.stage(lu, &first, self.ahead(GAMMA * h))?;
         let second = Stage {
             duration: h,
             own: OWN * h,
@@ -238,11 +291,18 @@ impl<'a> Motion<'a> {
             middle: &middle,
             now: &end,
         };
-        let taken = self.stage(&lu, &second, start + (&first - start) / GAMMA)?;
+        let taken = self.stage(lu, &second, start + (&first - start) / GAMMA)?;
         let error = self.local_error(h, &first, &taken.amplitudes);
         // A matrix that has become slow is found anew.
-        self.factors = (taken.iterations <= SLOW).then_some(Factors { length: h, lu });
-        Ok(((taken, end), error))
+        self.factors = (taken.iterations <= SLOW).then_some(factors);
+        Ok((Tried { between: (first, temperatures), taken, end }, error))
+    }
+
+    /// Derivatives of what leaves the modes now, W/K.
+    fn slopes(&self, now: &Now) -> Result<DMatrix<f64>> {
+        let acting = conductors(self.network, &now.load, &self.temperatures);
+        let streams = self.network.stream_states(&now.load, &self.temperatures)?;
+        Ok(self.level.jacobian(self.network, &streams, &now.given, &acting))
     }
 
     /// Solves M (a - start) + earlier + own R(a) = heat from the water.

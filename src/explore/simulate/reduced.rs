@@ -51,9 +51,9 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
         }
     }
     let course = model.course(beginning, schedule.start(), &stretches)?;
-    let bounds = in_time.bounds(&course.readings, &course.finer);
+    let bounds = in_time.bounds(&course.readings, &course.coarser);
     let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
-    let steady = model.steady(&schedule.last_condition(), &[]).map(|answer| answer.readings).map_err(|e| e.what().to_string());
+    let steady = model.steady(&schedule.last_condition(), &[]).map(|answer| answer.finer).map_err(|e| e.what().to_string());
     let (settled, passes) = settled_and_passed(schedule, &stops, &course.readings, steady.as_deref().ok(), options);
     let is_outside = |row: &crate::explore::schedule::Row| !model.is_inside(&Condition::from_si(row.values.clone()));
     let mut notes = Vec::new();
