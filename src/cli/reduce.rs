@@ -42,7 +42,7 @@ pub struct Args {
     max_runs: usize,
     /// Follow the machine in time too (`coldplate simulate MODEL.cpr`): so many random histories are run in full for it, and
     /// two more to calibrate its bound
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "4", default_value_t = 0)]
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "6", default_value_t = 0)]
     histories: usize,
     /// Keep the temperatures of all cells too, for `coldplate solve MODEL.cpr --vtu FILE` and the hottest place of every part
     #[arg(long)]

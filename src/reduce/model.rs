@@ -21,9 +21,9 @@ pub struct ReducedModel {
     pub left_out: Vec<String>,
     /// Range of each variable of the machine (SI) in which the model was trained.
     pub ranges: Vec<(f64, f64)>,
-    /// The reduced network that answers.
+    /// The reduced network that answers in steady state; over time the bound is from it.
     pub coarse: Level,
-    /// The one that the bound is from.
+    /// The one that the bound is from in steady state; over time it answers.
     pub fine: Level,
     /// What the bound adds to the difference of the two: a share of the largest difference of all readings.
     pub margin: f64,
