@@ -40,9 +40,8 @@ impl Finalists<'_> {
                 Some(fitted) => fitted.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            let serves = |fitted: &&Fitted| {
-                self.predictor.has_slopes_of(&members) || (fitted.is_whole && self.predictor.keeps_slopes_of(&members))
-            };
+            let serves =
+                |fitted: &&Fitted| self.predictor.has_slopes_of(&members) || (fitted.is_whole && self.predictor.keeps_slopes_of(&members));
             let begun = match ended.filter(serves) {
                 Some(fitted) => Some(Begun::ended(&members, fitted)),
                 None => bar.and_then(|_| Begun::at(self.predictor, &members, &guess)),

@@ -1,8 +1,9 @@
 //! Probabilities of "nothing", of every cause, of every pair, and of something else.
 //!
-//! Linear model, Gaussian amplitudes: evidence is closed form, but for the tails of what is added ([`Screened::tail`]). The prior is even over kinds, then over the places of a
-//! kind, then over its laws, so that a kind with many places is not favoured. Every explanation has its own discrepancy
-//! ([`crate::evidence::discrepancy`]). Something else is the machine as it is with a larger one than such models have.
+//! Linear model, Gaussian amplitudes: evidence is closed form, but for the tails of what is added ([`Screened::tail`]). The prior is even
+//! over kinds, then over the places of a kind, then over its laws, so that a kind with many places is not favoured. Every explanation
+//! has its own discrepancy ([`crate::evidence::discrepancy`]). Something else is the machine as it is with a larger one than such
+//! models have.
 
 use std::collections::HashMap;
 
@@ -161,13 +162,7 @@ pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs
                     return None;
                 }
                 let weight = beside_nothing + evidence(screened, &[i, j]) + prior_of(&[i, j], prior);
-                (weight > least).then(|| Candidate {
-                    members: vec![i, j],
-                    amplitudes: amplitudes.to_vec(),
-                    gain,
-                    weight,
-                    probability: 0.0,
-                })
+                (weight > least).then(|| Candidate { members: vec![i, j], amplitudes: amplitudes.to_vec(), gain, weight, probability: 0.0 })
             })
         })
         .collect();

@@ -80,8 +80,7 @@ impl Fit<'_> {
     /// Of columns that are known, K per unit of each amplitude, and at a point, where sensors' own slopes are exact.
     fn of_columns(&self, kelvin: Vec<Vec<f64>>, here: &Point) -> Slopes {
         let count = self.members.len();
-        let mut slopes =
-            Slopes { kelvin, whitened: DMatrix::zeros(here.residual.len(), count), fields: vec![Vec::new(); count] };
+        let mut slopes = Slopes { kelvin, whitened: DMatrix::zeros(here.residual.len(), count), fields: vec![Vec::new(); count] };
         self.follow_sensors(&mut slopes, here);
         slopes
     }
