@@ -159,11 +159,6 @@ impl Predictor<'_> {
         is_costly && members.iter().all(|h| !h.is_fixed() && (h.is_sensor() || self.slopes.of(h).is_some()))
     }
 
-    /// Whether slopes serve once more where a fit has ended: in tables, and where causes are fitted from slopes that are known.
-    pub(super) fn keeps_slopes_of(&self, members: &[&Hypothesis]) -> bool {
-        !self.data.is_transient() || self.has_slopes_of(members)
-    }
-
     /// What the sensors make of it.
     pub(super) fn read(&self, members: &[(&Hypothesis, f64)], values: Vec<f64>) -> Vec<f64> {
         in_order(members).fold(values, |values, (h, amplitude)| h.read(self.data, &values, amplitude))

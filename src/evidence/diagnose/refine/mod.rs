@@ -52,8 +52,6 @@ pub struct Fitted {
     pub deviance: f64,
     /// The discrepancy it was fitted with.
     pub level: Level,
-    /// Whether it was fitted to its end; not where it was found far behind others at a first look.
-    pub is_whole: bool,
 }
 
 impl Fitted {
@@ -177,7 +175,6 @@ impl<'a> Fit<'a> {
             evidence,
             deviance,
             level: used.level,
-            is_whole: true,
         }
     }
 
@@ -185,9 +182,7 @@ impl<'a> Fit<'a> {
         self.members.iter().copied().zip(amplitudes.iter().copied()).collect()
     }
 
-    /// A point, solved from temperatures of all nodes near it or else from those of the machine as it is, K.
     fn at(&self, amplitudes: Vec<f64>, near: &[Vec<f64>]) -> Result<Point> {
-        let near = if near.is_empty() { self.predictor.fields } else { near };
         let solved = self.predictor.solve_near(&self.with(&amplitudes), near)?;
         Ok(self.seen(amplitudes, solved))
     }
@@ -382,13 +377,9 @@ pub fn fit_begun(
     let mut covariance = DMatrix::identity(members.len(), members.len());
     let mut kelvin = Vec::new();
     let renewed = if begun.is_some_and(Begun::has_steps) { RENEWED_OF_PARTS } else { RENEWED };
-    let mut known = fit.ended_slopes(&here);
     for _ in 0..renewals {
         fit.widen(&mut here);
-        let slopes = match known.take() {
-            Some(known) => known,
-            None => fit.slopes(&here)?,
-        };
+        let slopes = fit.slopes(&here)?;
         covariance = fit.covariance(&slopes.whitened);
         kelvin.clone_from(&slopes.kelvin);
         let begun = here.amplitudes.clone();
@@ -409,7 +400,7 @@ pub fn fit_begun(
 /// # Errors
 /// As [`fit`].
 pub fn fit_again(predictor: &Predictor<'_>, members: &[&Hypothesis], before: &Fitted, used: FitData<'_>) -> Result<Fitted> {
-    if !predictor.keeps_slopes_of(members) {
+    if !predictor.has_slopes_of(members) {
         return fit(predictor, members, &before.amplitudes, used);
     }
     let begun = Begun::ended(members, before);
@@ -443,7 +434,7 @@ pub fn first_look(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_
     let nothing = fit.seen(vec![0.0], Solved { values: predictor.predicted.to_vec(), fields: Vec::new() });
     let column: Vec<f64> = nothing.left.iter().zip(&here.left).map(|(n, l)| (n - l) / amplitude).collect();
     let covariance = fit.covariance(&DMatrix::from_column_slice(column.len(), 1, &used.whitener.apply(&column)));
-    Some(Fitted { is_whole: false, ..fit.fitted(here, &covariance, vec![column]) })
+    Some(fit.fitted(here, &covariance, vec![column]))
 }
 
 fn square(v: &[f64]) -> f64 {

@@ -53,35 +53,24 @@ impl Fit<'_> {
 
     /// Slopes at a point as the screen has them, mended along the way from nothing; or those of a fit that ended there.
     pub(super) fn known_slopes(&self, here: &Point) -> Slopes {
-        if let Some(ended) = self.ended_slopes(here) {
-            return ended;
-        }
+        let count = self.members.len();
+        let known = self.begun.filter(|begun| begun.amplitudes == here.amplitudes).and_then(|begun| begun.slopes.as_ref());
         let of_screen = |j: usize| -> Vec<f64> {
             let column = self.predictor.slopes.of(self.members[j]);
             self.used.which.iter().map(|i| column.map_or(0.0, |column| column[*i])).collect()
         };
-        let mut slopes = self.of_columns((0..self.members.len()).map(of_screen).collect(), here);
-        let nothing = vec![0.0; self.members.len()];
-        let nothing = self.seen(nothing, Solved { values: self.predictor.predicted.to_vec(), fields: Vec::new() });
-        self.mend(&mut slopes, &nothing, here);
-        self.whiten(&mut slopes);
-        slopes
-    }
-
-    /// Slopes of a fit of the same readings that ended at a point.
-    pub(super) fn ended_slopes(&self, here: &Point) -> Option<Slopes> {
-        let columns = self.begun.filter(|begun| begun.amplitudes == here.amplitudes)?.slopes.as_ref()?;
-        let serves = columns.iter().all(|column| column.len() == here.left.len());
-        let mut slopes = serves.then(|| self.of_columns(columns.clone(), here))?;
-        self.whiten(&mut slopes);
-        Some(slopes)
-    }
-
-    /// Of columns that are known, K per unit of each amplitude, and at a point, where sensors' own slopes are exact.
-    fn of_columns(&self, kelvin: Vec<Vec<f64>>, here: &Point) -> Slopes {
-        let count = self.members.len();
-        let mut slopes = Slopes { kelvin, whitened: DMatrix::zeros(here.residual.len(), count), fields: vec![Vec::new(); count] };
+        let ended = known.filter(|slopes| slopes.iter().all(|column| column.len() == here.left.len()));
+        let mut slopes = Slopes {
+            kelvin: ended.map_or_else(|| (0..count).map(of_screen).collect(), Clone::clone),
+            whitened: DMatrix::zeros(here.residual.len(), count),
+            fields: vec![Vec::new(); count],
+        };
         self.follow_sensors(&mut slopes, here);
+        if ended.is_none() {
+            let nothing = self.seen(vec![0.0; count], Solved { values: self.predictor.predicted.to_vec(), fields: Vec::new() });
+            self.mend(&mut slopes, &nothing, here);
+        }
+        self.whiten(&mut slopes);
         slopes
     }
 
