@@ -377,3 +377,19 @@ impl<'a> Motion<'a> {
         self.level.largest(&error)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Exact for what bends evenly, wherever in the step.
+    #[test]
+    fn a_parabola_through_three_states_is_that_parabola() {
+        let course = |share: f64| 3.0 - 2.0 * share + 5.0 * share * share;
+        for share in [0.0, 0.2, GAMMA, 0.9, 1.0] {
+            let [begin, between, end] = parabola(share);
+            let read = begin * course(0.0) + between * course(GAMMA) + end * course(1.0);
+            assert!((read - course(share)).abs() < 1e-14, "{share}: {read}");
+        }
+    }
+}
