@@ -106,7 +106,7 @@ pub struct Motion<'a> {
     leaving: Option<DVector<f64>>,
     /// The matrix of the last step, as long as its derivatives serve.
     factors: Option<Factors>,
-    /// Whether outputs are ends of steps: where water moves unevenly.
+    /// Whether readings of water were far from straight in the last step.
     lands: bool,
     /// Amplitudes before the last step, and its length.
     before: Option<(DVector<f64>, f64)>,
@@ -156,7 +156,9 @@ impl<'a> Motion<'a> {
     }
 
     /// Advances to `until` (s), from one corner of the condition to the next: `load` must be smooth until then. Readings of all sensors
-    /// at ascending `outputs` on the way (s), under the load that they see there, K: within a step by the parabola through its three states, but where water moves unevenly.
+    /// at ascending `outputs` on the way (s), under the load that they see there, K: within a step by the parabola through its three
+    /// states. Steps end at the outputs while water of before the corner may be in the channels, so that fronts may pass, and where
+    /// readings of water are far from straight.
     ///
     /// # Errors
     /// A condition cannot be evaluated, or no step is short enough.
@@ -169,9 +171,10 @@ impl<'a> Motion<'a> {
         if self.step <= 0.0 {
             self.step = self.first_step(&now);
         }
+        let even = self.time + self.residence(&now.load)?.max(self.residence(&load(until)?)?);
         while self.time < until {
             let output = outputs.get(readings.len()).copied();
-            let goal = output.filter(|_| self.lands).unwrap_or(until);
+            let goal = output.filter(|_| self.lands || self.time < even).unwrap_or(until);
             let left = goal - self.time;
             let is_last = self.step >= left * (1.0 - 1e-9);
             let h = if is_last {
@@ -196,7 +199,6 @@ impl<'a> Motion<'a> {
                 }
                 continue;
             };
-            // What water shows between the states of a step, as a front passes, no parabola knows.
             self.lands = self.unevenness(&between.1, &taken.temperatures, &now.load) > self.tolerance;
             let reached = if is_last { goal } else { self.time + h };
             if self.lands && output.is_some_and(|output| output < reached) {
@@ -245,6 +247,13 @@ impl<'a> Motion<'a> {
             (between - begin - GAMMA * (end - begin)).abs()
         };
         self.network.sensors.iter().map(uneven).fold(0.0, f64::max)
+    }
+
+    /// Time that water takes through all streams one after another, s: no longer stays any of it; without end where some stands still.
+    fn residence(&self, load: &Load) -> Result<f64> {
+        let states = self.network.stream_states(load, &self.temperatures)?;
+        let volume = |parcels: &Parcels| parcels.iter().map(|parcel| parcel.volume).sum::<f64>();
+        Ok(self.water.iter().zip(&states).map(|(parcels, state)| volume(parcels) / state.flow).sum())
     }
 
     /// What leaves the modes at some amplitudes, whose temperatures are given too, but through the water, W.
