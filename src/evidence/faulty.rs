@@ -5,14 +5,12 @@
 
 use crate::describe::machine::Condition;
 use crate::error::Result;
-use crate::evidence::identify::{self, Prediction};
+use crate::evidence::identify::{self, Prediction, Runs};
 use crate::evidence::measurement::faults::{self, Fault, OddRow};
 use crate::evidence::measurement::{Data, Row, Uncertainty, whiten};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::Study;
 
-/// Error allowed in each time step of a log, K.
-const TIME_TOLERANCE: f64 = 0.01;
 /// Rows of wrong conditions that are looked for.
 const MOST_ROWS: usize = 3;
 /// What another value may leave of a row's deviations: this share, or this many times what its sensors scatter.
@@ -40,7 +38,7 @@ pub struct Cleared {
 /// # Errors
 /// The machine cannot be solved at a condition, or a log cannot be run.
 pub fn cleared(study: &Study, data: &Data, uncertainty: &Uncertainty, start: Start) -> Result<Cleared> {
-    let predicted = identify::values_within(study, data, start, TIME_TOLERANCE)?;
+    let predicted = identify::values_within(study, data, start, Runs::beside(study, &uncertainty.noise, start).tolerance)?;
     let mut found = faults::find(data, &predicted, &uncertainty.noise);
     let places = whiten::places(data);
     // Rows are judged without the readings that are wrong by themselves.

@@ -10,8 +10,8 @@ use super::level::{Given, Level, Reduced};
 use crate::discretise::network::{Load, Network, SensorTerm};
 use crate::error::{Error, Result, Stop};
 use crate::solve::transient::parcels::Parcels;
-use crate::solve::transient::water::{Streams, inflows};
-use crate::solve::transient::{EARLIER, GAMMA, LOCAL_ERROR, OWN, even_water, steady_water};
+use crate::solve::transient::water::{Streams, inflows, residence};
+use crate::solve::transient::{EARLIER, GAMMA, LOCAL_ERROR, OWN, even_water, parabola, steady_water};
 
 /// Most steps of the iteration within a stage.
 const MOST_ITERATIONS: usize = 25;
@@ -54,12 +54,6 @@ struct Stage<'s> {
     middle: &'s Load,
     /// At the end.
     now: &'s Now,
-}
-
-/// Weights of the three states of a step at a share of its length.
-fn parabola(share: f64) -> [f64; 3] {
-    let (behind, ahead) = (share - GAMMA, share - 1.0);
-    [behind * ahead / GAMMA, share * ahead / (GAMMA * (GAMMA - 1.0)), share * behind / (1.0 - GAMMA)]
 }
 
 /// What a stage comes to.
@@ -171,7 +165,8 @@ impl<'a> Motion<'a> {
         if self.step <= 0.0 {
             self.step = self.first_step(&now);
         }
-        let even = self.time + self.residence(&now.load)?.max(self.residence(&load(until)?)?);
+        let residence = |load: &Load| residence(self.network, load, &self.temperatures, &self.water);
+        let even = self.time + residence(&now.load)?.max(residence(&load(until)?)?);
         while self.time < until {
             let output = outputs.get(readings.len()).copied();
             let goal = output.filter(|_| self.lands || self.time < even).unwrap_or(until);
@@ -247,13 +242,6 @@ impl<'a> Motion<'a> {
             (between - begin - GAMMA * (end - begin)).abs()
         };
         self.network.sensors.iter().map(uneven).fold(0.0, f64::max)
-    }
-
-    /// Time that water takes through all streams one after another, s: no longer stays any of it; without end where some stands still.
-    fn residence(&self, load: &Load) -> Result<f64> {
-        let states = self.network.stream_states(load, &self.temperatures)?;
-        let volume = |parcels: &Parcels| parcels.iter().map(|parcel| parcel.volume).sum::<f64>();
-        Ok(self.water.iter().zip(&states).map(|(parcels, state)| volume(parcels) / state.flow).sum())
     }
 
     /// What leaves the modes at some amplitudes, whose temperatures are given too, but through the water, W.
@@ -384,21 +372,5 @@ impl<'a> Motion<'a> {
             None => second * (0.1 * h * h),
         };
         self.level.largest(&error)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Exact for what bends evenly, wherever in the step.
-    #[test]
-    fn a_parabola_through_three_states_is_that_parabola() {
-        let course = |share: f64| 3.0 - 2.0 * share + 5.0 * share * share;
-        for share in [0.0, 0.2, GAMMA, 0.9, 1.0] {
-            let [begin, between, end] = parabola(share);
-            let read = begin * course(0.0) + between * course(GAMMA) + end * course(1.0);
-            assert!((read - course(share)).abs() < 1e-14, "{share}: {read}");
-        }
     }
 }

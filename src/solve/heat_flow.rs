@@ -34,6 +34,11 @@ pub fn heat_flows_at(network: &Network, load: &Load, state: &TransientState) -> 
     Ok(flows(network, load, &state.temperatures, into_water))
 }
 
+/// The same at temperatures within a step (K), through all that no water is part of.
+pub fn heat_flows_within(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<f64> {
+    flows(network, load, temperatures, |_| f64::NAN)
+}
+
 fn flows(network: &Network, load: &Load, temperatures: &[f64], into_water: impl Fn(usize) -> f64) -> Vec<f64> {
     let has_boundary = network.meters.iter().any(|m| matches!(m.through, Through::Boundary(_)));
     // What boundaries bring does not depend on the water.

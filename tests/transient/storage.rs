@@ -149,6 +149,7 @@ fn interruptions_cost_no_heat() {
     let mut transient = Transient::new(&model.network, Settings::default()).unwrap();
     let mut state = transient.uniform(&load(0.0).unwrap(), 353.15);
     for minute in 1..=200 {
+        state.before = None;
         transient.advance(&mut state, 60.0 * f64::from(minute), &load, &mut |_, _| Ok(())).unwrap();
     }
     println!("200 interruptions: {:?}, open {:e}", state.energy, state.energy.relative());

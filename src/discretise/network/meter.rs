@@ -9,6 +9,13 @@ pub struct HeatMeter {
     pub through: Through,
 }
 
+impl HeatMeter {
+    /// Whether its heat goes into water.
+    pub fn is_of_water(&self) -> bool {
+        matches!(self.through, Through::Stream(_))
+    }
+}
+
 /// What the heat of a heat-flow sensor goes through.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Through {

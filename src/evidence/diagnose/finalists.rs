@@ -337,7 +337,7 @@ impl Finalists<'_> {
         let name = |h: &Hypothesis| (h.kind(), h.place.clone(), h.law);
         let known: HashMap<_, usize> = (0..self.screened.visible.len()).map(|j| (name(self.of(j)), j)).collect();
         again.retain(|h| known.contains_key(&name(h)));
-        let found = signatures(&study, &problem.data, problem.start, &[], &again, self.predictor.scales, &problem.user)?;
+        let found = signatures(&study, &problem.data, problem.runs(), &[], &again, self.predictor.scales, &problem.user)?;
         let left: Vec<f64> = view.readings.iter().zip(&fitted.values).map(|(r, v)| r - v).collect();
         let relabelled = h.relabelled(&self.places);
         let residual = relabelled

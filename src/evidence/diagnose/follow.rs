@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::effects::{Change, Disturbances, EffectDerivatives, Hypothesis, Law, Scales, UserKind};
 use crate::describe::machine::Condition;
 use crate::error::Result;
-use crate::evidence::identify::{self, own_key};
+use crate::evidence::identify::{self, Runs, own_key};
 use crate::evidence::measurement::{Data, whiten};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::{Basis, Course, Derivatives, Disturbance, Moment, Parameter, Study, Variation};
@@ -37,7 +37,7 @@ impl Linear {
     ///
     /// # Errors
     /// The machine cannot be run through the data's conditions; it has no path to any given temperature, or its sensors read inlets alone.
-    pub fn new(study: &Study, data: &Data, start: Start, tolerance: f64) -> Result<Self> {
+    pub fn new(study: &Study, data: &Data, Runs { start, tolerance }: Runs) -> Result<Self> {
         let (values, histories) = identify::histories(study, data, start, tolerance)?;
         let basis = Basis::new(study, &data.sensors, &histories.iter().flatten().collect::<Vec<_>>(), rates(data))?;
         let of = |moment: &Moment| Ok(basis.matrix(&Derivatives::at(study, &moment.condition, &moment.temperatures)?));
@@ -52,16 +52,14 @@ pub struct Follower<'a> {
     pub study: &'a Study,
     /// Its logs.
     pub data: &'a Data,
-    /// The state they begin with.
-    pub start: Start,
+    /// How they are run.
+    pub runs: Runs,
     /// Where laws are one.
     pub scales: &'a Scales,
     /// The user's kinds.
     pub user: &'a [UserKind],
     /// The machine linearised along them.
     pub linear: &'a Arc<Linear>,
-    /// Error allowed in each time step of runs, K.
-    pub tolerance: f64,
 }
 
 /// What was followed, reading by reading.
@@ -182,7 +180,7 @@ impl Follower<'_> {
 
     /// The slope of all readings along a number of a sensor's own.
     fn own(&self, parameter: &Parameter) -> Result<Vec<f64>> {
-        let found = identify::predict_within(self.study, self.data, std::slice::from_ref(parameter), self.start, self.tolerance)?;
+        let found = identify::predict_within(self.study, self.data, std::slice::from_ref(parameter), self.runs.start, self.runs.tolerance)?;
         Ok(found.slopes.into_iter().map(|row| row[0]).collect())
     }
 
@@ -197,7 +195,7 @@ impl Follower<'_> {
     ) -> Vec<Option<Vec<(usize, f64)>>> {
         let (data, moments) = (self.data, &self.linear.histories[t]);
         let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
-        let course = Course::new(&self.linear.basis, &matrices, self.start == Start::Steady);
+        let course = Course::new(&self.linear.basis, &matrices, self.runs.start == Start::Steady);
         let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
         let times: Vec<f64> = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
         let nearest = |time: &f64| -> usize {

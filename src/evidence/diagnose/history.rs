@@ -12,7 +12,7 @@ use super::follow::{Followed, Follower, Linear};
 use super::signature::{Signatures, difference};
 use crate::discretise::network::Load;
 use crate::error::Result;
-use crate::evidence::identify::{self, Prediction};
+use crate::evidence::identify::{self, Prediction, Runs};
 use crate::evidence::measurement::{Data, whiten};
 use crate::explore::simulate::Start;
 use crate::solve::sensitivity::{Parameter, Study};
@@ -21,9 +21,7 @@ use crate::solve::sensitivity::{Parameter, Study};
 /// along a secant about as long as it is likely to be; the rest along a slope.
 const SECANT: f64 = 0.5;
 const STEP: f64 = 0.1;
-/// Error allowed in each time step of a log, K, well below what every model leaves open.
-pub const TIME_TOLERANCE: f64 = 0.01;
-/// What changes no reading by more than this many of them, for an amplitude of the prior's scale, is the solver's own error.
+/// What changes no reading by more than this many errors of a time step, for an amplitude of the prior's scale, is the solver's own error.
 const VISIBLE: f64 = 3.0;
 /// Water that stores more than this share of all heat makes fronts that count.
 const FRONTS: f64 = 0.25;
@@ -50,8 +48,8 @@ pub struct Logs<'a> {
     pub study: &'a Study,
     /// The logs.
     pub data: &'a Data,
-    /// The state they begin with.
-    pub start: Start,
+    /// How they are run.
+    pub runs: Runs,
     /// Where laws are one.
     pub scales: &'a Scales,
     /// The user's kinds.
@@ -64,13 +62,13 @@ impl Logs<'_> {
     /// # Errors
     /// The machine as it is cannot be run through the data's conditions.
     pub fn signatures(&self, uncertain: &[Parameter], hypotheses: &[Hypothesis], known: Option<&Arc<Linear>>) -> Result<Signatures> {
-        let Self { study, data, start, .. } = *self;
+        let Self { study, data, runs, .. } = *self;
+        let Runs { start, tolerance } = runs;
         // A state that is steady but for some parts is no state of rest to linearise about.
         let is_rest = start != Start::Steady || !study.model.machine.has_starts();
         if is_rest && !has_fronts(study, data)? {
             // A machine without a path to any given temperature, or readings of inlets alone, have no such unknowns.
-            let linear =
-                known.map_or_else(|| Linear::new(study, data, start, TIME_TOLERANCE).map(Arc::new).ok(), |linear| Some(linear.clone()));
+            let linear = known.map_or_else(|| Linear::new(study, data, runs).map(Arc::new).ok(), |linear| Some(linear.clone()));
             let followed = linear.and_then(|linear| Some((self.followed(&linear, uncertain, hypotheses).ok()?, linear)));
             if let Some((followed, linear)) = followed {
                 let values = linear.values.clone();
@@ -81,15 +79,15 @@ impl Logs<'_> {
                 return Ok(Signatures { residual, prediction, fields: Vec::new(), columns, linear: Some(linear) });
             }
         }
-        let prediction = identify::predict_within(study, data, uncertain, start, TIME_TOLERANCE)?;
+        let prediction = identify::predict_within(study, data, uncertain, start, tolerance)?;
         let residual = difference(&whiten::readings(data), &prediction.values);
         let columns = hypotheses.par_iter().map(|h| self.run(h, &prediction.values, &residual)).collect();
         Ok(Signatures { residual, prediction, fields: Vec::new(), columns, linear: None })
     }
 
     fn followed(&self, linear: &Arc<Linear>, uncertain: &[Parameter], hypotheses: &[Hypothesis]) -> Result<Followed> {
-        let Self { study, data, start, scales, user } = *self;
-        Follower { study, data, start, scales, user, linear, tolerance: TIME_TOLERANCE }.follow(uncertain, hypotheses)
+        let Self { study, data, runs, scales, user } = *self;
+        Follower { study, data, runs, scales, user, linear }.follow(uncertain, hypotheses)
     }
 
     /// What a hypothesis does per unit of its amplitude: the difference of a run with it and one of the machine as it is.
@@ -111,13 +109,13 @@ impl Logs<'_> {
         let moved = match h.sets(self.study, self.scales, self.user, step) {
             Ok(Some(sets)) if sets.is_empty() => Ok(values.to_vec()),
             Ok(Some(sets)) => {
-                self.study.edited(&sets).and_then(|study| identify::values_within(&study, self.data, self.start, TIME_TOLERANCE))
+                self.study.edited(&sets).and_then(|study| identify::values_within(&study, self.data, self.runs.start, self.runs.tolerance))
             }
             _ => return none(),
         };
         let Ok(moved) = moved else { return none() };
         let column: Vec<f64> = h.read(self.data, &moved, step).iter().zip(values).map(|(a, b)| (a - b) / step).collect();
-        let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * TIME_TOLERANCE);
+        let shows = h.is_sensor() || column.iter().any(|c| (c * h.scale).abs() > VISIBLE * self.runs.tolerance);
         if shows { column } else { none() }
     }
 }

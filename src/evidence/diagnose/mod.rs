@@ -43,7 +43,7 @@ use crate::describe::machine::Variable;
 use crate::error::Result;
 use crate::evidence::discrepancy;
 use crate::evidence::faulty::{Cleared, cleared};
-use crate::evidence::identify::chi_square_tail;
+use crate::evidence::identify::{Runs, chi_square_tail};
 use crate::evidence::measurement::faults::{Fault, kept, rest};
 use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, VariableUncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
@@ -132,6 +132,11 @@ pub struct Problem {
 }
 
 impl Problem {
+    /// How its logs are run.
+    pub fn runs(&self) -> Runs {
+        Runs::beside(&self.study, &self.uncertainty.noise, self.start)
+    }
+
     /// A machine against data of the usual uncertainty: limits of 0.1 K for readings, sensors and water, 0.05 L/min. Every
     /// cause is tried; logs begin in the steady state.
     pub fn new(study: Study, data: Data) -> Self {
@@ -431,14 +436,14 @@ pub struct Residuals {
 pub fn signatures(
     study: &Study,
     data: &Data,
-    start: Start,
+    runs: impl Into<Runs>,
     uncertain: &[Parameter],
     hypotheses: &[Hypothesis],
     scales: &Scales,
     user: &[UserKind],
 ) -> Result<Signatures> {
     if data.is_transient() {
-        return history::Logs { study, data, start, scales, user }.signatures(uncertain, hypotheses, None);
+        return history::Logs { study, data, runs: runs.into(), scales, user }.signatures(uncertain, hypotheses, None);
     }
     signature::steady(study, data, uncertain, hypotheses, (scales, user), None)
 }

@@ -1,11 +1,9 @@
 //! What a machine with causes in force comes to.
 
 use super::effects::{Hypothesis, Scales, UserKind};
-use super::history::TIME_TOLERANCE;
 use crate::error::{Error, Result};
-use crate::evidence::identify;
+use crate::evidence::identify::{self, Runs};
 use crate::evidence::measurement::Data;
-use crate::explore::simulate::Start;
 use crate::solve::sensitivity::{Study, Tables};
 
 /// Difference step, as a share of the prior's scale.
@@ -26,8 +24,8 @@ pub struct Predictor<'a> {
     pub predicted: &'a [f64],
     /// Its temperatures of all nodes at each distinct condition, K, where solves begin; none of logs.
     pub fields: &'a [Vec<f64>],
-    /// State logs begin with.
-    pub start: Start,
+    /// How logs are run.
+    pub runs: Runs,
     /// Where laws are one.
     pub scales: &'a Scales,
     /// The user's kinds.
@@ -122,7 +120,7 @@ impl Predictor<'_> {
             return Err(Error::input("the machine file has no words for this cause"));
         };
         if self.data.is_transient() {
-            Ok(Solved { values: identify::values_within(&study, self.data, self.start, TIME_TOLERANCE)?, fields: Vec::new() })
+            Ok(Solved { values: identify::values_within(&study, self.data, self.runs.start, self.runs.tolerance)?, fields: Vec::new() })
         } else {
             let (values, fields) = identify::steady_near(&study, self.data, near)?;
             Ok(Solved { values, fields })

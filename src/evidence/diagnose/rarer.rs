@@ -43,7 +43,7 @@ pub fn add(problem: &Problem, base: &mut Comparison, catalogue: &mut Vec<Hypothe
         return Ok(());
     }
     let columns = if data.is_transient() {
-        let logs = history::Logs { study, data, start: problem.start, scales, user: &problem.user };
+        let logs = history::Logs { study, data, runs: problem.runs(), scales, user: &problem.user };
         logs.signatures(&[], &all, base.found.linear.as_ref())?.columns
     } else {
         steady(base, catalogue, &all, scales, problem)

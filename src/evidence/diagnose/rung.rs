@@ -94,7 +94,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         data,
         predicted: &base.found.prediction.values,
         fields: &base.found.fields,
-        start: problem.start,
+        runs: problem.runs(),
         scales: &scales,
         user: &problem.user,
         fronts: history::has_fronts(study, data)?,

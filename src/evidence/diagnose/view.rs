@@ -62,7 +62,7 @@ impl Comparison {
         let (data, is_log) = (&problem.data, problem.data.is_transient());
         let near = known.map(|known| known.found.fields.as_slice());
         let mut found = if is_log {
-            signatures(study, data, problem.start, &uncertain, catalogue, scales, &problem.user)?
+            signatures(study, data, problem.runs(), &uncertain, catalogue, scales, &problem.user)?
         } else {
             signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
         };

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use super::ended::{Ended, chi_square_tail, fit_of};
 use super::learnt::{ALLOWED, SensorError, learnt, sensor_errors};
 use super::search::{Point, Search, Stride, square};
-use super::{Free, MeshShare, Pace, Problem, TIME_TOLERANCE};
+use super::{Free, MeshShare, Pace, Problem};
 use crate::error::{Error, Result};
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::{Whitener, whiten};
@@ -155,7 +155,7 @@ fn found(problem: &Problem, options: &IdentifyOptions, learns: bool, progress: &
     let in_full = Problem { study, ..problem.clone() };
     let own = found.predictions.1.iter().zip(&found.mesh.correction).map(|(p, m)| p - m);
     let off = in_full
-        .predict_free(&found.values, false, Pace::own(TIME_TOLERANCE))
+        .predict_free(&found.values, false, Pace::own(problem.accuracy()))
         .map_or(f64::INFINITY, |full| full.values.iter().zip(own).fold(0.0, |m: f64, (f, v)| m.max((f - v).abs())));
     if off <= ACCURACY {
         return Ok(Estimate { off_in_full: Some(off), ..found });
@@ -189,10 +189,10 @@ fn searched(problem: &Problem, options: &IdentifyOptions, learns: bool, progress
             continue;
         }
         // The others are to find out whether there is a better end; only one that is found is gone to as accurately.
-        search.tolerance = EXPLORED * TIME_TOLERANCE;
+        search.tolerance = EXPLORED * search.accuracy;
         let from = around(&mut search, &start, &whitener, &mut noise);
         let end = search.descend_unless(from.unwrap_or(nominal.clone()), &whitener, &ends);
-        search.tolerance = TIME_TOLERANCE;
+        search.tolerance = search.accuracy;
         let least = ends.iter().map(|end| end.cost).fold(f64::INFINITY, f64::min);
         let is_better = problem.data.is_transient() && end.cost < least;
         let begun = if is_better { search.point(end.coordinates.clone(), &whitener).ok() } else { None };

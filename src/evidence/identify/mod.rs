@@ -17,6 +17,7 @@ mod mesh;
 mod predict;
 mod profile;
 pub mod record;
+mod runs;
 mod scan;
 mod search;
 mod write;
@@ -41,11 +42,14 @@ pub use predict::{
     Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, values, values_within,
 };
 pub use profile::{Profile, profile, profile_heard};
+pub use runs::Runs;
 pub use scan::{Scan, scan};
 pub use write::{model_error_line, write_machine};
 
 /// How far a positive parameter goes where its bounds are not given: this many times its value, and as many times less.
 const FARTHEST: f64 = 100.0;
+/// Error allowed in each time step of a log over that of runs that are compared with readings alone: here differences are taken of them.
+const BESIDE_RUNS: f64 = 0.1;
 /// Size of a temperature for what counts as known of it, K.
 const OPEN_KELVIN: f64 = 10.0;
 
@@ -270,6 +274,11 @@ pub struct Problem {
 }
 
 impl Problem {
+    /// Error allowed in each time step of a log, K.
+    fn accuracy(&self) -> f64 {
+        BESIDE_RUNS * Runs::beside(&self.study, &self.uncertainty.noise, self.start).tolerance
+    }
+
     /// The same with logs thinned to about [`MOST_READINGS`].
     pub fn thinned(self) -> Self {
         Self { data: thinned_evenly(&self.data, MOST_READINGS), ..self }
@@ -309,7 +318,7 @@ impl Problem {
     /// # Errors
     /// As [`predict`].
     pub fn predict(&self, values: &[f64]) -> Result<Prediction> {
-        Ok(self.predict_some(values, (true, true), Pace::own(TIME_TOLERANCE))?.0)
+        Ok(self.predict_some(values, (true, true), Pace::own(self.accuracy()))?.0)
     }
 
     /// The same without those with respect to the conditions, and without `slopes` without any.

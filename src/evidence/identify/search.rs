@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::predict::{Pace, Steps};
-use super::{Free, MeshShare, Prediction, Problem, TIME_TOLERANCE};
+use super::{Free, MeshShare, Prediction, Problem};
 use crate::error::Result;
 use crate::evidence::measurement::{Whitener, whiten};
 use crate::foundation::progress::Progress;
@@ -27,7 +27,7 @@ const MOST_TRIALS: usize = 8;
 /// A start has come to the end of another where no coordinate is further from it than this share of its standard deviation.
 const THERE: f64 = 0.5;
 /// Error allowed in each time step of a log of a machine of cells on the way to the end, over that at it.
-const ON_THE_WAY: f64 = 10.0;
+const ON_THE_WAY: f64 = 20.0;
 /// Such logs are run in the time steps of another point where no coordinate is further from it than this share of its size.
 const IN_STEP: f64 = 0.5;
 /// Longest step of a logarithm.
@@ -70,7 +70,8 @@ pub(super) struct Search<'a> {
     pub evaluations: usize,
     /// Coordinates that stay where they are.
     pub frozen: Vec<usize>,
-    /// Error allowed in each time step of a log, K.
+    /// Error allowed in each time step of a log at the end of the search, and now, K.
+    pub accuracy: f64,
     pub tolerance: f64,
     /// Where a log's derivatives with respect to the conditions were found last, and these.
     sloped: Option<(Vec<f64>, Vec<Vec<f64>>)>,
@@ -83,7 +84,9 @@ impl<'a> Search<'a> {
         let readings = whiten::readings(&problem.data);
         let mesh = MeshShare::none(readings.len());
         let stride = Stride::default();
-        Self { problem, readings, mesh, evaluations: 0, frozen: Vec::new(), tolerance: TIME_TOLERANCE, sloped: None, stride, progress }
+        let accuracy = problem.accuracy();
+        let (frozen, sloped) = (Vec::new(), None);
+        Self { problem, readings, mesh, evaluations: 0, frozen, accuracy, tolerance: accuracy, sloped, stride, progress }
     }
 
     /// The same beside what the mesh makes of predictions.
@@ -130,9 +133,9 @@ impl<'a> Search<'a> {
         };
         let known = self.sloped.as_ref().filter(|(near, _)| is_alike(near)).map(|(_, conditions)| conditions.clone());
         let mut prediction = if self.has_strides() {
-            let rough = Pace::own(ON_THE_WAY * TIME_TOLERANCE);
+            let rough = Pace::own(ON_THE_WAY * self.accuracy);
             let (fine, found) = rayon::join(
-                || self.problem.predict_free(&values, false, Pace::own(TIME_TOLERANCE)),
+                || self.problem.predict_free(&values, false, Pace::own(self.accuracy)),
                 || self.problem.predict_some(&values, (true, known.is_none()), rough),
             );
             let (fine, (found, steps)) = (fine?.values, found?);
@@ -140,7 +143,7 @@ impl<'a> Search<'a> {
             self.stride = Stride { coordinates: coordinates.clone(), steps, share };
             Prediction { values: fine, ..found }
         } else {
-            self.problem.predict_some(&values, (true, known.is_none()), Pace::own(TIME_TOLERANCE))?.0
+            self.problem.predict_some(&values, (true, known.is_none()), Pace::own(self.accuracy))?.0
         };
         match known {
             Some(conditions) => prediction.conditions = conditions,
@@ -166,7 +169,7 @@ impl<'a> Search<'a> {
         let Stride { coordinates: known, steps, .. } = &self.stride;
         let is_near = |(free, (a, b)): (&Free, (&f64, &f64))| (a - b).abs() <= IN_STEP * free.size(free.value(*b));
         let is_near = known.len() == coordinates.len() && self.problem.free.iter().zip(coordinates.iter().zip(known)).all(is_near);
-        Pace { tolerance: ON_THE_WAY * TIME_TOLERANCE, steps: is_near.then_some(steps) }
+        Pace { tolerance: ON_THE_WAY * self.accuracy, steps: is_near.then_some(steps) }
     }
 
     /// A point under a covariance that is known.
@@ -329,7 +332,7 @@ impl<'a> Search<'a> {
             return 0.0;
         }
         let freedom = self.readings.len().saturating_sub(self.problem.free.len()).max(1) as f64;
-        LEAST_GAIN * (self.tolerance / TIME_TOLERANCE) * (cost / freedom).max(1.0).powf(1.5)
+        LEAST_GAIN * (self.tolerance / self.accuracy) * (cost / freedom).max(1.0).powf(1.5)
     }
 
     /// Down from one point, the covariance held. Ends where steps are small or no step leads down.

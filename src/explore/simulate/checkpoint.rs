@@ -7,6 +7,7 @@ use std::path::Path;
 
 use super::passing::{Crossing, Passing, Watch};
 use super::settle::Settling;
+use super::stretch::Fronts;
 use super::{SimulateOptions, Start};
 use crate::discretise::network::Network;
 use crate::error::{Error, Result};
@@ -15,9 +16,9 @@ use crate::foundation::{atomic_file, input};
 use crate::solve::NUMERICS;
 use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::parcels::Parcel;
-use crate::solve::transient::{Energy, TransientState};
+use crate::solve::transient::{Before, Energy, Passing as HeatPassing, TransientState};
 
-const MAGIC: &[u8] = b"coldplate checkpoint 3\n";
+const MAGIC: &[u8] = b"coldplate checkpoint 4\n";
 
 /// What has come out of a run so far.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,6 +33,8 @@ pub(super) struct Progress {
     pub(super) settling: Settling,
     /// What has been passed.
     pub(super) passing: Passing,
+    /// Fronts in the water since the last corner.
+    pub(super) fronts: Fronts,
 }
 
 /// What a run is of: name and value of everything that decides its numbers.
@@ -83,6 +86,13 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
     to.count(state.steps);
     to.count(state.rejected);
     to.numbers(&[state.energy.entered, state.energy.left, state.energy.stored]);
+    to.count(usize::from(state.before.is_some()));
+    if let Some(Before { temperatures, between, length, time, variables, flow, passing }) = &state.before {
+        [temperatures, between, variables, flow].into_iter().for_each(|values| to.numbers(values));
+        to.numbers(&[*length, *time, passing.entering, passing.leaving]);
+    }
+    to.number(progress.fronts.until);
+    to.count(usize::from(progress.fronts.are_near));
     to.count(progress.readings.len());
     progress.readings.iter().for_each(|readings| to.numbers(readings));
     to.count(progress.heat_flows.len());
@@ -149,6 +159,8 @@ pub(super) fn read(path: &Path, identity: &Identity, network: &Network, stops: u
     let (state, progress) = from.content().ok_or_else(damaged)?;
     let sensors = network.sensors.len();
     let fits = state.temperatures.len() == network.nodes
+        && state.before.iter().flat_map(|before| [&before.temperatures, &before.between]).all(|t| t.len() == network.nodes)
+        && state.before.iter().all(|before| before.flow.len() == network.solids)
         && state.water.len() == network.streams.len()
         && (1..=stops).contains(&progress.readings.len())
         && progress.readings.iter().chain(&progress.steady).all(|r| r.len() == sensors)
@@ -230,6 +242,12 @@ impl Decoder<'_> {
         fits.then_some(Passing { found, times, values, last })
     }
 
+    fn before(&mut self) -> Option<Before> {
+        let (temperatures, between, variables, flow) = (self.numbers()?, self.numbers()?, self.numbers()?, self.numbers()?);
+        let [length, time, entering, leaving] = self.numbers()?.try_into().ok()?;
+        Some(Before { temperatures, between, length, time, variables, flow, passing: HeatPassing { entering, leaving } })
+    }
+
     fn content(&mut self) -> Option<(TransientState, Progress)> {
         let (time, temperatures) = (self.number()?, self.numbers()?);
         let water = (0..self.count(8)?).map(|_| {
@@ -239,6 +257,8 @@ impl Decoder<'_> {
         let water = water.collect::<Option<_>>()?;
         let (step, steps, rejected) = (self.number()?, self.count(0)?, self.count(0)?);
         let [entered, left, stored] = self.numbers()?.try_into().ok()?;
+        let before = if self.count(0)? > 0 { Some(self.before()?) } else { None };
+        let fronts = Fronts { until: self.number()?, are_near: self.count(0)? > 0 };
         let readings = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
         let heat_flows = (0..self.count(8)?).map(|_| self.numbers()).collect::<Option<_>>()?;
         let reason = self.text()?;
@@ -246,7 +266,8 @@ impl Decoder<'_> {
         let (within, at) = (self.number()?, self.number()?);
         let settling = Settling { within, time: at, distances: self.numbers()?, since: self.numbers()? };
         let passing = self.passing()?;
-        let state = TransientState { time, temperatures, water, step, steps, rejected, energy: Energy { entered, left, stored } };
-        Some((state, Progress { readings, heat_flows, steady, settling, passing }))
+        let energy = Energy { entered, left, stored };
+        let state = TransientState { time, temperatures, water, step, steps, rejected, energy, before };
+        Some((state, Progress { readings, heat_flows, steady, settling, passing, fronts }))
     }
 }

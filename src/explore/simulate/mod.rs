@@ -2,27 +2,27 @@
 
 mod checkpoint;
 pub mod drift;
+mod full;
 mod options;
 mod passing;
 pub mod record;
 mod reduced;
 mod settle;
 mod stepped;
-
-use std::time::Instant;
+mod stretch;
 
 use crate::describe::machine::{Condition, Machine, Variable};
-use crate::discretise::network::{HeatMeter, Load, Network};
+use crate::discretise::network::Load;
+use crate::discretise::network::{HeatMeter, Network};
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment, TIME};
 use crate::foundation::table::{Column, Table};
 use crate::reduce::ReducedModel;
-use crate::solve::heat_flow::heat_flows_at;
 use crate::solve::meshed::MeshedMachine;
-use crate::solve::transient::{Energy, Settings, Transient, TransientState};
+use crate::solve::transient::{Energy, TransientState};
 use crate::units::{Measurand, express};
 
-use checkpoint::{Identity, Progress};
+pub use full::run;
 pub use options::SimulateOptions;
 use passing::Passing;
 pub use passing::{Crossing, Watch};
@@ -216,188 +216,11 @@ impl History {
     }
 }
 
-/// A time at which the solver stops and readings are taken.
+/// A time at which readings are taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Stop {
     time: f64,
     segment: Segment,
-}
-
-/// Runs `schedule` through `model`; `seen` is shown the beginning of every stretch between two stops and the end of every step.
-///
-/// # Errors
-/// The condition or the water leaves its range, the numerics fail, the energy does not add up, or a checkpoint cannot
-/// be written or belongs to another run.
-pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions, seen: &mut dyn FnMut(&Seen<'_>)) -> Result<History> {
-    let stops = stops(schedule, options.every)?;
-    let load_of =
-        |condition: &Condition, time: f64| Load::at(&model.machine, condition).map_err(|e| e.at_key(format!("the condition at {time} s")));
-    let first = load_of(&schedule.stated(0), schedule.start())?;
-    let settings = Settings { tolerance: options.tolerance, longest: (schedule.end() - schedule.start()) / 20.0, balance: options.balance };
-    let mut transient = Transient::new(&model.network, settings)?;
-    if options.only_outputs {
-        transient = transient.in_strides();
-    }
-    // A formula of the time may bend between two corners, where steps that go on look less closely.
-    let bends = model.machine.variables.iter().any(|v| v.name == TIME);
-    if options.only_temperatures && !bends {
-        transient = transient.across_corners();
-    }
-    transient = transient.in_steps(options.steps.clone());
-    let checkpoint = options.checkpoint.as_ref().map(|path| (path, Identity::new(model, schedule, options)));
-    let known = match &checkpoint {
-        Some((path, identity)) if options.resume && path.exists() => Some(checkpoint::read(path, identity, &model.network, stops.len())?),
-        _ => None,
-    };
-    let resumed_at = known.as_ref().map(|(state, _)| state.time);
-    let read = |state: &TransientState, load: &Load| -> Vec<f64> {
-        model.network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect()
-    };
-    let metered = |load: &Load, state: &TransientState| {
-        if options.only_temperatures { Ok(Vec::new()) } else { heat_flows_at(&model.network, load, state) }
-    };
-    let (mut state, mut progress) = match known {
-        Some(known) => known,
-        None => {
-            let mut state = match options.start {
-                Start::Steady => transient.from_steady(&first)?,
-                Start::Uniform(temperature) => transient.uniform(&first, temperature),
-                Start::Readings | Start::Parts => {
-                    return Err(Error::input("a schedule has no readings to begin with").at_key("--from").help("give a temperature"));
-                }
-            };
-            for own in options.places.iter().copied().chain(own_starts(&model.machine, &schedule.stated(0))?) {
-                match own.place {
-                    StartPlace::Part(part) => transient.set_group(&mut state, part, own.temperature),
-                    StartPlace::Node(node) => transient.set_group(&mut state, model.machine.parts.len() + node, own.temperature),
-                    StartPlace::Channel(channel) => transient.set_stream(&mut state, channel, own.temperature),
-                }
-            }
-            state.time = schedule.start();
-            let steady = if options.only_temperatures {
-                Err("was not asked for".to_string())
-            } else {
-                let last = load_of(&schedule.last_condition(), schedule.end())?;
-                transient.from_steady(&last).map(|s| read(&s, &last)).map_err(|e| e.what().to_string())
-            };
-            let readings = read(&state, &first);
-            let mut settling = Settling::new(options.within, model.network.sensors.len());
-            settling.see(state.time, &readings, steady.as_deref().ok());
-            let mut passing = Passing::new(&options.watched);
-            passing.see(state.time, &readings);
-            let heat_flows = vec![metered(&first, &state)?];
-            (state, Progress { readings: vec![readings], heat_flows, steady, settling, passing })
-        }
-    };
-    let mut boiling = vec![None; model.network.streams.len()];
-    let mut clock = Instant::now();
-    for at in progress.readings.len()..stops.len() {
-        let (stop, segment) = (&stops[at], stops[at].segment);
-        if segment != stops[at - 1].segment {
-            progress.passing.corner();
-        }
-        if stop.time > state.time {
-            let load = |time: f64| load_of(&schedule.condition(segment, time), time);
-            let begun = load(state.time)?;
-            seen(&Seen { state: &state, condition: &schedule.condition(segment, state.time), load: &begun });
-            progress.passing.see(state.time, &read(&state, &begun));
-            transient.advance(&mut state, stop.time, &load, &mut |state, load| {
-                if options.only_temperatures {
-                    seen(&Seen { state, condition: &schedule.condition(segment, state.time), load });
-                    return Ok(());
-                }
-                let readings = read(state, load);
-                progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
-                progress.passing.see(state.time, &readings);
-                seen(&Seen { state, condition: &schedule.condition(segment, state.time), load });
-                see_boiling(&model.network, load, state, &mut boiling)
-            })?;
-        }
-        let load = load_of(&condition_at(schedule, stop), stop.time)?;
-        let readings = read(&state, &load);
-        progress.heat_flows.push(metered(&load, &state)?);
-        progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
-        progress.readings.push(readings);
-        // At stops alone: there the solver begins anew in any case, so that a run taken up again takes the same steps.
-        if let Some((path, identity)) = &checkpoint
-            && clock.elapsed() >= options.checkpoint_every
-        {
-            checkpoint::write(path, identity, &state, &progress)?;
-            clock = Instant::now();
-        }
-    }
-    if let Some((path, identity)) = &checkpoint {
-        checkpoint::write(path, identity, &state, &progress)?;
-    }
-    progress.passing.corner();
-    let open = state.energy.relative();
-    // A comparison that is false for NaN too.
-    if open.is_nan() || open > ENERGY_TOLERANCE.max(2.0 * options.balance) {
-        return Err(Error::numerics(format!(
-            "the energy balance is open: {open:.3e} of it do not add up ({:.6e} J entered, {:.6e} J left, {:.6e} J are stored)",
-            state.energy.entered, state.energy.left, state.energy.stored
-        )));
-    }
-    let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
-    let sensors = &model.machine.sensors;
-    let steady = progress.steady.as_ref().map(|t| sensors.iter().zip(t).map(|(s, t)| s.shows.settled(*t)).collect());
-    Ok(History {
-        readings: shown(&model.machine, &times, &progress.readings),
-        temperatures: progress.readings,
-        heat_flows: progress.heat_flows,
-        times,
-        conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
-        settled: progress.settling.settled(schedule.start(), progress.steady.is_ok()),
-        steady: steady.map_err(String::clone),
-        within: options.within,
-        passes: progress.passing.found,
-        steps: state.steps,
-        rejected: state.rejected,
-        energy: state.energy,
-        bounds: None,
-        resumed_at,
-        notes: boiling.iter().enumerate().filter_map(|(s, wall)| Some(boiling_note(&model.network, s, (*wall)?))).collect(),
-    })
-}
-
-/// The wall of a stream that boils: from when on, s, and the hottest it becomes, K.
-#[derive(Debug, Clone, Copy)]
-struct Boiling {
-    since: f64,
-    wall: f64,
-}
-
-fn see_boiling(network: &Network, load: &Load, state: &TransientState, found: &mut [Option<Boiling>]) -> Result<()> {
-    let streams = network.stream_states(load, &state.temperatures)?;
-    for (s, found) in found.iter_mut().enumerate() {
-        if let Some(wall) = network.boiling_wall(s, &streams[s], &state.temperatures) {
-            let boiling = found.get_or_insert(Boiling { since: state.time, wall });
-            boiling.wall = boiling.wall.max(wall);
-        }
-    }
-    Ok(())
-}
-
-fn boiling_note(network: &Network, s: usize, Boiling { since, wall }: Boiling) -> String {
-    format!("channel '{}' from {since:.0} s on: {}", network.streams[s].name, network.boiling_note(s, wall))
-}
-
-/// Temperatures at the start that the machine file states of parts and nodes.
-fn own_starts(machine: &Machine, condition: &Condition) -> Result<Vec<PlaceStart>> {
-    let values = machine.values(condition)?;
-    let parts = machine.parts.iter().enumerate().map(|(i, p)| (StartPlace::Part(i), "part", &p.name, &p.start));
-    let nodes = machine.nodes.iter().enumerate().map(|(i, n)| (StartPlace::Node(i), "node", &n.name, &n.start));
-    let mut found = Vec::new();
-    for (place, table, name, start) in parts.chain(nodes) {
-        let Some(start) = start else { continue };
-        let temperature = start.evaluate(&values)?;
-        if temperature <= 0.0 {
-            let error = Error::input("a temperature at the start is below absolute zero").at_key(format!("{table}.{name}.start"));
-            return Err(error.read(format!("{temperature} K")));
-        }
-        found.push(PlaceStart { place, temperature });
-    }
-    Ok(found)
 }
 
 /// What the sensors of a machine show of the temperatures of their places (K, all sensors at each of ascending times, s).

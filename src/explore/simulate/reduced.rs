@@ -1,6 +1,7 @@
 //! A schedule run through a reduced model: the same history, with a bound on every reading.
 
-use super::{History, SimulateOptions, Start, condition_at, own_starts, settled_and_passed, shown, stops};
+use super::full::own_starts;
+use super::{History, SimulateOptions, Start, condition_at, settled_and_passed, shown, stops};
 use crate::describe::machine::Condition;
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment};

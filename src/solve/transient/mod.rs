@@ -21,7 +21,8 @@ use super::steady::Solver;
 use super::system::System;
 use crate::discretise::network::{Load, Network, Stream, StreamState};
 use crate::error::{Error, Result, Stop};
-use before::Before;
+pub use before::Before;
+pub(crate) use before::parabola;
 use lumped::Lumped;
 use modes::Modes;
 use parcels::{Parcel, Parcels};
@@ -82,6 +83,9 @@ pub struct TransientState {
     pub rejected: usize,
     /// Heat since the beginning.
     pub energy: Energy,
+    /// The step that led here, from which the next one's error is estimated: `None` at the beginning and behind a corner of the
+    /// condition, where slopes of before tell nothing.
+    pub before: Option<Before>,
 }
 
 /// Heat that crossed the boundary of the machine and its water, and what is stored, J.
@@ -119,11 +123,8 @@ pub struct Transient<'a> {
     lumped: Option<Lumped>,
     /// Where states between are not asked for, the modes of a linear network.
     strides: Strides,
-    /// Whether slopes go on across corners at which no condition jumps.
-    goes_on: bool,
     /// The ends of the steps that are to be taken, s, whatever their error; none where it decides.
     given: Vec<f64>,
-    before: Option<Before>,
 }
 
 /// Whether stretches of straight loads may be one exact step.
@@ -137,10 +138,12 @@ enum Strides {
 }
 
 /// Heat that enters and leaves the solids and what they touch but water, W.
-#[derive(Debug, Clone, Copy)]
-struct Passing {
-    entering: f64,
-    leaving: f64,
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passing {
+    /// What enters.
+    pub entering: f64,
+    /// What leaves.
+    pub leaving: f64,
 }
 
 impl Passing {
@@ -168,15 +171,7 @@ impl<'a> Transient<'a> {
         let lumped = Lumped::of(network);
         let system = System::new(network);
         let (strides, given) = (Strides::No, Vec::new());
-        Ok(Self { network, system, settings, preconditioner: None, lumped, strides, goes_on: false, given, before: None })
-    }
-
-    /// The same where [`Transient::advance`] goes on as the one before ended, as long as no condition jumps between them: at a corner,
-    /// slopes of before tell nearly all of those after. What is taken up from a saved state takes other steps then.
-    #[must_use]
-    pub fn across_corners(mut self) -> Self {
-        self.goes_on = true;
-        self
+        Ok(Self { network, system, settings, preconditioner: None, lumped, strides, given })
     }
 
     /// The same in steps that end at given times, s, ascending, whatever their error: two machines that differ by little are compared
@@ -195,6 +190,11 @@ impl<'a> Transient<'a> {
         self
     }
 
+    /// Whether a stretch of straight loads may be one exact step, of which nothing is known between its ends.
+    pub fn has_strides(&self) -> bool {
+        !matches!(self.strides, Strides::No)
+    }
+
     /// The steady state of `load`, at time zero.
     ///
     /// # Errors
@@ -211,6 +211,7 @@ impl<'a> Transient<'a> {
             steps: 0,
             rejected: 0,
             energy: Energy::default(),
+            before: None,
         })
     }
 
@@ -221,7 +222,7 @@ impl<'a> Transient<'a> {
             temperatures[*node as usize] = load.fixed[*index as usize];
         }
         let water = even_water(self.network, temperature);
-        TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default() }
+        TransientState { time: 0.0, temperatures, water, step: 0.0, steps: 0, rejected: 0, energy: Energy::default(), before: None }
     }
 
     /// Sets every node of a part or lumped node to a temperature, K; those that are held keep theirs.
@@ -239,7 +240,8 @@ impl<'a> Transient<'a> {
     }
 
     /// Advances to time `until` (s). `load` gives the condition at a time and must be smooth until then; `seen` is
-    /// called after every step.
+    /// called after every step. Goes on as the step before ended, if no condition has jumped since; behind any other corner, set
+    /// [`TransientState::before`] to `None`.
     ///
     /// # Errors
     /// A condition cannot be evaluated, a step does not converge, the coolant boils or leaves its range, or `seen` fails.
@@ -251,17 +253,28 @@ impl<'a> Transient<'a> {
         seen: &mut dyn FnMut(&TransientState, &Load) -> Result<()>,
     ) -> Result<()> {
         let mut now = load(state.time)?;
-        // Whatever changed at a corner of the schedule, slopes of before tell nothing of those after.
-        self.before = self.before.take().filter(|before| self.goes_on && before.ended_at(state.time, &now));
-        if let Some(end) = self.stride(state, until, &now, load)? {
-            return seen(state, &end);
-        }
-        if self.before.is_none() {
-            self.settle(state, &now)?;
-        }
-        let mut step = if state.step > 0.0 { state.step } else { self.first_step(state, &now) };
-        let mut rejections = 0;
         while state.time < until {
+            now = self.towards(state, until, &now, load)?;
+            seen(state, &now)?;
+        }
+        Ok(())
+    }
+
+    /// One step that ends at `until` (s) or before it, from the load `now`; the load at its end. As [`Transient::advance`] takes them.
+    ///
+    /// # Errors
+    /// As [`Transient::advance`].
+    pub fn towards(&mut self, state: &mut TransientState, until: f64, now: &Load, load: &dyn Fn(f64) -> Result<Load>) -> Result<Load> {
+        state.before = state.before.take().filter(|before| before.ended_at(state.time, now));
+        if let Some(end) = self.stride(state, until, now, load)? {
+            return Ok(end);
+        }
+        if state.before.is_none() {
+            self.settle(state, now)?;
+        }
+        let mut step = if state.step > 0.0 { state.step } else { self.first_step(state, now) };
+        let mut rejections = 0;
+        loop {
             let left = until - state.time;
             let given = self.given_step(state.time, until).filter(|_| rejections == 0);
             step = given.unwrap_or(step);
@@ -274,7 +287,7 @@ impl<'a> Transient<'a> {
             } else {
                 step
             };
-            let tried = self.step(state, h, &now, load);
+            let tried = self.step(state, h, now, load);
             let (next, error) = match tried {
                 Ok(found) => found,
                 Err(e) if rejections >= MOST_REJECTIONS || h < SHORTEST => return Err(e),
@@ -299,15 +312,15 @@ impl<'a> Transient<'a> {
                 step = h * growth.clamp(0.1, 0.7);
                 continue;
             }
-            rejections = 0;
             let temperatures = std::mem::replace(&mut state.temperatures, next.temperatures);
             state.time = if is_last { until } else { state.time + h };
-            self.before = Some(Before {
+            let now = if is_last { load(state.time)? } else { next.load };
+            state.before = Some(Before {
                 temperatures,
                 between: next.between,
                 length: h,
                 time: state.time,
-                variables: next.load.variables.clone(),
+                variables: now.variables.clone(),
                 flow: next.flow,
                 passing: next.passing,
             });
@@ -322,13 +335,10 @@ impl<'a> Transient<'a> {
             } else {
                 h
             };
-            step = if is_last { step.max(grown) } else { grown }.min(self.settings.longest);
-            state.step = step;
-            now = if is_last { load(state.time)? } else { next.load };
+            state.step = if is_last { step.max(grown) } else { grown }.min(self.settings.longest);
             self.network.check_coolant(&now, &state.temperatures)?;
-            seen(state, &now)?;
+            return Ok(now);
         }
-        Ok(())
     }
 
     /// The whole of a stretch in one exact step, and the load at its end; `None` where the network is not linear or its load not
@@ -387,7 +397,7 @@ impl<'a> Transient<'a> {
         let halfway =
             if network.streams.is_empty() { None } else { Some((load(state.time + 0.5 * GAMMA * h)?, load(state.time + 0.5 * h)?)) };
         let (early, middle) = halfway.as_ref().map_or((&between, &end), |(early, middle)| (early, middle));
-        let (begin, passing) = match &self.before {
+        let (begin, passing) = match &state.before {
             Some(before) => (before.flow.clone(), before.passing),
             None => (self.solid_flow(now, &state.temperatures), Passing::at(network, now, &state.temperatures)),
         };

@@ -89,7 +89,9 @@ impl Plan {
         let entering = inflow.iter().rev().map(|entered| entered.share * moved);
         let volumes = entering.chain(parcels.iter().map(|p| p.volume * scale));
         let mut near = Nearest::default();
-        let mut last: Option<(f64, Way)> = None;
+        let flows = passage.rate > 0.0;
+        // Where the last mark stands.
+        let mut last = f64::NAN;
         let mut next = -moved;
         for (element, volume) in volumes.enumerate() {
             let from = if element == inflow.len() { 0.0 } else { next };
@@ -100,24 +102,23 @@ impl Plan {
                 // No slivers: whether there is one would be a matter of rounding, and each counts as a parcel.
                 let end = if cut < to - tiny { cut } else { to };
                 let capacity = end - start;
+                let middle = f64::midpoint(start, end);
                 let mark = |at: f64, way: Way| Mark { element: element as u32, share: (at - from) / volume, capacity: 0.5 * capacity, way };
-                let (upstream, downstream) = if passage.rate > 0.0 {
-                    // Where one parcel ends the next one begins: both take the same way.
-                    let known = last.filter(|(at, _)| *at == start).map(|(_, way)| way);
-                    (known.unwrap_or_else(|| passage.way(start, &mut near)), passage.way(end, &mut near))
-                } else {
-                    let rest = passage.rest(f64::midpoint(start, end));
-                    (rest, rest)
-                };
-                last = (passage.rate > 0.0).then_some((end, downstream));
                 match self.marks.last_mut() {
                     // A mark between two pieces serves both, unless they stand still in two stations.
-                    Some(shared) if start > from && passage.rate > 0.0 => shared.capacity += 0.5 * capacity,
-                    _ => self.marks.push(mark(start, upstream)),
+                    Some(shared) if start > from && flows => shared.capacity += 0.5 * capacity,
+                    // Where one parcel ends the next one begins: both take the same way.
+                    Some(before) if last == start && flows => {
+                        let way = before.way;
+                        self.marks.push(mark(start, way));
+                    }
+                    _ if flows => self.marks.push(mark(start, passage.way(start, &mut near))),
+                    _ => self.marks.push(mark(start, passage.rest(middle))),
                 }
                 self.pieces.push(Piece { element: element as u32, mark: self.marks.len() as u32 - 1, capacity });
-                self.marks.push(mark(end, downstream));
-                if f64::midpoint(start, end) + moved < content {
+                self.marks.push(mark(end, if flows { passage.way(end, &mut near) } else { passage.rest(middle) }));
+                last = end;
+                if middle + moved < content {
                     self.staying = self.pieces.len();
                 } else {
                     self.leaving += capacity;

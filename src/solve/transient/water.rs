@@ -9,6 +9,7 @@ pub(crate) use super::plan::Passed;
 use super::plan::Plan;
 use crate::discretise::network::stream::members;
 use crate::discretise::network::{Load, Network, StreamState};
+use crate::error::Result;
 
 /// The streams of a network during a stage, and the water in them.
 pub(crate) struct Streams<'n> {
@@ -158,4 +159,14 @@ impl<'n> Streams<'n> {
 pub(crate) fn inflows(begin: &Load, end: &Load) -> Vec<Flow> {
     let of_circuit = |(first, last): (&f64, &f64)| vec![Share { share: 1.0, first: *first, last: *last }];
     begin.inlets.iter().zip(&end.inlets).map(of_circuit).collect()
+}
+
+/// Time that water takes through all streams one after another, s: no longer stays any of it; without end where some stands still.
+///
+/// # Errors
+/// As [`Network::stream_states`].
+pub(crate) fn residence(network: &Network, load: &Load, temperatures: &[f64], water: &[Parcels]) -> Result<f64> {
+    let states = network.stream_states(load, temperatures)?;
+    let volume = |parcels: &Parcels| parcels.iter().map(|parcel| parcel.volume).sum::<f64>();
+    Ok(water.iter().zip(&states).map(|(parcels, state)| volume(parcels) / state.flow).sum())
 }

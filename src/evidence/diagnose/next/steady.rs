@@ -42,7 +42,7 @@ pub(super) fn steady(problem: &Problem, alive: &[&Explanation], predictor: &Pred
     let mut wanted: Vec<Hypothesis> = parts.map(|p| moved(p.hypothesis.clone(), problem)).collect();
     let (own, causes) = (wanted.len(), open_causes(problem, &data));
     wanted.extend(causes.iter().cloned());
-    let found = signatures(&problem.study, &data, problem.start, &[], &wanted, predictor.scales, &problem.user)?;
+    let found = signatures(&problem.study, &data, problem.runs(), &[], &wanted, predictor.scales, &problem.user)?;
     let (columns, factors) = found.columns.split_at(own);
     let factors = open_factors(&problem.discrepancy, &causes, factors, data.count());
     let (values, fields) = (&found.prediction.values, &found.fields);
