@@ -17,7 +17,7 @@ use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, S
 use crate::units::Measurand;
 
 /// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
-pub const TIME_TOLERANCE: f64 = 5e-4;
+pub const TIME_TOLERANCE: f64 = 1e-3;
 /// Error allowed in the temperatures of a steady state that begins near another one, K: slopes are differences of these.
 const STEADY_TOLERANCE: f64 = 2e-5;
 /// The same of states at which derivatives are taken.

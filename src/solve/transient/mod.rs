@@ -190,9 +190,9 @@ impl<'a> Transient<'a> {
         self
     }
 
-    /// Whether a stretch of straight loads may be one exact step, of which nothing is known between its ends.
-    pub fn has_strides(&self) -> bool {
-        !matches!(self.strides, Strides::No)
+    /// Whether its network is one of few nodes, whose steps cost little.
+    pub fn is_lumped(&self) -> bool {
+        self.lumped.is_some()
     }
 
     /// The steady state of `load`, at time zero.
