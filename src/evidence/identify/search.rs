@@ -70,8 +70,9 @@ pub(super) struct Search<'a> {
     pub evaluations: usize,
     /// Coordinates that stay where they are.
     pub frozen: Vec<usize>,
-    /// Error allowed in each time step of a log at the end of the search, and now, K.
+    /// Error allowed in each time step of a log at the end of the search, K.
     pub accuracy: f64,
+    /// The same now, K: more where starts are tried.
     pub tolerance: f64,
     /// Where a log's derivatives with respect to the conditions were found last, and these.
     sloped: Option<(Vec<f64>, Vec<Vec<f64>>)>,

@@ -69,6 +69,7 @@ fn is_corner(schedule: &Schedule, stops: &[Stop], at: usize) -> bool {
 pub(super) struct Fronts {
     /// s
     pub until: f64,
+    /// Whether the last step's readings of water bent so.
     pub are_near: bool,
 }
 
