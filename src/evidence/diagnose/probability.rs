@@ -1,7 +1,7 @@
 //! Probabilities of "nothing", of every cause, of every pair, and of something else.
 //!
 //! Linear model, Gaussian amplitudes: evidence is closed form, but for the tails of what is added ([`Screened::tail`]). The prior is even
-//! over kinds, then over the places of a kind, then over its laws, so that a kind with many places is not favoured. Every explanation
+//! over all that could be to blame ([`Hypothesis::rate`]), each kind at each place, then over its laws. Every explanation
 //! has its own discrepancy ([`crate::evidence::discrepancy`]). Something else is the machine as it is with a larger one than such
 //! models have.
 
@@ -72,7 +72,9 @@ pub fn prior(screened: &Screened, hypotheses: &[Hypothesis]) -> Vec<f64> {
         }
         *of_place += h.share();
     }
-    all().map(|h| h.share() / ((places.len() * places[h.kind()]) as f64 * laws[&(h.kind(), h.place.as_str())])).collect()
+    let rate = |h: &Hypothesis| h.rate(places[h.kind()]) * h.share() / laws[&(h.kind(), h.place.as_str())];
+    let total: f64 = all().map(rate).sum();
+    all().map(|h| rate(h) / total).collect()
 }
 
 /// Logarithm of the prior of one cause or two.

@@ -1,14 +1,30 @@
-//! How large an amplitude may be before anything is measured, and how much a cause by its law counts.
+//! How large an amplitude may be before anything is measured, and how much a cause by its kind and its law counts.
 
-use super::{Effect, Hypothesis, Law, Radiation, Sensor};
+use super::{Effect, Hypothesis, Law, Leak, Radiation, Sensor};
 
 /// How much rarer a cause by a rarer law is than one by the laws that are always looked for.
 const RARE: f64 = 0.1;
+/// How much rarer a wrong conductivity of a table is than what depends on how a machine was put together, and radiation between two parts
+/// that the model lacks than what conducts.
+const TABLED: f64 = 0.25;
 
 impl Hypothesis {
     /// The same as a number of the file that is inexact by this standard deviation, beside a cause.
     pub fn inexact_by(self, scale: f64) -> Self {
         Self { scale, is_inexactness: true, ..self }
+    }
+
+    /// How often it is to blame beside one contact, heat source, channel or sensor of a machine, before anything is measured and under all of
+    /// its laws: a machine of fifty contacts has fifty that may be loose. What may act between any two parts has as many places as there
+    /// are pairs, `places`, and is to blame in proportion to the parts.
+    pub fn rate(&self, places: usize) -> f64 {
+        let of_pair = (places.max(1) as f64).sqrt().recip();
+        match self.effect {
+            Effect::Material(_) => TABLED,
+            Effect::Radiation(Radiation::Exchange(..)) => TABLED * of_pair,
+            Effect::Leak(Leak::Link(..)) | Effect::Sensor(Sensor::Swap(..)) => of_pair,
+            _ => 1.0,
+        }
     }
 
     /// What its share of the prior of its place counts: laws that change with the time, and exponents between those that physics names,
