@@ -40,7 +40,7 @@ impl Finalists<'_> {
                 Some(fitted) => fitted.amplitudes.clone(),
                 None => c.amplitudes.iter().zip(&members).map(|(a, h)| a * h.scale).collect(),
             };
-            let begun = match ended.filter(|_| self.predictor.has_slopes_of(&members)) {
+            let begun = match ended.filter(|_| !self.predictor.fronts) {
                 Some(fitted) => Some(Begun::ended(&members, fitted)),
                 None => bar.and_then(|_| Begun::at(self.predictor, &members, &guess)),
             };

@@ -51,8 +51,8 @@ pub struct Joint {
     pub correlations: Vec<Vec<f64>>,
     /// Predictions, K.
     pub values: Vec<f64>,
-    /// The same before the sensors' own errors.
-    pub machine: Vec<f64>,
+    /// All that was fitted, with the amplitudes that the machine was last solved with, and what it came to before the sensors' own errors, K.
+    pub solved: (Vec<(Hypothesis, f64)>, Vec<f64>),
     /// Covariance without what was fitted.
     errors: ErrorParts,
     /// How many times more readings there are than they are worth, where what wanders was taken as new in each of them.
@@ -133,7 +133,10 @@ fn together(
     let all: Vec<usize> = (0..view.readings.len()).collect();
     let errors = view.errors.without(&beside.iter().filter_map(|b| b.number).collect::<Vec<_>>());
     let free: Vec<&Hypothesis> = causes.iter().copied().chain(beside.iter().map(|b| &b.hypothesis)).collect();
-    let guess: Vec<f64> = best.amplitudes.iter().copied().chain(beside.iter().map(|b| b.moved)).collect();
+    // In tables of a machine of cells each number is guessed by itself, and four that explain the same would go four times too far.
+    let is_guessed = is_lumped(finals) || finals.problem.data.is_transient();
+    let begins = |b: &Beside| if is_guessed { b.moved } else { 0.0 };
+    let guess: Vec<f64> = best.amplitudes.iter().copied().chain(beside.iter().map(begins)).collect();
     let worth_of = |slopes: &[Vec<f64>], level: &Level| -> Option<f64> {
         (weights == JointWeights::Apart).then(|| worth(slopes, &errors.deviations_apart(level), |vector| errors.times_apart(level, vector)))
     };
@@ -167,7 +170,7 @@ fn together(
         worth = worth_of(&fitted.slopes, &learnt);
         fitted = fitted_from(Some(&fitted), worth, learnt)?;
     }
-    let Fitted { amplitudes, deviations, correlations, values, machine, level, slopes, .. } = fitted;
+    let Fitted { amplitudes, deviations, correlations, values, origin, level, slopes, .. } = fitted;
     let (deviations, correlations) = match worth {
         Some(_) => {
             let prior = free.iter().zip(&guess).map(|(h, a)| information(h, *a)).collect();
@@ -178,7 +181,8 @@ fn together(
     };
     let cause = |j: usize| Cause::new(free[j].clone(), amplitudes[j], deviations[j]);
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
-    Ok(Joint { causes: own, others, correlations, values, machine, errors, worth, level })
+    let solved = free.iter().map(|h| (*h).clone()).zip(origin.amplitudes).collect();
+    Ok(Joint { causes: own, others, correlations, values, solved: (solved, origin.machine), errors, worth, level })
 }
 
 /// Inverse variance of an amplitude's prior, which has tails where the hypothesis has.

@@ -7,6 +7,7 @@ use super::joint::{Joint, JointWeights, joint};
 use super::numbers::{self, Settled};
 use super::predictor::{KnownSlopes, Predictor};
 use super::probability::Ground;
+use super::refine::Fitted;
 use super::screen::Screened;
 use super::shared::{self, Shared};
 use super::view::Comparison;
@@ -192,13 +193,12 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         progress.say("the end result in full");
         let named = explanations.first().filter(|_| answer.names_causes());
         match (named, &joint, outcome.leading()) {
-            (Some(_), Some(Joint { causes, others, machine, .. }), _) => {
-                let members: Vec<_> = causes.iter().chain(others).map(|c| (&c.hypothesis, c.amplitude)).collect();
-                predictor.off_in_full(&members, machine)
+            (Some(_), Some(Joint { solved: (members, machine), .. }), _) => {
+                predictor.off_in_full(&members.iter().map(|(h, amplitude)| (h, *amplitude)).collect::<Vec<_>>(), machine)
             }
-            (Some(best), None, Some((_, fitted))) => {
-                let members: Vec<_> = best.causes.iter().map(|c| &c.hypothesis).zip(fitted.amplitudes.iter().copied()).collect();
-                predictor.off_in_full(&members, &fitted.machine)
+            (Some(best), None, Some((_, Fitted { origin, .. }))) => {
+                let members: Vec<_> = best.causes.iter().map(|c| &c.hypothesis).zip(origin.amplitudes.iter().copied()).collect();
+                predictor.off_in_full(&members, &origin.machine)
             }
             _ => predictor.off_in_full(&[], &base.found.prediction.values),
         }

@@ -11,7 +11,7 @@ use super::signature::{self, Signatures};
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
-use crate::evidence::identify::{self, Begun, MeshShare, Prediction};
+use crate::evidence::identify::{self, MeshShare, Prediction, root_mean_square};
 use crate::evidence::measurement::{Data, Whitener, whiten};
 use crate::solve::sensitivity::{Parameter, Study};
 
@@ -19,6 +19,9 @@ use crate::solve::sensitivity::{Parameter, Study};
 const TOGETHER: usize = 128;
 /// What the mesh may leave open in the readings of a table, over their noise: more would hide what they show.
 const MESH_BESIDE_NOISE: f64 = 0.5;
+/// Temperatures on finer meshes are found to this share of that, and to no better and no worse than these, K.
+const ON_MESHES: f64 = 0.02;
+const ON_MESHES_WITHIN: (f64, f64) = (2e-5, 1e-3);
 /// Error allowed in each time step of logs that are run mesh by mesh in the same steps, K.
 const MESH_TOLERANCE: f64 = 0.1;
 
@@ -43,8 +46,9 @@ pub struct Comparison {
     pub whitener: Whitener,
     /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
     pub readings: Vec<f64>,
-    /// The finer meshes, and temperatures on them.
-    finer: Arc<Begun>,
+    /// What finer meshes say, and what the common factors change beside their slopes, K: those of machines much like it are near.
+    finer: Arc<MeshShare>,
+    bends: Arc<Vec<Vec<f64>>>,
 }
 
 impl Comparison {
@@ -66,33 +70,35 @@ impl Comparison {
         } else {
             signature::steady(study, data, &uncertain, catalogue, (scales, &problem.user), near)?
         };
-        let nothing = Begun::default();
-        let begun = known.map_or(&nothing, |known| &*known.finer);
-        let MeshShare { correction: mesh, scatter, begun: finer } = match is_log {
-            true => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
-            false => {
-                let on_finer = |finer: &Study, near: &[Vec<f64>]| identify::steady_near(finer, data, near);
-                let enough = MESH_BESIDE_NOISE * root_mean_square(&whiten::deviations(data, &problem.uncertainty));
-                MeshShare::of(study, data, &found.prediction.values, enough, begun, on_finer)?
-            }
+        let enough = MESH_BESIDE_NOISE * root_mean_square(&whiten::deviations(data, &problem.uncertainty));
+        let within = (ON_MESHES * enough).clamp(ON_MESHES_WITHIN.0, ON_MESHES_WITHIN.1);
+        let on_finer = |finer: &Study, near: &[Vec<f64>]| identify::steady_within(finer, data, near, within);
+        let finer = match (is_log, known) {
+            (true, _) => MeshShare::of_logs(study, data, problem.start, MESH_TOLERANCE)?,
+            (false, None) => MeshShare::of(study, data, &found.prediction.values, enough, on_finer)?,
+            (false, Some(known)) => known.finer.beside(study, data, &found.prediction.values, enough, on_finer)?,
         };
+        let mesh = finer.correction.clone();
         found.residual.iter_mut().zip(&mesh).for_each(|(r, m)| *r -= m);
         add_mesh_share(catalogue, &mut found.columns, &mesh, &whiten::places(&problem.data));
         let factors = open_factors(&problem.discrepancy, catalogue, &found.columns, mesh.len());
         let mut errors = error_parts(problem, study, &found.prediction, catalogue, &found.columns);
         errors.extend(factors.iter().cloned());
-        errors.extend(scatter);
-        if !problem.data.is_transient() {
-            errors.extend(bends(problem, study, catalogue, scales, &found));
-        }
+        errors.extend(finer.scatter.iter().cloned());
+        let bends = match (is_log, known) {
+            (true, _) => Arc::default(),
+            (false, None) => Arc::new(bends(problem, study, catalogue, scales, &found)),
+            (false, Some(known)) => known.bends.clone(),
+        };
+        errors.extend(bends.iter().cloned());
         let all: Vec<usize> = (0..mesh.len()).collect();
         let readings = whiten::readings(&problem.data).iter().zip(&mesh).map(|(r, m)| r - m).collect();
         let level = Level::NONE;
         let network = &study.model.network;
         let numbers = catalogue.iter().filter_map(|h| Some((h.clone(), h.of_a_number(network)?))).collect();
         let whitener = errors.whitener(&level, &all);
-        let finer = Arc::new(finer);
-        Ok(Self { without: whitener.log_determinant(), whitener, level, found, mesh, errors, factors, readings, numbers, finer })
+        let (without, finer) = (whitener.log_determinant(), Arc::new(finer));
+        Ok(Self { without, whitener, level, found, mesh, errors, factors, readings, numbers, finer, bends })
     }
 
     /// The same with another discrepancy.
@@ -135,10 +141,6 @@ impl Comparison {
         let (residual, columns, places) = (&self.found.residual, &self.found.columns, &whiten::places(data));
         ScreenInput { residual, columns, whitener: &self.whitener, catalogue, places }.screen()
     }
-}
-
-fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Exchanged readings take what a finer mesh changes at each other's place.

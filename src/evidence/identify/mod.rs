@@ -37,9 +37,10 @@ pub use ended::chi_square_tail;
 pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, identify, identify_and_learn};
 pub use interval::{Interval, axis};
 pub use learnt::SensorError;
-pub use mesh::{Begun, MeshShare, continued};
+pub use mesh::{MeshShare, continued, root_mean_square};
 pub use predict::{
-    Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, values, values_within,
+    Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, steady_within, values,
+    values_within,
 };
 pub use profile::{Profile, profile, profile_heard};
 pub use runs::Runs;
@@ -332,7 +333,7 @@ impl Problem {
     /// # Errors
     /// As [`MeshShare::of`].
     fn mesh_share(&self, values: &[f64], own: &[f64], pace: Pace<'_>) -> Result<MeshShare> {
-        MeshShare::of(&self.study, &self.data, own, f64::INFINITY, &Begun::default(), |finer: &Study, _: &[Vec<f64>]| {
+        MeshShare::of(&self.study, &self.data, own, f64::INFINITY, |finer: &Study, _: &[Vec<f64>]| {
             let finer = Self { study: finer.clone(), ..self.clone() };
             Ok((finer.predict_free(values, false, pace)?.values, Vec::new()))
         })

@@ -188,10 +188,18 @@ pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -
 /// # Errors
 /// As [`predict`].
 pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
+    steady_within(study, data, near, STEADY_TOLERANCE)
+}
+
+/// The same to about `within` kelvin at every node, where tables are solved on the reduced model.
+///
+/// # Errors
+/// As [`predict`].
+pub fn steady_within(study: &Study, data: &Data, near: &[Vec<f64>], within: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
     let (distinct, index) = conditions(data);
     let model = &study.model;
     let loads: Vec<Load> = distinct.iter().map(|c| Load::at(&model.machine, c)).collect::<Result<_>>()?;
-    let fields = fields(study, &distinct, &loads, near, STEADY_TOLERANCE)?;
+    let fields = fields(study, &distinct, &loads, near, within)?;
     let read = |(field, load): (&Vec<f64>, &Load)| -> Vec<f64> {
         let places = model.network.sensors.iter().zip(&model.machine.sensors);
         places.map(|(at, s)| s.shows.settled(at.read(field, load))).collect()

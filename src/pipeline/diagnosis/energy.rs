@@ -1,5 +1,7 @@
 //! Where the heat goes at the measured conditions, in the machine as it is and with the best explanation.
 
+use rayon::prelude::*;
+
 use crate::describe::machine::Condition;
 use crate::error::Result;
 use crate::evidence::diagnose::{Diagnosis, Problem};
@@ -66,22 +68,24 @@ impl EnergyBalances {
         };
         let outlets = problem.study.model.outlet_sensors();
         let model = &problem.study.model;
-        let mut balances = Vec::new();
-        for r in chosen {
-            let condition = &data.rows[r].condition;
-            let state = solved(model, condition)?;
-            // What cannot be solved is left out: the machine as it is stays worth showing.
-            let after = extended.as_ref().and_then(|study| Some((&study.model, solved(&study.model, condition).ok()?)));
-            let water = outlets.iter().filter_map(|outlet| water(problem, r, outlet, &state, after.as_ref())).collect();
-            balances.push(Balance {
-                test: data.rows[r].test.clone(),
+        let Some(first) = chosen.first() else { return Ok(Self { balances: Vec::new(), conditions }) };
+        let first = &data.rows[*first].condition;
+        let own = model.solver(first)?;
+        // What cannot be solved is left out: the machine as it is stays worth showing.
+        let other = extended.as_ref().and_then(|study| Some((&study.model, study.model.solver(first).ok()?)));
+        let one = |r: &usize| -> Result<Balance> {
+            let condition = &data.rows[*r].condition;
+            let state = model.solve(&own, condition)?;
+            let after = other.as_ref().and_then(|(model, solver)| Some((*model, model.solve(solver, condition).ok()?)));
+            Ok(Balance {
+                test: data.rows[*r].test.clone(),
                 condition: condition.clone(),
                 before: model.flows(&state),
+                water: outlets.iter().filter_map(|outlet| water(problem, *r, outlet, &state, after.as_ref())).collect(),
                 after: after.as_ref().map(|(model, state)| model.flows(state)),
-                water,
-            });
-        }
-        Ok(Self { balances, conditions })
+            })
+        };
+        Ok(Self { balances: chosen.par_iter().map(one).collect::<Result<_>>()?, conditions })
     }
 
     /// The balance with most heat in it, which says most.
@@ -98,10 +102,6 @@ fn rows(data: &Data) -> Vec<usize> {
         return data.tests().iter().filter_map(|test| data.rows.iter().rposition(|row| row.test == *test)).collect();
     }
     all.clone().filter(|r| data.rows[..*r].iter().all(|other| other.condition != data.rows[*r].condition)).collect()
-}
-
-fn solved(model: &MeshedMachine, condition: &Condition) -> Result<SteadyState> {
-    model.solve(&model.solver(condition)?, condition)
 }
 
 fn water(

@@ -4,7 +4,10 @@ use rayon::prelude::*;
 
 use super::super::effects::Hypothesis;
 use super::super::predictor::{Predictor, Solved};
-use super::{Fitted, bounded};
+use super::{Fitted, Origin, bounded};
+
+/// One column for each amplitude.
+type Columns = Vec<Vec<f64>>;
 
 /// Where several fits of the same causes begin: solved once for all of them.
 #[derive(Debug, Clone)]
@@ -12,11 +15,13 @@ pub struct Begun<'a> {
     pub(super) members: Vec<&'a Hypothesis>,
     pub(super) amplitudes: Vec<f64>,
     pub(super) solved: Solved,
+    pub(super) origin: Origin,
     /// The same a step of each amplitude up and down, as far as they are known.
     pub(super) up: Vec<Option<Solved>>,
     pub(super) down: Vec<Option<Solved>>,
-    /// Slopes of a fit that ended here, K per unit of each amplitude.
-    pub(super) slopes: Option<Vec<Vec<f64>>>,
+    /// Slopes of a fit that ended here, K per unit of each amplitude: of its readings; and where they were made, with those of all
+    /// predictions before the sensors' own errors.
+    pub(super) slopes: Option<(Columns, (Vec<f64>, Columns))>,
 }
 
 impl<'a> Begun<'a> {
@@ -26,7 +31,8 @@ impl<'a> Begun<'a> {
         let with: Vec<(&Hypothesis, f64)> = members.iter().copied().zip(amplitudes.iter().copied()).collect();
         let solved = if predictor.fronts { None } else { predictor.solve_near(&with, predictor.fields).ok() }?;
         let unknown = vec![None; members.len()];
-        Some(Self { members: members.to_vec(), amplitudes, solved, up: unknown.clone(), down: unknown, slopes: None })
+        let origin = Origin::here(&amplitudes, &solved);
+        Some(Self { members: members.to_vec(), amplitudes, solved, origin, up: unknown.clone(), down: unknown, slopes: None })
     }
 
     /// Where another fit ended, with its slopes.
@@ -36,9 +42,10 @@ impl<'a> Begun<'a> {
             members: members.to_vec(),
             amplitudes: before.amplitudes.clone(),
             solved: Solved { values: before.machine.clone(), fields: Vec::new() },
+            origin: before.origin.clone(),
             up: unknown.clone(),
             down: unknown,
-            slopes: Some(before.slopes.clone()).filter(|slopes| slopes.len() == members.len()),
+            slopes: (before.slopes.len() == members.len()).then(|| (before.slopes.clone(), before.machine_slopes.clone())),
         }
     }
 

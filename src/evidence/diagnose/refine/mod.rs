@@ -2,8 +2,10 @@
 
 mod begun;
 mod secant;
+mod straight;
 
 pub use begun::Begun;
+pub use straight::Origin;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -41,10 +43,15 @@ pub struct Fitted {
     pub values: Vec<f64>,
     /// The same before the sensors' own errors.
     pub machine: Vec<f64>,
+    /// Where the machine was last solved: from there slopes were followed.
+    pub origin: Origin,
     /// What is left of the readings that were used, K, at the places they belong to.
     pub left: Vec<f64>,
     /// Change of the predictions of these with each amplitude, K per unit.
     pub slopes: Vec<Vec<f64>>,
+    /// The same of all predictions before the sensors' own errors, with the amplitudes at which slopes were made; none of sensors, and
+    /// where it is not known.
+    pub machine_slopes: (Vec<f64>, Vec<Vec<f64>>),
     /// Logarithm of the evidence, without the prior of the hypothesis: Laplace's approximation.
     pub evidence: f64,
     /// Minus twice the logarithm of the likelihood at these amplitudes and of the prior of the level, beside that of a misfit of
@@ -91,6 +98,7 @@ pub struct FitData<'a> {
 struct Point {
     amplitudes: Vec<f64>,
     solved: Solved,
+    origin: Origin,
     values: Vec<f64>,
     /// Readings less predictions, at the places they belong to, K.
     left: Vec<f64>,
@@ -100,17 +108,36 @@ struct Point {
 
 /// Slopes at a point, per unit of every amplitude: none where one is not free.
 struct Slopes {
+    /// The amplitudes there.
+    at: Vec<f64>,
     /// Of the predictions, K, one column each.
     kelvin: Vec<Vec<f64>>,
     /// The same whitened.
     whitened: DMatrix<f64>,
+    /// Of all predictions before the sensors' own errors, K: none of sensors, and where they are not known.
+    machine: Vec<Vec<f64>>,
     /// Of the temperatures of all nodes.
     fields: Vec<Vec<Vec<f64>>>,
+}
+
+impl Slopes {
+    /// All zero, in so many readings.
+    fn none(amplitudes: &[f64], readings: usize) -> Self {
+        let count = amplitudes.len();
+        Self {
+            at: amplitudes.to_vec(),
+            kelvin: vec![vec![0.0; readings]; count],
+            whitened: DMatrix::zeros(readings, count),
+            machine: vec![Vec::new(); count],
+            fields: vec![Vec::new(); count],
+        }
+    }
 }
 
 /// One column of them.
 struct Slope {
     kelvin: Vec<f64>,
+    machine: Vec<f64>,
     fields: Vec<Vec<f64>>,
 }
 
@@ -150,7 +177,7 @@ impl<'a> Fit<'a> {
     }
 
     /// What it has come to.
-    fn fitted(&self, here: Point, covariance: &DMatrix<f64>, slopes: Vec<Vec<f64>>) -> Fitted {
+    fn fitted(&self, here: Point, covariance: &DMatrix<f64>, slopes: Slopes) -> Fitted {
         let (members, used) = (self.members, &self.used);
         let misfit = square(&here.residual);
         let own = members.iter().zip(&self.scales).filter(|(h, _)| !h.is_fixed());
@@ -170,8 +197,10 @@ impl<'a> Fit<'a> {
             misfit,
             values: here.values,
             machine: here.solved.values,
+            origin: here.origin,
             left: here.left,
-            slopes,
+            slopes: slopes.kelvin,
+            machine_slopes: (slopes.at, slopes.machine),
             evidence,
             deviance,
             level: used.level,
@@ -183,6 +212,7 @@ impl<'a> Fit<'a> {
     }
 
     fn at(&self, amplitudes: Vec<f64>, near: &[Vec<f64>]) -> Result<Point> {
+        let near = if near.is_empty() { self.predictor.fields } else { near };
         let solved = self.predictor.solve_near(&self.with(&amplitudes), near)?;
         Ok(self.seen(amplitudes, solved))
     }
@@ -197,7 +227,7 @@ impl<'a> Fit<'a> {
         let left = self.put_back(apart);
         let residual = self.used.whitener.apply(&left);
         let cost = square(&residual) + self.prior(&amplitudes);
-        Point { amplitudes, solved, values, left, residual, cost }
+        Point { origin: Origin::here(&amplitudes, &solved), amplitudes, solved, values, left, residual, cost }
     }
 
     /// What belongs to each place, where sensors are exchanged: the covariance is that of places.
@@ -248,22 +278,23 @@ impl<'a> Fit<'a> {
             let (above, below) = rayon::join(|| moved(step), || if both { moved(-step) } else { Ok((None, 0.0)) });
             let ((above, up), (below, down)) = (above?, below?);
             let (Some(above), true) = (above, up > down) else { return Ok(None) };
-            let below = below.as_ref().map_or(&here.left, |p| &p.left);
-            let column = below.iter().zip(&above.left).map(|(b, a)| (b - a) / (up - down)).collect();
+            let below_left = below.as_ref().map_or(&here.left, |p| &p.left);
+            let column = below_left.iter().zip(&above.left).map(|(b, a)| (b - a) / (up - down)).collect();
+            let machine = below.as_ref().map_or(&here.solved.values, |p| &p.solved.values);
+            let of_machine = || above.solved.values.iter().zip(machine).map(|(a, b)| (a - b) / (up - down)).collect();
             let of_field = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| (a - b) / up).collect();
-            Ok(Some(Slope { kelvin: column, fields: above.solved.fields.iter().zip(&here.solved.fields).map(of_field).collect() }))
+            Ok(Some(Slope {
+                kelvin: column,
+                machine: if h.is_sensor() { Vec::new() } else { of_machine() },
+                fields: above.solved.fields.iter().zip(&here.solved.fields).map(of_field).collect(),
+            }))
         };
         let columns: Vec<_> = (0..self.members.len()).into_par_iter().map(one).collect::<Result<_>>()?;
-        let mut slopes = Slopes {
-            kelvin: vec![vec![0.0; here.left.len()]; self.members.len()],
-            whitened: DMatrix::zeros(here.residual.len(), self.members.len()),
-            fields: vec![Vec::new(); self.members.len()],
-        };
+        let mut slopes = Slopes::none(&here.amplitudes, here.left.len());
         for (j, found) in columns.into_iter().enumerate() {
-            if let Some(Slope { kelvin, fields }) = found {
+            if let Some(Slope { kelvin, machine, fields }) = found {
                 slopes.whitened.set_column(j, &DVector::from_vec(self.used.whitener.apply(&kelvin)));
-                slopes.kelvin[j] = kelvin;
-                slopes.fields[j] = fields;
+                (slopes.kelvin[j], slopes.machine[j], slopes.fields[j]) = (kelvin, machine, fields);
             }
         }
         Ok(slopes)
@@ -312,6 +343,9 @@ impl<'a> Fit<'a> {
             if to == here.amplitudes {
                 return None;
             }
+            if let Some(there) = self.straight(here, slopes, &to).filter(|there| there.cost <= here.cost) {
+                return Some(there);
+            }
             let near = Self::continued(here, slopes, &to);
             if let Ok(there) = self.at(to, &near)
                 && there.cost <= here.cost
@@ -326,7 +360,8 @@ impl<'a> Fit<'a> {
     /// Where to begin: the guess, nearer to nothing where the machine cannot be solved with it.
     fn begin(&self, guess: &[f64]) -> Result<Point> {
         if let Some(begun) = self.begun {
-            return Ok(self.seen(begun.amplitudes.clone(), begun.solved.clone()));
+            let here = self.seen(begun.amplitudes.clone(), begun.solved.clone());
+            return Ok(Point { origin: begun.origin.clone(), ..here });
         }
         let mut at: Vec<f64> = guess.iter().enumerate().map(|(j, a)| self.bounded(j, *a)).collect();
         let near = self.predictor.fields;
@@ -374,25 +409,37 @@ pub fn fit_begun(
         return Ok(fit.by_secants(here));
     }
     let (renewals, steps) = if predictor.fronts { (MOST_RENEWALS_OF_FRONTS, 1) } else { (MOST_RENEWALS, MOST_STEPS) };
+    if let Some(slopes) = fit.begun.and_then(|begun| fit.of_the_fit_before(begun)) {
+        fit.widen(&mut here);
+        let covariance = fit.covariance(&slopes.whitened);
+        match fit.within_reach(&here, &slopes, &covariance) {
+            Some(there) => return Ok(fit.fitted(there, &covariance, slopes)),
+            // Slopes are made from where the machine is solved.
+            None => here = fit.at(here.amplitudes, &[])?,
+        }
+    }
     let mut covariance = DMatrix::identity(members.len(), members.len());
-    let mut kelvin = Vec::new();
+    let mut slopes = Slopes::none(&here.amplitudes, here.left.len());
     let renewed = if begun.is_some_and(Begun::has_steps) { RENEWED_OF_PARTS } else { RENEWED };
     for _ in 0..renewals {
+        if here.origin.is_left() {
+            here = fit.at(here.amplitudes, &here.solved.fields)?;
+        }
         fit.widen(&mut here);
-        let slopes = fit.slopes(&here)?;
+        slopes = fit.slopes(&here)?;
         covariance = fit.covariance(&slopes.whitened);
-        kelvin.clone_from(&slopes.kelvin);
-        let begun = here.amplitudes.clone();
+        let begun = (here.amplitudes.clone(), here.origin.amplitudes.clone());
         for _ in 0..steps {
             let Some(there) = fit.step(&here, &slopes, &covariance) else { break };
             here = there;
         }
         // Slopes, and with them the interval, are those of where the fit ended.
-        if begun.iter().enumerate().all(|(j, b)| (here.amplitudes[j] - b).abs() < renewed * covariance[(j, j)].sqrt()) {
+        let is_near = |(j, b): (usize, &f64)| (here.amplitudes[j] - b).abs() < renewed * covariance[(j, j)].sqrt();
+        if here.origin.amplitudes == begun.1 || begun.0.iter().enumerate().all(is_near) {
             break;
         }
     }
-    Ok(fit.fitted(here, &covariance, kelvin))
+    Ok(fit.fitted(here, &covariance, slopes))
 }
 
 /// The same from where another fit ended: under another covariance, or to bring it to rest.
@@ -400,7 +447,7 @@ pub fn fit_begun(
 /// # Errors
 /// As [`fit`].
 pub fn fit_again(predictor: &Predictor<'_>, members: &[&Hypothesis], before: &Fitted, used: FitData<'_>) -> Result<Fitted> {
-    if !predictor.has_slopes_of(members) {
+    if predictor.fronts {
         return fit(predictor, members, &before.amplitudes, used);
     }
     let begun = Begun::ended(members, before);
@@ -418,7 +465,7 @@ pub fn promised(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_>)
     let covariance = fit.covariance(&slopes.whitened);
     let right = fit.downhill(&here, &slopes);
     let gained = 0.5 * right.dot(&(&covariance * &right));
-    Ok(fit.fitted(here, &covariance, slopes.kelvin).evidence + gained)
+    Ok(fit.fitted(here, &covariance, slopes).evidence + gained)
 }
 
 /// What a fit of one cause comes to where it begins, with the slope between nothing and there: of a cause that may be far behind
@@ -433,8 +480,11 @@ pub fn first_look(predictor: &Predictor<'_>, begun: &Begun<'_>, used: FitData<'_
     let here = fit.seen(begun.amplitudes.clone(), begun.solved.clone());
     let nothing = fit.seen(vec![0.0], Solved { values: predictor.predicted.to_vec(), fields: Vec::new() });
     let column: Vec<f64> = nothing.left.iter().zip(&here.left).map(|(n, l)| (n - l) / amplitude).collect();
-    let covariance = fit.covariance(&DMatrix::from_column_slice(column.len(), 1, &used.whitener.apply(&column)));
-    Some(fit.fitted(here, &covariance, vec![column]))
+    let mut slopes = Slopes::none(&[amplitude], column.len());
+    slopes.whitened.set_column(0, &DVector::from_vec(used.whitener.apply(&column)));
+    slopes.kelvin[0] = column;
+    let covariance = fit.covariance(&slopes.whitened);
+    Some(fit.fitted(here, &covariance, slopes))
 }
 
 fn square(v: &[f64]) -> f64 {

@@ -4,7 +4,7 @@
 //! Math. Comp. 19, 577), in amplitudes over their priors' scales; the first such step is the one from nothing to where the fit begins.
 //! Slopes of sensors' own errors are exact, and cost no run.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::{Fit, Fitted, Point, SMALL, Slopes, Solved, square};
 
@@ -48,23 +48,24 @@ impl Fit<'_> {
             }
         }
         let covariance = self.covariance(&slopes.whitened);
-        self.fitted(here, &covariance, slopes.kelvin)
+        self.fitted(here, &covariance, slopes)
     }
 
     /// Slopes at a point as the screen has them, mended along the way from nothing; or those of a fit that ended there.
     pub(super) fn known_slopes(&self, here: &Point) -> Slopes {
         let count = self.members.len();
-        let known = self.begun.filter(|begun| begun.amplitudes == here.amplitudes).and_then(|begun| begun.slopes.as_ref());
+        let known = self
+            .begun
+            .filter(|begun| begun.amplitudes == here.amplitudes)
+            .and_then(|begun| begun.slopes.as_ref())
+            .map(|(kelvin, _)| kelvin);
         let of_screen = |j: usize| -> Vec<f64> {
             let column = self.predictor.slopes.of(self.members[j]);
             self.used.which.iter().map(|i| column.map_or(0.0, |column| column[*i])).collect()
         };
         let ended = known.filter(|slopes| slopes.iter().all(|column| column.len() == here.left.len()));
-        let mut slopes = Slopes {
-            kelvin: ended.map_or_else(|| (0..count).map(of_screen).collect(), Clone::clone),
-            whitened: DMatrix::zeros(here.residual.len(), count),
-            fields: vec![Vec::new(); count],
-        };
+        let kelvin = ended.map_or_else(|| (0..count).map(of_screen).collect(), Clone::clone);
+        let mut slopes = Slopes { kelvin, ..Slopes::none(&here.amplitudes, here.left.len()) };
         self.follow_sensors(&mut slopes, here);
         if ended.is_none() {
             let nothing = self.seen(vec![0.0; count], Solved { values: self.predictor.predicted.to_vec(), fields: Vec::new() });
