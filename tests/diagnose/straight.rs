@@ -24,4 +24,5 @@ fn from_beyond_a_black_surface() {
     let cause = &alone.causes[0];
     println!("fitted: {}, {} +- {}", alone.is_fitted, cause.amplitude, cause.deviation);
     assert!(alone.is_fitted && cause.amplitude > 0.5 && cause.deviation < 0.2);
+    assert!(found.explanations.iter().flat_map(|e| &e.causes).filter(|c| is_it(c)).all(|c| c.amplitude <= 2f64.ln()), "more than black");
 }

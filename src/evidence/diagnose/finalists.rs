@@ -399,5 +399,5 @@ impl Finalists<'_> {
 
 /// An amplitude of the screen, no larger than a fit could make it.
 fn bounded(hypothesis: &Hypothesis, amplitude: f64) -> f64 {
-    amplitude.clamp(-hypothesis.largest(), hypothesis.largest())
+    amplitude.clamp(-hypothesis.largest(), hypothesis.range().1)
 }

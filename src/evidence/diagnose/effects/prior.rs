@@ -56,4 +56,11 @@ impl Hypothesis {
     pub fn largest(&self) -> f64 {
         if self.unit.starts_with("ln") { 4.0 } else { 50.0 * self.scale }
     }
+
+    /// Least and largest amplitude: no factor goes beyond what it can reach, as an emissivity that of a black surface.
+    pub fn range(&self) -> (f64, f64) {
+        let most = self.largest();
+        let most_up = if self.unit == "ln" { most.min(self.most.ln_1p()) } else { most };
+        (if self.is_signed { -most } else { 0.0 }, most_up)
+    }
 }

@@ -15,6 +15,8 @@ use crate::solve::sensitivity::{Disturbance, Study};
 const GAS: f64 = 1.0;
 /// Temperature of a wall whose own cannot be evaluated, K.
 const WALL: f64 = 293.15;
+/// Emissivity of a black surface.
+const BLACK: f64 = 1.0;
 const PRESSURE: &str = "chamber.pressure";
 const CHAMBER: &str = "chamber.temperature";
 
@@ -60,7 +62,10 @@ impl Family for Radiation {
         let emissivity = |own: Self| {
             let Self::Emissivity(g) = own else { return None };
             let name = &site.network.groups[g as usize];
-            Some(Hypothesis::signed(own, name, vec![name.clone()], 0.4, "ln"))
+            let of_file = site.study.parameter(&emissivity_key(site.study, name)?).ok()?;
+            // Black is the most: so many times more than the file has.
+            let most = (BLACK / of_file.value - 1.0).max(0.0);
+            Some(Hypothesis { most, ..Hypothesis::signed(own, name, vec![name.clone()], 0.4, "ln") })
         };
         let exchange = |(a, b): (&Group, &Group)| {
             let parts = vec![a.name.clone(), b.name.clone()];
@@ -91,7 +96,7 @@ impl Family for Radiation {
             Self::Emissivity(g) => {
                 let Some(key) = emissivity_key(edit.study, edit.group(g)) else { return Ok(None) };
                 let parameter = edit.study.parameter(&key)?;
-                let value = (parameter.value * edit.amplitude.exp()).clamp(1e-4, 1.0);
+                let value = (parameter.value * edit.amplitude.exp()).clamp(1e-4, BLACK);
                 Ok(parameter.to_set(value, edit.machine())?.map(|set| vec![set]))
             }
             // A radiation link of the file takes the faces it joins away from the chamber, which this does not. Between

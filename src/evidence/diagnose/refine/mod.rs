@@ -146,8 +146,8 @@ fn bounded(h: &Hypothesis, amplitude: f64) -> f64 {
     if h.is_fixed() {
         return 1.0;
     }
-    let most = h.largest();
-    amplitude.clamp(if h.is_signed { -most } else { 0.0 }, most)
+    let (least, most) = h.range();
+    amplitude.clamp(least, most)
 }
 
 /// The fit of one explanation.
@@ -274,10 +274,13 @@ impl<'a> Fit<'a> {
                     },
                 })
             };
+            // Where it cannot be more, less of it tells.
             let step = share * h.scale;
+            let can_be_more = self.bounded(j, here.amplitudes[j] + step) > here.amplitudes[j] + 0.5 * step;
+            let step = if can_be_more { step } else { -step };
             let (above, below) = rayon::join(|| moved(step), || if both { moved(-step) } else { Ok((None, 0.0)) });
             let ((above, up), (below, down)) = (above?, below?);
-            let (Some(above), true) = (above, up > down) else { return Ok(None) };
+            let (Some(above), true) = (above, up != down) else { return Ok(None) };
             let below_left = below.as_ref().map_or(&here.left, |p| &p.left);
             let column = below_left.iter().zip(&above.left).map(|(b, a)| (b - a) / (up - down)).collect();
             let machine = below.as_ref().map_or(&here.solved.values, |p| &p.solved.values);
