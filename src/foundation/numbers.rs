@@ -5,6 +5,11 @@ pub const TWO_SIDED_95: f64 = 1.959_964;
 /// Half width of a two-sided 90 % interval of a normal distribution, in standard deviations.
 pub const TWO_SIDED_90: f64 = 1.644_854;
 
+/// Root mean square, in the values' unit; zero of none.
+pub fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
+}
+
 /// A number with `digits` significant digits, in plain notation where that is short. Zeros at the end stay: they are digits
 /// that are known.
 pub fn significant(value: f64, digits: usize) -> String {

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 use super::Cause;
 use super::effects::{Hypothesis, Number};
 use super::finalists::{Entry, Finalists};
-use super::refine::{FitData, Fitted, fit, fit_again};
+use super::refine::{FitData, Fitted, Origin, fit, fit_again};
 use super::view::Comparison;
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
@@ -51,8 +51,10 @@ pub struct Joint {
     pub correlations: Vec<Vec<f64>>,
     /// Predictions, K.
     pub values: Vec<f64>,
-    /// All that was fitted, with the amplitudes that the machine was last solved with, and what it came to before the sensors' own errors, K.
-    pub solved: (Vec<(Hypothesis, f64)>, Vec<f64>),
+    /// All that was fitted.
+    pub members: Vec<Hypothesis>,
+    /// Where the machine was last solved with it.
+    pub origin: Origin,
     /// Covariance without what was fitted.
     errors: ErrorParts,
     /// How many times more readings there are than they are worth, where what wanders was taken as new in each of them.
@@ -181,8 +183,8 @@ fn together(
     };
     let cause = |j: usize| Cause::new(free[j].clone(), amplitudes[j], deviations[j]);
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
-    let solved = free.iter().map(|h| (*h).clone()).zip(origin.amplitudes).collect();
-    Ok(Joint { causes: own, others, correlations, values, solved: (solved, origin.machine), errors, worth, level })
+    let members = free.into_iter().cloned().collect();
+    Ok(Joint { causes: own, others, correlations, values, members, origin, errors, worth, level })
 }
 
 /// Inverse variance of an amplitude's prior, which has tails where the hypothesis has.

@@ -193,8 +193,9 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         progress.say("the end result in full");
         let named = explanations.first().filter(|_| answer.names_causes());
         match (named, &joint, outcome.leading()) {
-            (Some(_), Some(Joint { solved: (members, machine), .. }), _) => {
-                predictor.off_in_full(&members.iter().map(|(h, amplitude)| (h, *amplitude)).collect::<Vec<_>>(), machine)
+            (Some(_), Some(Joint { members, origin, .. }), _) => {
+                let members: Vec<_> = members.iter().zip(origin.amplitudes.iter().copied()).collect();
+                predictor.off_in_full(&members, &origin.machine)
             }
             (Some(best), None, Some((_, Fitted { origin, .. }))) => {
                 let members: Vec<_> = best.causes.iter().map(|c| &c.hypothesis).zip(origin.amplitudes.iter().copied()).collect();

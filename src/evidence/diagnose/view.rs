@@ -11,8 +11,9 @@ use super::signature::{self, Signatures};
 use super::{Discrepancy, Problem, UncertainNumber, signatures};
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
-use crate::evidence::identify::{self, MeshShare, Prediction, root_mean_square};
+use crate::evidence::identify::{self, MeshShare, Prediction};
 use crate::evidence::measurement::{Data, Whitener, whiten};
+use crate::foundation::numbers::root_mean_square;
 use crate::solve::sensitivity::{Parameter, Study};
 
 /// Signatures that are whitened as one matrix.

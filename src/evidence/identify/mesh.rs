@@ -12,6 +12,7 @@ use super::predict::{Pace, run_logs, values};
 use crate::error::Result;
 use crate::evidence::measurement::{Data, whiten};
 use crate::explore::simulate::Start;
+use crate::foundation::numbers::root_mean_square;
 use crate::solve::sensitivity::Study;
 
 /// Cells of the finest mesh, over those of the model: as few as leave no more open than is asked for.
@@ -154,11 +155,6 @@ pub fn continued(study: &Study, data: &Data, start: Start) -> Result<Vec<f64>> {
     let on_finer = |finer: &Study, _: &[Vec<f64>]| Ok((values(finer, data, start)?, Vec::new()));
     let share = MeshShare::of(study, data, &own, f64::INFINITY, on_finer)?;
     Ok(own.iter().zip(&share.correction).map(|(v, m)| v + m).collect())
-}
-
-/// K, of values in K.
-pub fn root_mean_square(values: &[f64]) -> f64 {
-    (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
 }
 
 /// Predictions of all readings on a finer mesh and the temperatures of its nodes, from temperatures that resemble these: all in K.

@@ -15,11 +15,13 @@ mod interval;
 mod learnt;
 mod mesh;
 mod predict;
+mod prediction;
 mod profile;
 pub mod record;
 mod runs;
 mod scan;
 mod search;
+mod steady;
 mod write;
 
 use predict::{Pace, Steps};
@@ -37,14 +39,13 @@ pub use ended::chi_square_tail;
 pub use estimate::{Estimate, IdentifyOptions, ModelError, Undetermined, identify, identify_and_learn};
 pub use interval::{Interval, axis};
 pub use learnt::SensorError;
-pub use mesh::{MeshShare, continued, root_mean_square};
-pub use predict::{
-    Prediction, TIME_TOLERANCE, conditions, histories, own_key, predict, predict_within, states, steady_near, steady_within, values,
-    values_within,
-};
+pub use mesh::{MeshShare, continued};
+pub use predict::{TIME_TOLERANCE, histories, predict, predict_within, values, values_within};
+pub use prediction::{Prediction, own_key};
 pub use profile::{Profile, profile, profile_heard};
 pub use runs::Runs;
 pub use scan::{Scan, scan};
+pub use steady::{conditions, states, steady_near, steady_within};
 pub use write::{model_error_line, write_machine};
 
 /// How far a positive parameter goes where its bounds are not given: this many times its value, and as many times less.

@@ -4,24 +4,20 @@ use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
-use crate::describe::machine::{Condition, Machine, Reading, Sensor, SensorResponse};
+use super::prediction::{Prediction, own_key};
+use super::steady::{steady, steady_near};
+use crate::describe::machine::{Condition, Machine, Reading, Sensor};
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
 use crate::evidence::measurement::whiten::places;
 use crate::evidence::measurement::{Data, Row};
 use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::{self, PlaceStart, Seen, Start, StartPlace};
-use crate::foundation::document::Document;
-use crate::solve::Nearby;
-use crate::solve::sensitivity::{Derivatives, Kind, Moment, Moments, Parameter, Study, Tables, Target, Variation};
+use crate::solve::sensitivity::{Kind, Moment, Moments, Parameter, Study};
 use crate::units::Measurand;
 
 /// Error allowed in each time step of a log, K, unless said otherwise: differences are taken of these.
 pub const TIME_TOLERANCE: f64 = 1e-3;
-/// Error allowed in the temperatures of a steady state that begins near another one, K: slopes are differences of these.
-const STEADY_TOLERANCE: f64 = 2e-5;
-/// The same of states at which derivatives are taken.
-const STATE_TOLERANCE: f64 = 1e-6;
 /// Share of the heat that time steps may leave open, for each kelvin that may be wrong in them.
 const BALANCE: f64 = 1e-5;
 /// Relative step of parameters where only differences of whole runs give the slope.
@@ -41,17 +37,6 @@ const MOMENTS_OF_CELLS: usize = 32;
 const MOMENTS_OF_NODES: usize = 64;
 const MOMENTS_OF_MANY_TURNS: usize = 8192;
 
-/// Predictions of all readings of a data set (rows, then sensors, missing ones left out).
-#[derive(Debug, Clone, PartialEq)]
-pub struct Prediction {
-    /// K.
-    pub values: Vec<f64>,
-    /// Derivatives with respect to the parameters asked for, K per SI unit.
-    pub slopes: Vec<Vec<f64>>,
-    /// Derivatives with respect to every condition variable, K per SI unit.
-    pub conditions: Vec<Vec<f64>>,
-}
-
 /// Ends of the time steps that the logs of each test were run in, s.
 pub(super) type Steps = BTreeMap<String, Vec<f64>>;
 
@@ -68,65 +53,6 @@ impl Pace<'_> {
     /// Steps of their own.
     pub fn own(tolerance: f64) -> Self {
         Self { tolerance, steps: None }
-    }
-}
-
-/// Distinct conditions of the data and which each row has.
-pub fn conditions(data: &Data) -> (Vec<Condition>, Vec<usize>) {
-    let mut distinct: Vec<Condition> = Vec::new();
-    let index = data
-        .rows
-        .iter()
-        .map(|row| {
-            distinct.iter().position(|c| *c == row.condition).unwrap_or_else(|| {
-                distinct.push(row.condition.clone());
-                distinct.len() - 1
-            })
-        })
-        .collect();
-    (distinct, index)
-}
-
-/// A steady state with its derivatives at each condition; solved from the temperatures `near` of a machine much like this one where it has
-/// as many nodes.
-///
-/// # Errors
-/// As [`Study::at`].
-pub fn states<'a>(study: &'a Study, conditions: &[Condition], near: &[Vec<f64>]) -> Result<Vec<Derivatives<'a>>> {
-    let Some(first) = conditions.first() else { return Ok(Vec::new()) };
-    if study.tables == Tables::InFull {
-        let solver = study.model.solver(first)?;
-        return conditions.par_iter().map(|c| Derivatives::new(study, c, &study.model.solve(&solver, c)?)).collect();
-    }
-    let loads: Vec<Load> = conditions.iter().map(|c| Load::at(&study.model.machine, c)).collect::<Result<_>>()?;
-    let fields = fields(study, conditions, &loads, near, STATE_TOLERANCE)?;
-    conditions.par_iter().zip(&fields).map(|(c, field)| Derivatives::at(study, c, field)).collect()
-}
-
-/// Temperatures of all nodes at each condition, K.
-fn fields(study: &Study, conditions: &[Condition], loads: &[Load], near: &[Vec<f64>], within: f64) -> Result<Vec<Vec<f64>>> {
-    let (model, tables) = (&study.model, study.tables);
-    let near = if near.len() == loads.len() && near.iter().all(|field| field.len() == model.network.nodes) { near } else { &[] };
-    match (near.first(), tables) {
-        (Some(first), _) => {
-            let nearby = Nearby::new(&model.network, &loads[0], first.clone())?;
-            if tables == Tables::Reduced {
-                return nearby.table(loads, &near.iter().map(Vec::as_slice).collect::<Vec<_>>(), within);
-            }
-            loads.par_iter().zip(near).map(|(load, from)| nearby.temperatures(load, from, within)).collect()
-        }
-        (None, Tables::Reduced) => {
-            let solver = model.solver(&conditions[0])?;
-            let first = solver.steady(&loads[0])?.temperatures;
-            let mut found = vec![first.clone()];
-            let others = &loads[1..];
-            found.extend(Nearby::of(solver).table(others, &vec![first.as_slice(); others.len()], within)?);
-            Ok(found)
-        }
-        (None, Tables::InFull) => {
-            let solver = model.solver(&conditions[0])?;
-            loads.par_iter().map(|load| Ok(solver.steady(load)?.temperatures)).collect()
-        }
     }
 }
 
@@ -180,74 +106,6 @@ pub fn values_within(study: &Study, data: &Data, start: Start, tolerance: f64) -
         return Ok(run_logs(study, data, start, None, Pace::own(tolerance))?.values);
     }
     Ok(steady_near(study, data, &[])?.0)
-}
-
-/// Predictions of a steady table, and the temperatures of every node at each distinct condition, K; solved from the
-/// temperatures `near` of a machine much like this one where it has as many nodes.
-///
-/// # Errors
-/// As [`predict`].
-pub fn steady_near(study: &Study, data: &Data, near: &[Vec<f64>]) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-    steady_within(study, data, near, STEADY_TOLERANCE)
-}
-
-/// The same to about `within` kelvin at every node, where tables are solved on the reduced model.
-///
-/// # Errors
-/// As [`predict`].
-pub fn steady_within(study: &Study, data: &Data, near: &[Vec<f64>], within: f64) -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-    let (distinct, index) = conditions(data);
-    let model = &study.model;
-    let loads: Vec<Load> = distinct.iter().map(|c| Load::at(&model.machine, c)).collect::<Result<_>>()?;
-    let fields = fields(study, &distinct, &loads, near, within)?;
-    let read = |(field, load): (&Vec<f64>, &Load)| -> Vec<f64> {
-        let places = model.network.sensors.iter().zip(&model.machine.sensors);
-        places.map(|(at, s)| s.shows.settled(at.read(field, load))).collect()
-    };
-    let found: Vec<Vec<f64>> = fields.iter().zip(&loads).map(read).collect();
-    Ok((places(data).into_iter().map(|(r, k)| found[index[r]][data.sensors[k]]).collect(), fields))
-}
-
-fn steady(study: &Study, data: &Data, parameters: &[Parameter], with_conditions: bool) -> Result<Prediction> {
-    let (distinct, index) = conditions(data);
-    let variables = if with_conditions { study.model.machine.variables.as_slice() } else { &[] };
-    let variables = variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
-    let all: Vec<&Parameter> = parameters.iter().chain(&variables).collect();
-    let variations: Vec<Variation> = all.par_iter().map(|p| study.variation(p)).collect::<Result<_>>()?;
-    let targets: Vec<Target> = data.sensors.iter().map(|s| Target::Sensor(*s)).collect();
-    if variations.is_empty() {
-        let (values, _) = steady_near(study, data, &[])?;
-        let none = vec![Vec::new(); values.len()];
-        return Ok(Prediction { values, slopes: none.clone(), conditions: none });
-    }
-    let points = states(study, &distinct, &[])?;
-    let sensors = &study.model.network.sensors;
-    let responses: Vec<SensorResponse> = data.sensors.iter().map(|s| study.model.machine.sensors[*s].shows).collect();
-    let own: Vec<Option<(usize, String)>> = all.iter().map(|p| own_key(p, data)).collect();
-    let shown = |temperatures: &[f64]| responses.iter().zip(temperatures).map(|(r, t)| r.settled(*t)).collect::<Vec<f64>>();
-    let at = |point: &Derivatives<'_>| -> Result<(Vec<f64>, Vec<Vec<f64>>)> {
-        let read: Vec<f64> = data.sensors.iter().map(|s| sensors[*s].read(&point.state.solution.temperatures, &point.state.load)).collect();
-        let mut slopes = point.jacobian_of(&targets, &variations)?.slopes;
-        for (k, row) in slopes.iter_mut().enumerate() {
-            for (slope, own) in row.iter_mut().zip(&own) {
-                *slope *= responses[k].gain;
-                if let Some((_, key)) = own.as_ref().filter(|(sensor, _)| *sensor == k) {
-                    *slope += SensorResponse::slope(key, read[k]).unwrap_or(0.0);
-                }
-            }
-        }
-        Ok((shown(&read), slopes))
-    };
-    let found: Vec<(Vec<f64>, Vec<Vec<f64>>)> = points.par_iter().map(at).collect::<Result<_>>()?;
-    let p = parameters.len();
-    let mut prediction = Prediction { values: Vec::new(), slopes: Vec::new(), conditions: Vec::new() };
-    for (r, k) in places(data) {
-        let (values, slopes) = &found[index[r]];
-        prediction.values.push(values[k]);
-        prediction.slopes.push(slopes[k][..p].to_vec());
-        prediction.conditions.push(slopes[k][p..].to_vec());
-    }
-    Ok(prediction)
 }
 
 fn logs(
@@ -401,16 +259,6 @@ fn beginning(machine: &Machine, data: &Data, rows: &[&Row], start: Start) -> Res
         }
     }
     Ok((Start::Uniform(mean(&all)), places))
-}
-
-/// The sensor (a column of the data) whose own lag, gain or offset a parameter is, and which of them.
-pub fn own_key(parameter: &Parameter, data: &Data) -> Option<(usize, String)> {
-    match Document::names_in(&parameter.name)?.as_slice() {
-        [table, name, key] if table == "sensor" && SensorResponse::slope(key, 0.0).is_some() => {
-            Some((data.names.iter().position(|n| n == name)?, key.clone()))
-        }
-        _ => None,
-    }
 }
 
 /// Temperatures of all sensors' places at the rows of each test, K.

@@ -4,10 +4,7 @@ use rayon::prelude::*;
 
 use super::super::effects::Hypothesis;
 use super::super::predictor::{Predictor, Solved};
-use super::{Fitted, Origin, bounded};
-
-/// One column for each amplitude.
-type Columns = Vec<Vec<f64>>;
+use super::{Fitted, MachineSlopes, Origin, bounded};
 
 /// Where several fits of the same causes begin: solved once for all of them.
 #[derive(Debug, Clone)]
@@ -19,9 +16,8 @@ pub struct Begun<'a> {
     /// The same a step of each amplitude up and down, as far as they are known.
     pub(super) up: Vec<Option<Solved>>,
     pub(super) down: Vec<Option<Solved>>,
-    /// Slopes of a fit that ended here, K per unit of each amplitude: of its readings; and where they were made, with those of all
-    /// predictions before the sensors' own errors.
-    pub(super) slopes: Option<(Columns, (Vec<f64>, Columns))>,
+    /// Slopes of a fit that ended here: of its readings, K per unit of each amplitude, and of the machine.
+    pub(super) slopes: Option<(Vec<Vec<f64>>, MachineSlopes)>,
 }
 
 impl<'a> Begun<'a> {

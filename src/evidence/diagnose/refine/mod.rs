@@ -5,7 +5,7 @@ mod secant;
 mod straight;
 
 pub use begun::Begun;
-pub use straight::Origin;
+pub use straight::{MachineSlopes, Origin};
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -49,9 +49,8 @@ pub struct Fitted {
     pub left: Vec<f64>,
     /// Change of the predictions of these with each amplitude, K per unit.
     pub slopes: Vec<Vec<f64>>,
-    /// The same of all predictions before the sensors' own errors, with the amplitudes at which slopes were made; none of sensors, and
-    /// where it is not known.
-    pub machine_slopes: (Vec<f64>, Vec<Vec<f64>>),
+    /// The same of all predictions before the sensors' own errors.
+    pub machine_slopes: MachineSlopes,
     /// Logarithm of the evidence, without the prior of the hypothesis: Laplace's approximation.
     pub evidence: f64,
     /// Minus twice the logarithm of the likelihood at these amplitudes and of the prior of the level, beside that of a misfit of
@@ -108,14 +107,12 @@ struct Point {
 
 /// Slopes at a point, per unit of every amplitude: none where one is not free.
 struct Slopes {
-    /// The amplitudes there.
-    at: Vec<f64>,
     /// Of the predictions, K, one column each.
     kelvin: Vec<Vec<f64>>,
     /// The same whitened.
     whitened: DMatrix<f64>,
-    /// Of all predictions before the sensors' own errors, K: none of sensors, and where they are not known.
-    machine: Vec<Vec<f64>>,
+    /// Of all predictions before the sensors' own errors, K.
+    machine: MachineSlopes,
     /// Of the temperatures of all nodes.
     fields: Vec<Vec<Vec<f64>>>,
 }
@@ -125,10 +122,9 @@ impl Slopes {
     fn none(amplitudes: &[f64], readings: usize) -> Self {
         let count = amplitudes.len();
         Self {
-            at: amplitudes.to_vec(),
             kelvin: vec![vec![0.0; readings]; count],
             whitened: DMatrix::zeros(readings, count),
-            machine: vec![Vec::new(); count],
+            machine: MachineSlopes { at: amplitudes.to_vec(), columns: vec![Vec::new(); count] },
             fields: vec![Vec::new(); count],
         }
     }
@@ -200,7 +196,7 @@ impl<'a> Fit<'a> {
             origin: here.origin,
             left: here.left,
             slopes: slopes.kelvin,
-            machine_slopes: (slopes.at, slopes.machine),
+            machine_slopes: slopes.machine,
             evidence,
             deviance,
             level: used.level,
@@ -297,7 +293,7 @@ impl<'a> Fit<'a> {
         for (j, found) in columns.into_iter().enumerate() {
             if let Some(Slope { kelvin, machine, fields }) = found {
                 slopes.whitened.set_column(j, &DVector::from_vec(self.used.whitener.apply(&kelvin)));
-                (slopes.kelvin[j], slopes.machine[j], slopes.fields[j]) = (kelvin, machine, fields);
+                (slopes.kelvin[j], slopes.machine.columns[j], slopes.fields[j]) = (kelvin, machine, fields);
             }
         }
         Ok(slopes)

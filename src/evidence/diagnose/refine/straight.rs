@@ -23,6 +23,15 @@ pub struct Origin {
     departure: f64,
 }
 
+/// Slopes of all predictions before the sensors' own errors, per unit of each amplitude.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MachineSlopes {
+    /// The amplitudes that they were made at.
+    pub at: Vec<f64>,
+    /// One column for each amplitude, K per unit: none of sensors, and where they are not known.
+    pub columns: Vec<Vec<f64>>,
+}
+
 impl Origin {
     /// Where it is solved.
     pub(super) fn here(amplitudes: &[f64], solved: &Solved) -> Self {
@@ -49,12 +58,13 @@ impl Fit<'_> {
             if by == 0.0 {
                 continue;
             }
-            if slopes.machine[j].is_empty() || by.abs() > NEAR * self.scales[j] {
+            let machine = &slopes.machine.columns[j];
+            if machine.is_empty() || by.abs() > NEAR * self.scales[j] {
                 return None;
             }
-            let most = slopes.machine[j].iter().fold(0.0, |m: f64, s| m.max((by * s).abs()));
-            departure += (h.bend(to[j] - slopes.at[j]) + BEND * most) * by.abs() * slopes.whitened.column(j).norm();
-            values.iter_mut().zip(&slopes.machine[j]).for_each(|(v, s)| *v += by * s);
+            let most = machine.iter().fold(0.0, |m: f64, s| m.max((by * s).abs()));
+            departure += (h.bend(to[j] - slopes.machine.at[j]) + BEND * most) * by.abs() * slopes.whitened.column(j).norm();
+            values.iter_mut().zip(machine).for_each(|(v, s)| *v += by * s);
         }
         if departure > STRAIGHT {
             return None;
@@ -65,7 +75,7 @@ impl Fit<'_> {
 
     /// Slopes of the fit that ended where this one begins, of the same readings; `None` of logs.
     pub(super) fn of_the_fit_before(&self, begun: &Begun<'_>) -> Option<Slopes> {
-        let (kelvin, (at, machine)) = begun.slopes.clone()?;
+        let (kelvin, machine) = begun.slopes.clone()?;
         let readings = self.used.which.len();
         if self.predictor.data.is_transient() || kelvin.iter().any(|column| column.len() != readings) {
             return None;
@@ -74,7 +84,7 @@ impl Fit<'_> {
         for (j, column) in kelvin.iter().enumerate() {
             whitened.set_column(j, &DVector::from_vec(self.used.whitener.apply(column)));
         }
-        Some(Slopes { at, kelvin, whitened, machine, fields: vec![Vec::new(); self.members.len()] })
+        Some(Slopes { kelvin, whitened, machine, fields: vec![Vec::new(); self.members.len()] })
     }
 
     /// Where one step leads from here, where that is near enough for the slopes of here.
