@@ -19,6 +19,7 @@ mod pipe;
 mod reduced;
 mod refused;
 mod restless;
+mod sizes;
 mod straight;
 mod synonyms;
 #[allow(dead_code)] // the benchmark uses all of it

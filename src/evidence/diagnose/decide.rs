@@ -125,6 +125,8 @@ pub struct Answer {
     pub level: Level,
     /// Explanations that the data cannot refute, as indices, the first one always among them.
     pub set: Vec<usize>,
+    /// Whether it would be certain were all numbers of the file exact.
+    pub is_open_by_numbers: bool,
 }
 
 impl Answer {
@@ -160,6 +162,18 @@ impl Answer {
         self
     }
 
+    /// The same where all numbers of the file may be a little off, with the probabilities that explanations then have: what is not certain
+    /// beside that is not certain.
+    pub fn beside_numbers(self, named: &Explanation, explanations: &[Explanation]) -> Self {
+        if self.verdict != Verdict::Explained {
+            return self;
+        }
+        let level = ladder(named, explanations);
+        let is_certain = level.certainty.names_the_cause();
+        let verdict = if is_certain { Verdict::Explained } else { Verdict::CannotTell };
+        Self { verdict, level, is_open_by_numbers: !is_certain, ..self }
+    }
+
     /// Without what is named.
     pub fn withdrawn(self) -> Self {
         Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), ..self }
@@ -178,7 +192,7 @@ pub fn predicts_worse(gain: Option<&Gain>) -> bool {
 
 /// What the probabilities come to; `is_learnt` says whether a discrepancy of a usual size explains any of the misfit.
 pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanation], is_learnt: bool) -> Answer {
-    let answer = |verdict, level, set| Answer { verdict, level, set };
+    let answer = |verdict, level, set| Answer { verdict, level, set, is_open_by_numbers: false };
     // What models and days usually leave open is no contradiction.
     if !is_wrong(misfit) || (is_learnt && posterior.nothing > 0.5) {
         return answer(Verdict::Consistent, Level::nothing(posterior.nothing), Vec::new());
@@ -197,7 +211,7 @@ pub fn decide(misfit: &Misfit, posterior: &Posterior, explanations: &[Explanatio
     }
     // As many numbers as readings fit anything: the prior alone would choose.
     let is_judged = misfit.freedom > best.causes.len();
-    let level = if is_judged { ladder(explanations) } else { region(explanations, CERTAIN) };
+    let level = if is_judged { ladder(best, explanations) } else { region(explanations, CERTAIN) };
     let verdict = if level.certainty.names_the_cause() { Verdict::Explained } else { Verdict::CannotTell };
     answer(verdict, level, set)
 }
@@ -234,8 +248,7 @@ pub fn certainties(explanations: &[Explanation]) -> Vec<Level> {
 }
 
 /// What is certain of the best explanation. What counts is the probability that its causes act, alone or with others.
-fn ladder(explanations: &[Explanation]) -> Level {
-    let Some(best) = explanations.first() else { return region(explanations, CERTAIN) };
+fn ladder(best: &Explanation, explanations: &[Explanation]) -> Level {
     let acting = |what: &[String], depth: Certainty| acting(explanations, what, depth);
     for depth in [Certainty::Law, Certainty::Kind] {
         let what = names(best, depth);

@@ -19,6 +19,7 @@ mod fits;
 mod follow;
 mod gain;
 mod history;
+mod inexact;
 mod isolated;
 mod joint;
 mod ladder;
@@ -379,6 +380,9 @@ pub struct Diagnosis {
     pub missing: Vec<MissingHeat>,
     /// Lines of the machine file that make every rung true.
     pub sets: Option<Vec<(String, String)>>,
+    /// Whether causes would be named for certain were all numbers of the machine file exact; they are not beside numbers that are all off by
+    /// a few per cent.
+    pub is_open_by_numbers: bool,
     /// The causes that the data carry, one after another, each with what it explains and what is left.
     pub rungs: Vec<Rung>,
     /// The discrepancy of the machine as it is.

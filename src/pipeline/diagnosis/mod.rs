@@ -140,6 +140,10 @@ impl Findings<'_> {
                 };
                 let n = found.set.len();
                 let fit = match n {
+                    1 if found.is_open_by_numbers => {
+                        "1 explanation fits, but not for certain: numbers of the machine file that are all a little off would do as well"
+                            .into()
+                    }
                     1 => "1 explanation fits, but not for certain".to_string(),
                     _ => format!("{n} explanations fit alike: the data cannot tell which it is"),
                 };
