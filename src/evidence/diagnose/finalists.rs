@@ -110,8 +110,8 @@ impl Outcome {
 }
 
 impl Finalists<'_> {
-    /// The most probable explanations: as fitted, or from slopes.
-    pub fn explanations(&self, outcome: &Outcome, most: usize) -> Vec<Explanation> {
+    /// The most probable explanations of an outcome: as fitted, or from slopes.
+    pub fn explanations(&self, outcome: &Outcome, posterior: &Posterior, most: usize) -> Vec<Explanation> {
         let one = |c: &Candidate| {
             let known = outcome.fit_of(c);
             let linear = outcome.screened.deviations(&c.members);
@@ -133,7 +133,7 @@ impl Finalists<'_> {
                 is_fitted: known.is_some(),
             }
         };
-        outcome.posterior.candidates.iter().take(most).map(one).collect()
+        posterior.candidates.iter().take(most).map(one).collect()
     }
 
     /// What a screen says, before anything is fitted.

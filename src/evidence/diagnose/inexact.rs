@@ -10,6 +10,7 @@ use super::finalists::{Finalists, Outcome};
 use super::probability::Posterior;
 use super::refine::Fitted;
 use crate::evidence::discrepancy::Level;
+use crate::evidence::measurement::Whitener;
 
 /// Standard deviation of the logarithm of every number: of sizes that are off by up to 5 %.
 const OFF: f64 = 0.03;
@@ -26,10 +27,20 @@ impl Finalists<'_> {
     /// What a steady table leaves of an outcome where every number of the file may be off; `None` where that is no better for anything.
     pub(super) fn where_numbers_are_off(&self, now: &Outcome) -> Option<Inexact> {
         let off = |level: Level| Level { numbers: OFF, ..level };
+        let all: Vec<usize> = (0..now.view.readings.len()).collect();
+        // Most fits are at one level: its whitening is made once.
+        let mut pairs: Vec<(Level, [Whitener; 2])> = Vec::new();
+        for (_, fitted) in &now.fitted {
+            if !pairs.iter().any(|(level, _)| *level == fitted.level) {
+                let errors = &now.view.errors;
+                pairs.push((fitted.level, [fitted.level, off(fitted.level)].map(|level| errors.whitener(&level, &all))));
+            }
+        }
         let better = |members: &[usize], fitted: &Fitted| -> (f64, Vec<f64>) {
-            let (exact, _) = self.laplace(members, fitted, now, &fitted.level);
-            let (inexact, deviations) = self.laplace(members, fitted, now, &off(fitted.level));
-            ((0.5 * (exact - inexact)).max(0.0), deviations)
+            let Some((level, [exact, inexact])) = pairs.iter().find(|(level, _)| *level == fitted.level) else { return (0.0, Vec::new()) };
+            let (exact, _) = self.laplace(members, fitted, exact);
+            let (inexact, deviations) = self.laplace(members, fitted, inexact);
+            ((0.5 * (exact + level.price() - inexact - off(*level).price())).max(0.0), deviations)
         };
         let usual = [Level::NONE, self.unexplained].into_iter().filter(Level::is_usual);
         let ground = usual.map(|level| self.base.ground(&off(level))).fold(f64::INFINITY, f64::min);
@@ -44,15 +55,13 @@ impl Finalists<'_> {
         Some(Inexact { posterior: now.posterior.raised(nothing, of), deviations: (of_leading > 0.0).then_some(deviations) })
     }
 
-    /// Minus twice the logarithm of the evidence of a fit at some level, as its slopes have it, and the standard deviations of its
+    /// Minus twice the logarithm of the evidence of a fit under some covariance, as its slopes have it, and the standard deviations of its
     /// amplitudes there.
-    fn laplace(&self, members: &[usize], fitted: &Fitted, now: &Outcome, level: &Level) -> (f64, Vec<f64>) {
+    fn laplace(&self, members: &[usize], fitted: &Fitted, whitener: &Whitener) -> (f64, Vec<f64>) {
         let members: Vec<_> = members.iter().map(|j| self.of(*j)).collect();
         let (without, free) = fitted.without_amplitudes(&members);
-        let all: Vec<usize> = (0..without.len()).collect();
-        let whitener = now.view.errors.whitener(level, &all);
         let residual = DVector::from_vec(whitener.apply(&without));
-        let mut deviance = residual.norm_squared() + whitener.log_determinant() + level.price();
+        let mut deviance = residual.norm_squared() + whitener.log_determinant();
         let mut deviations = vec![0.0; members.len()];
         if !free.is_empty() {
             let columns = DMatrix::from_columns(&free.iter().map(|c| DVector::from_vec(whitener.apply(c))).collect::<Vec<_>>());

@@ -140,7 +140,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     let finals = Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals };
     outcome = synonyms::merged(&finals, outcome);
     let answered = |outcome: &Outcome| -> Answered {
-        let explanations = finals.explanations(outcome, MOST_EXPLANATIONS);
+        let explanations = finals.explanations(outcome, &outcome.posterior, MOST_EXPLANATIONS);
         let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
         if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {
             // The alarm must hold beside the discrepancy that the cause is named with.
@@ -151,7 +151,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         if let Some(best) = explanations.first().filter(|_| answer.names_causes() && !data.is_transient())
             && let Some(Inexact { posterior, deviations }) = finals.where_numbers_are_off(outcome)
         {
-            let among = finals.explanations(&Outcome { posterior, ..outcome.clone() }, MOST_EXPLANATIONS);
+            let among = finals.explanations(outcome, &posterior, MOST_EXPLANATIONS);
             answer = answer.beside_numbers(best, &among);
             left_open = deviations;
         }
