@@ -162,12 +162,9 @@ impl Answer {
         self
     }
 
-    /// The same where all numbers of the file may be a little off, with the probabilities that explanations then have: what is not certain
-    /// beside that is not certain.
+    /// The same of causes that are certain, where all numbers of the file may be a little off, with the probabilities that explanations then
+    /// have: what is not certain beside that is not certain.
     pub fn beside_numbers(self, named: &Explanation, explanations: &[Explanation]) -> Self {
-        if self.verdict != Verdict::Explained {
-            return self;
-        }
         let level = ladder(named, explanations);
         let is_certain = level.certainty.names_the_cause();
         let verdict = if is_certain { Verdict::Explained } else { Verdict::CannotTell };
@@ -176,7 +173,7 @@ impl Answer {
 
     /// Without what is named.
     pub fn withdrawn(self) -> Self {
-        Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), ..self }
+        Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), is_open_by_numbers: false, ..self }
     }
 
     /// Whether the machine is extended by the best explanation.

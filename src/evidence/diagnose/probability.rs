@@ -178,7 +178,7 @@ pub fn posterior(screened: &Screened, prior: &[f64], ground: &Ground, with_pairs
 
 impl Posterior {
     /// The same with nothing and every candidate more probable by some factors, given as logarithms.
-    pub fn raised(&self, nothing: f64, of: impl Fn(&Vec<usize>) -> f64) -> Self {
+    pub fn raised(&self, nothing: f64, of: impl Fn(&[usize]) -> f64) -> Self {
         let mut raised = self.clone();
         raised.something_else_weight -= nothing;
         raised.candidates.iter_mut().for_each(|c| c.weight += of(&c.members) - nothing);

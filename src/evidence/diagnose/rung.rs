@@ -3,7 +3,6 @@
 use super::effects::{Hypothesis, Scales, hypotheses};
 use super::finalists::{Finalists, Outcome};
 use super::gain::KeptOut;
-use super::inexact::Inexact;
 use super::joint::{Joint, JointWeights, joint};
 use super::numbers::{self, Settled};
 use super::predictor::{KnownSlopes, Predictor};
@@ -147,16 +146,12 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
             let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
             answer = answer.beside(&at_its_level, &unexplained);
         }
-        let mut left_open = None;
-        if let Some(best) = explanations.first().filter(|_| answer.names_causes() && !data.is_transient())
-            && let Some(Inexact { posterior, deviations }) = finals.where_numbers_are_off(outcome)
-        {
-            let among = finals.explanations(outcome, &posterior, MOST_EXPLANATIONS);
-            answer = answer.beside_numbers(best, &among);
-            left_open = deviations;
+        if let Some(best) = explanations.first().filter(|_| answer.verdict == Verdict::Explained && !data.is_transient()) {
+            let posterior = finals.where_numbers_are_off(outcome);
+            answer = answer.beside_numbers(best, &finals.explanations(outcome, &posterior, MOST_EXPLANATIONS));
         }
         let extension = extension(&finals, outcome, explanations.first().filter(|_| answer.names_causes()), progress);
-        Answered { explanations, answer, left_open, extension }
+        Answered { explanations, answer, extension }
     };
     let mut found = answered(&outcome);
     if data.is_transient() && found.names_two() {
@@ -168,7 +163,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
             (outcome, found) = (singles, alone);
         }
     }
-    let Answered { mut explanations, answer, left_open, extension: Extension { joint, gain } } = found;
+    let Answered { mut explanations, answer, extension: Extension { joint, gain } } = found;
     let started_from = residuals(&base, &screened);
     let explained = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&started_from.predicted, problem).max(1e-300);
     let share = outcome.leading_predictions().map_or(0.0, |values| explained(&values));
@@ -179,7 +174,6 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
             best.causes.clone_from(&joint.causes);
         }
         let scatter = gain.iter().flat_map(|gain| &gain.scatter);
-        best.causes.iter_mut().zip(left_open.iter().flatten()).for_each(|(cause, deviation)| cause.at_least(*deviation));
         best.causes.iter_mut().zip(scatter).for_each(|(cause, scatter)| cause.at_least(*scatter));
     }
     let all = explanations.iter_mut().flat_map(|e| e.causes.iter_mut().chain(e.synonyms.iter_mut().map(|s| &mut s.cause)));
@@ -258,8 +252,6 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
 struct Answered {
     explanations: Vec<Explanation>,
     answer: decide::Answer,
-    /// Standard deviations of the best explanation's amplitudes that numbers of the file leave open.
-    left_open: Option<Vec<f64>>,
     extension: Extension,
 }
 

@@ -140,14 +140,14 @@ impl Findings<'_> {
                 };
                 let n = found.set.len();
                 let fit = match n {
-                    1 if found.is_open_by_numbers => {
-                        "1 explanation fits, but not for certain: numbers of the machine file that are all a little off would do as well"
-                            .into()
-                    }
                     1 => "1 explanation fits, but not for certain".to_string(),
                     _ => format!("{n} explanations fit alike: the data cannot tell which it is"),
                 };
-                format!("Something is wrong; {certain}, and {fit}.")
+                let numbers = match found.is_open_by_numbers {
+                    true => "; numbers of the machine file that are all a little off would do as well",
+                    false => "",
+                };
+                format!("Something is wrong; {certain}, and {fit}{numbers}.")
             }
         }
     }
