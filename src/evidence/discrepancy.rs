@@ -163,6 +163,11 @@ impl ErrorParts {
         Self { uncertain: Vec::new(), numbers: kept, ..self.clone() }
     }
 
+    /// The same with a share of the independent noise of readings.
+    pub fn with_noise(&self, share: f64) -> Self {
+        Self { noise: self.noise.iter().map(|noise| share * noise).collect(), ..self.clone() }
+    }
+
     /// The whitening of some readings at a level.
     pub fn whitener(&self, level: &Level, readings: &[usize]) -> Whitener {
         let part = self.among(readings);

@@ -15,6 +15,7 @@ mod logs;
 mod mesh;
 mod next;
 mod over_time;
+mod overstated;
 mod pipe;
 mod reduced;
 mod refused;

@@ -7,6 +7,7 @@ use coldplate::evidence::measurement::{Data, Row};
 use coldplate::explore::simulate::Start;
 use coldplate::foundation::document::Document;
 use coldplate::foundation::progress::Silent;
+use coldplate::foundation::random::Random;
 use coldplate::solve::sensitivity::Study;
 
 use crate::twin::SMALL;
@@ -65,7 +66,10 @@ fn predictions_are_those_of_the_limit() {
 fn good_readings_are_compared_on_a_finer_mesh() {
     let data = data(&[]);
     let off = |noise: f64| -> f64 {
-        let mut problem = Problem::new(study(CELLS, &[]), data.clone());
+        let mut random = Random::new(5);
+        let mut read = data.clone();
+        read.rows.iter_mut().flat_map(|row| row.readings.iter_mut().flatten()).for_each(|reading| *reading += noise * random.normal());
+        let mut problem = Problem::new(study(CELLS, &[]), read);
         problem.uncertainty.noise.iter_mut().for_each(|deviation| *deviation = noise);
         let predicted = diagnose(&problem, &Silent).unwrap().residuals.predicted;
         rms(&predicted, data.rows.iter().flat_map(|row| row.readings.iter().flatten().copied()))

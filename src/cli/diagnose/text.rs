@@ -23,6 +23,9 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         "  misfit {:.1} over {} readings, p = {:.2e}; best of {} causes that could show ({} tried), p = {:.2e}\n",
         misfit.chi2, misfit.freedom, misfit.probability, diagnosis.tried.visible, diagnosis.tried.all, misfit.look_elsewhere
     );
+    if let Some(words) = found.noise_in_words() {
+        text += &format!("  {words}\n");
+    }
     text += &format!("  nothing wrong {:.3}, something else {:.3}\n\n", diagnosis.others.nothing, diagnosis.others.something_else);
     if diagnosis.verdict != Verdict::Consistent {
         let rows: Vec<Vec<String>> = found

@@ -7,7 +7,7 @@ use crate::evidence::discrepancy;
 use crate::evidence::identify::chi_square_tail;
 
 /// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
-const ALARM_MISFIT: f64 = 0.002;
+pub const ALARM_MISFIT: f64 = 0.002;
 pub const ALARM_CAUSE: f64 = 0.006;
 /// Probability at which something is said without reserve.
 const CERTAIN: f64 = 0.9;

@@ -26,6 +26,7 @@ mod ladder;
 mod missing;
 mod next;
 mod numbers;
+mod overstated;
 mod predictor;
 mod probability;
 mod rarer;
@@ -50,6 +51,7 @@ use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, VariableUnc
 use crate::explore::simulate::Start;
 use crate::foundation::document::Document;
 use crate::foundation::numbers::TWO_SIDED_90;
+use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::{Parameter, Study, UncertainNumber};
 
 pub use decide::{Certainty, Level, Verdict};
@@ -125,6 +127,8 @@ pub struct Problem {
     pub faults: Vec<Fault>,
     /// Whether readings of a table may be set aside that the catalogue alone can tell from a cause; see [`settled`].
     pub may_set_aside: bool,
+    /// The noise that the residual shows over what is stated, where that is far too large; one everywhere else.
+    noise_share: f64,
     /// The machine file as it was before [`Problem::timed`], and the variables that this added.
     given: Option<Document>,
     added: Vec<Added>,
@@ -154,10 +158,24 @@ impl Problem {
             costs: Costs::default(),
             faults: Vec::new(),
             may_set_aside: false,
+            noise_share: 1.0,
             given: None,
             added: Vec::new(),
             places: Vec::new(),
         }
+    }
+
+    /// The same with reading noise that is a share of what is stated.
+    fn with_noise(&self, share: f64, progress: &dyn Progress) -> Self {
+        progress.say(&format!("readings scatter by {:.0} % of the noise that is stated: again with that", 100.0 * share));
+        let mut uncertainty = self.uncertainty.clone();
+        let model = self.discrepancy.model.hypot(uncertainty.model);
+        uncertainty.noise.iter_mut().for_each(|noise| {
+            // The model's own errors are no smaller.
+            let left = share * noise.hypot(model);
+            *noise = (left * left - model * model).max(0.0).sqrt().max(overstated::LEAST * *noise);
+        });
+        Self { uncertainty, noise_share: share, ..self.clone() }
     }
 
     /// The same without faulty readings, which are named in [`Problem::faults`]. What stands out of a table by itself, and may be the
@@ -385,6 +403,8 @@ pub struct Diagnosis {
     pub is_open_by_numbers: bool,
     /// The causes that the data carry, one after another, each with what it explains and what is left.
     pub rungs: Vec<Rung>,
+    /// The noise that was found over what is stated, where readings of a table show that it is far smaller; one everywhere else.
+    pub noise_share: f64,
     /// The discrepancy of the machine as it is.
     pub unexplained: discrepancy::Level,
     /// Whether the machine with the best explanation missed the very data by more than the machine as it is: it is not written.

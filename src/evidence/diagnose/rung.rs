@@ -1,7 +1,8 @@
 //! One rung of the ladder: a machine against the data, its best explanation, and what that gains.
 
+use super::attached::Attached;
 use super::effects::{Hypothesis, Scales, hypotheses};
-use super::finalists::{Finalists, Outcome};
+use super::finalists::{Entry, Finalists, Outcome};
 use super::gain::KeptOut;
 use super::joint::{Joint, JointWeights, joint};
 use super::numbers::{self, Settled};
@@ -12,8 +13,8 @@ use super::screen::Screened;
 use super::shared::{self, Shared};
 use super::view::Comparison;
 use super::{
-    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, attached, decide, gain,
-    history, missing, next, probability, rarer, synonyms,
+    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, decide, gain, history,
+    missing, next, overstated, probability, rarer, synonyms,
 };
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
@@ -81,6 +82,9 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     let mut base = Comparison::of(problem, study, &catalogue, &scales)?;
     let mut screened = base.screen(&catalogue, data);
     let misfit = decide::misfit_of(&screened, problem.seed);
+    if let Some(share) = overstated::share(problem, &base, &base.found.residual, 0) {
+        return once(&problem.with_noise(share, progress), progress);
+    }
     let is_wrong = decide::is_wrong(&misfit);
     if is_wrong {
         progress.say("causes that act at some times or in some tests only, and powers");
@@ -138,7 +142,11 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     }
     let finals = Finalists { catalogue: &settled, prior: &prior_of_settled, ..finals };
     outcome = synonyms::merged(&finals, outcome);
-    let answered = |outcome: &Outcome| -> Answered {
+    let scatter = |(members, fitted): &Entry| overstated::share(problem, &outcome.view, &outcome.view.left(&fitted.values), members.len());
+    if let Some(share) = outcome.leading().and_then(scatter) {
+        return once(&problem.with_noise(share, progress), progress);
+    }
+    let answered = |outcome: &Outcome| -> Result<Answered> {
         let explanations = finals.explanations(outcome, &outcome.posterior, MOST_EXPLANATIONS);
         let mut answer = decide::decide(&misfit, &outcome.posterior, &explanations, usual != Level::NONE);
         if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {
@@ -147,18 +155,18 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
             answer = answer.beside(&at_its_level, &unexplained);
         }
         if let Some(best) = explanations.first().filter(|_| answer.verdict == Verdict::Explained && !data.is_transient()) {
-            let posterior = finals.where_numbers_are_off(outcome);
+            let posterior = finals.where_numbers_are_off(outcome)?;
             answer = answer.beside_numbers(best, &finals.explanations(outcome, &posterior, MOST_EXPLANATIONS));
         }
         let extension = extension(&finals, outcome, explanations.first().filter(|_| answer.names_causes()), progress);
-        Answered { explanations, answer, extension }
+        Ok(Answered { explanations, answer, extension })
     };
-    let mut found = answered(&outcome);
+    let mut found = answered(&outcome)?;
     if data.is_transient() && found.names_two() {
         // Numbers of logs are many, and two causes follow what the days have in common with neither. One of them alone must not do better
         // on what was kept out; what the other is worth beside it shows on the next rung.
         let singles = outcome.clone().singles();
-        let alone = answered(&singles);
+        let alone = answered(&singles)?;
         if alone.predicts_better(&found) {
             (outcome, found) = (singles, alone);
         }
@@ -177,7 +185,9 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         best.causes.iter_mut().zip(scatter).for_each(|(cause, scatter)| cause.at_least(*scatter));
     }
     let all = explanations.iter_mut().flat_map(|e| e.causes.iter_mut().chain(e.synonyms.iter_mut().map(|s| &mut s.cause)));
-    attached::write(study, data, &base.found.fields, all)?;
+    if !data.is_transient() {
+        Attached::new(study, data, &base.found.fields)?.write(all);
+    }
     let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref())) {
         Some(best) => {
             let shared = || outcome.leading().map(|entry| shared::shared(&finals, entry, &outcome.view)).unwrap_or_default();
@@ -238,6 +248,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         sets: rung.as_ref().map(|rung| rung.sets.clone()),
         is_open_by_numbers: answer.is_open_by_numbers,
         rungs: rung.into_iter().collect(),
+        noise_share: problem.noise_share,
         unexplained,
         misses,
         explanations,

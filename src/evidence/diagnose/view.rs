@@ -108,6 +108,11 @@ impl Comparison {
         Self { whitener: self.errors.whitener(&level, &all), level, ..self.clone() }
     }
 
+    /// What predictions leave of the readings, K.
+    pub fn left(&self, values: &[f64]) -> Vec<f64> {
+        self.readings.iter().zip(values).map(|(r, v)| r - v).collect()
+    }
+
     /// The same of the residual of the machine as it is at another level.
     pub fn ground(&self, level: &Level) -> f64 {
         let all: Vec<usize> = (0..self.readings.len()).collect();

@@ -18,7 +18,7 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use crate::error::Result;
-use crate::evidence::diagnose::{self, Cause, Certainty, Diagnosis, Explanation, Problem, Verdict, sentence};
+use crate::evidence::diagnose::{self, Cause, Certainty, Diagnosis, Effect, Explanation, Problem, Verdict, sentence};
 use crate::evidence::discrepancy::Level;
 use crate::figures::chart::gains::GainsFigure;
 use crate::figures::report::Report;
@@ -102,6 +102,14 @@ impl Findings<'_> {
         self.diagnosis.explanations.iter().enumerate().filter(|(i, e)| *i < 3 || e.probability > 2e-3).take(most)
     }
 
+    /// How much of the stated noise the readings show, where it is far too large.
+    pub fn noise_in_words(&self) -> Option<String> {
+        let share = self.diagnosis.noise_share;
+        let words =
+            || format!("the readings scatter by {:.0} % of the noise that is stated: that is what they are judged by", 100.0 * share);
+        (share < 1.0).then(words)
+    }
+
     /// The answer in one sentence.
     pub fn headline(&self) -> String {
         let found = &self.diagnosis;
@@ -143,9 +151,13 @@ impl Findings<'_> {
                     1 => "1 explanation fits, but not for certain".to_string(),
                     _ => format!("{n} explanations fit alike: the data cannot tell which it is"),
                 };
-                let numbers = match found.is_open_by_numbers {
-                    true => "; numbers of the machine file that are all a little off would do as well",
-                    false => "",
+                let is_path = |e: &Explanation| e.causes.iter().any(|c| matches!(c.hypothesis.effect, Effect::Leak(_)));
+                let numbers = match (found.is_open_by_numbers, found.explanations.first().is_some_and(is_path)) {
+                    (true, true) => {
+                        "; another place of the path, or numbers of the machine file that are all a little off, would do as well"
+                    }
+                    (true, false) => "; numbers of the machine file that are all a little off would do as well",
+                    (false, _) => "",
                 };
                 format!("Something is wrong; {certain}, and {fit}{numbers}.")
             }

@@ -51,6 +51,8 @@ pub struct DiagnosisRecord {
     pub readings: Vec<ReadingRecord>,
     /// Faulty readings that were found.
     pub faults: Vec<FaultRecord>,
+    /// How much of the stated noise the readings of a table show, where it is far too large; 1 everywhere else.
+    pub noise_share: f64,
     /// Largest difference of the end result's predictions on the reduced model from those of full solves; null with `--full` and of logs.
     pub off_in_full_K: Option<f64>,
     pub seconds: f64,
@@ -291,6 +293,7 @@ impl Findings<'_> {
             heat_balance: self.energy.balances.iter().map(|b| HeatBalanceRecord::of(&self.problem, b)).collect(),
             readings: readings(self),
             faults: self.problem.faults.iter().map(Fault::record).collect(),
+            noise_share: diagnosis.noise_share,
             off_in_full_K: diagnosis.off_in_full,
             seconds: diagnosis.seconds,
         }

@@ -158,6 +158,9 @@ fn significance(section: &mut Section, found: &Findings<'_>) -> Result<()> {
         (2.0 * misfit.freedom as f64).sqrt(),
         chance(misfit.probability)
     ));
+    if let Some(words) = found.noise_in_words() {
+        section.paragraph(format!("{}.", capital(&words)));
+    }
     section.paragraph(format!(
         "Who looks at many causes finds one that fits by chance. {} causes were composed for this machine, {} of them could show in these data. \
          In 2000 sets of pure noise, the best of them did as well as here with a probability of {}{:.1e}.",
