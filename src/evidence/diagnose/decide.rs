@@ -231,14 +231,14 @@ fn names(e: &Explanation, depth: Certainty) -> Vec<String> {
 /// Probability that causes of these names act, alone or with others.
 fn acting(explanations: &[Explanation], what: &[String], depth: Certainty) -> f64 {
     let has_all = |e: &&Explanation| what.iter().all(|w| names(e, depth).contains(w));
-    explanations.iter().filter(has_all).map(|e| e.probability).sum()
+    explanations.iter().filter(has_all).map(|e| e.probability).sum::<f64>().min(1.0)
 }
 
 /// How certain the places of the best explanation's causes are, their kinds there, and their laws.
 pub fn certainties(explanations: &[Explanation]) -> Vec<Level> {
     let of = |best: &Explanation, depth: Certainty| {
         let what = names(best, depth);
-        Level { certainty: depth, probability: acting(explanations, &what, depth).min(1.0), what: what.join("; ") }
+        Level { certainty: depth, probability: acting(explanations, &what, depth), what: what.join("; ") }
     };
     let depths = [Certainty::Place, Certainty::Kind, Certainty::Law];
     explanations.first().map_or(Vec::new(), |best| depths.into_iter().map(|depth| of(best, depth)).collect())
