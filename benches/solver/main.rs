@@ -132,8 +132,12 @@ fn sweep(cells: usize) {
         let seconds = clock.elapsed().as_secs_f64();
         let share = seconds / first;
         println!(
-            "{flow}, {speed}: {seconds:.2} s, {share:.2} of the first ({} Newton, {} Krylov)",
-            s.newton_iterations, s.krylov_iterations
+            "{flow}, {speed}: {seconds:.2} s, {share:.2} of the first ({} Newton, {} Krylov; start {:.2} s, matrices {:.2} s, linear {:.2} s)",
+            s.newton_iterations,
+            s.krylov_iterations,
+            seconds - s.assemble_seconds - s.solve_seconds,
+            s.assemble_seconds,
+            s.solve_seconds
         );
     };
     let others =

@@ -66,7 +66,7 @@ impl<'a> Jacobian<'a> {
     }
 
     /// The rows of J x from `first` on.
-    fn product(&self, first: usize, x: &[f64], part: &mut [f64]) {
+    pub(super) fn product(&self, first: usize, x: &[f64], part: &mut [f64]) {
         let range = first..first + part.len();
         part.iter_mut().zip(&self.diagonal[range.clone()]).zip(&x[range.clone()]).for_each(|((y, d), x)| *y = d * x);
         for (block, conduction) in self.network.blocks.iter().zip(&self.blocks) {

@@ -6,7 +6,6 @@ use super::krylov::Scratch;
 use super::multigrid::Workspace;
 use super::start::Anchors;
 use super::steady::{Solver, hold};
-use super::tangent::sizes;
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::Result;
 use crate::foundation::progress::Silent;
@@ -32,8 +31,8 @@ const LEAST_APART: f64 = 20.0;
 #[derive(Debug, Clone)]
 pub struct Nearby<'a> {
     solver: Solver<'a>,
-    /// Of each node's residual: one over the root of its coefficients, so that its square is an energy.
-    weights: Vec<f64>,
+    /// Where combinations of states begin.
+    none: Anchors,
 }
 
 impl<'a> Nearby<'a> {
@@ -48,9 +47,8 @@ impl<'a> Nearby<'a> {
     /// The same of a solver that is set up.
     pub fn of(solver: Solver<'a>) -> Self {
         let Solver { network, system, reference: (load, at), .. } = &solver;
-        let weights = sizes(&system.jacobian(network, load, &at.streams, &at.temperatures));
-        let weights = weights.iter().map(|size| if *size > 0.0 { size.sqrt().recip() } else { 0.0 }).collect();
-        Self { solver, weights }
+        let none = Anchors::new(&system.jacobian(network, load, &at.streams, &at.temperatures));
+        Self { solver, none }
     }
 
     /// States at several conditions, each to about `within` kelvin at every node, beginning with temperatures that resemble them.
@@ -67,7 +65,7 @@ impl<'a> Nearby<'a> {
         let spread: Vec<usize> = (0..n).step_by(n.div_ceil(FIRST).max(1)).collect();
         let rest: Vec<usize> = (0..n).filter(|c| !spread.contains(c)).collect();
         let (second, rest) = rest.split_at(rest.len().min(FIRST));
-        let mut known = Anchors::default();
+        let mut known = self.none.empty();
         let mut found = vec![Vec::new(); n];
         for wave in [spread.as_slice(), second, rest] {
             let solved: Vec<Vec<f64>> =
@@ -94,7 +92,7 @@ impl<'a> Nearby<'a> {
         let mut since = 0.0;
         if !known.is_empty() {
             let before = state.clone();
-            known.improve_weighed(&matrix, &here.residual, Some(&self.weights), &mut state);
+            known.seen_by(&matrix).improve(&here.residual, &mut state);
             hold(network, load, &mut state);
             since = farthest(&before, &state);
             here = self.open(load, &state)?;

@@ -2,13 +2,14 @@
 
 use std::time::Instant;
 
-use super::balance::{Balance, balance};
+use super::balance::{Balance, balance_with};
+use super::csr::for_chunks;
 use super::jacobian::Jacobian;
 use super::krylov::{Outcome, Scratch, conjugate_gradients, gmres};
 use super::multigrid::{Multigrid, Workspace};
 use super::outlet::Pieces;
 use super::start::Anchors;
-use super::system::System;
+use super::system::{Outside, System};
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
 use crate::foundation::progress::{Progress, Silent};
@@ -27,7 +28,7 @@ const LARGEST_TOLERANCE: f64 = 0.05;
 const MOST_NEWTON: usize = 40;
 const MOST_KRYLOV: usize = 400;
 /// Passes of the search for a combination of known states to start from.
-const ANCHOR_PASSES: usize = 2;
+const ANCHOR_PASSES: usize = 3;
 
 /// A network with everything that can be set up once for all conditions.
 #[derive(Debug, Clone)]
@@ -118,6 +119,10 @@ impl<'a> Solver<'a> {
     /// Solves some conditions so that others start from a combination of them. What others come to does not depend
     /// on their order, only on these. Conditions that fail to converge are skipped.
     pub fn learn(&mut self, loads: &[Load]) {
+        if self.anchors.is_empty() {
+            let (load, at) = &self.reference;
+            self.anchors = Anchors::new(&self.system.jacobian(self.network, load, &at.streams, &at.temperatures));
+        }
         for load in loads {
             if let Ok(solution) = self.steady(load) {
                 self.anchors.add(&self.reference.1.temperatures, &solution.temperatures);
@@ -149,11 +154,14 @@ impl<'a> Solver<'a> {
         let mut temperatures = self.reference.1.temperatures.clone();
         if !self.anchors.is_empty() {
             hold(network, load, &mut temperatures);
+            // The matrix changes little from one to the other.
+            let mut known = None;
             for _ in 0..ANCHOR_PASSES {
                 let streams = network.stream_states(load, &temperatures)?;
-                let residual = self.system.residual(network, load, &streams, &temperatures);
-                let jacobian = self.system.jacobian(network, load, &streams, &temperatures);
-                self.anchors.improve(&jacobian, &residual, &mut temperatures);
+                let outside = Outside::new(network, load, &temperatures);
+                let residual = self.system.residual_with(network, load, &streams, &temperatures, &outside);
+                let matrix = || self.system.jacobian_with(network, load, &streams, &temperatures, &outside);
+                known.get_or_insert_with(|| self.anchors.seen_by(&matrix())).improve(&residual, &mut temperatures);
             }
         }
         self.steady_from(load, &temperatures)
@@ -178,22 +186,25 @@ impl<'a> Solver<'a> {
         let (mut newton, mut krylov) = (0, 0);
         let (mut assembling, mut solving) = (0.0, 0.0);
         let mut work = (self.multigrid.workspace(), Scratch::default());
-        let mut step = vec![0.0; network.nodes];
+        let (mut step, mut residual, mut outside) = (vec![0.0; network.nodes], Vec::new(), Outside::default());
+        let mut matrix: Option<Jacobian<'_>> = None;
         let mut last_step = f64::INFINITY;
         loop {
             let clock = Instant::now();
             let streams = network.stream_states(load, &temperatures)?;
-            let residual = self.system.residual(network, load, &streams, &temperatures);
+            outside.renew(network, load, &temperatures);
+            self.system.residual_in(&mut residual, network, load, &streams, &temperatures, &outside);
             let imbalance: f64 = residual.iter().map(|r| r.abs()).sum();
-            let through = throughput(network, load, &temperatures, &streams);
+            let mut balance = balance_with(network, load, &streams, &temperatures, &outside.surfaces);
+            // The heat that passes through: the scale the residual is measured against.
+            let through = balance.in_watts;
             if !imbalance.is_finite() {
                 return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite after {newton} Newton steps")));
             }
-            let rounding = self.system.rounding(network, load, &streams, &temperatures);
+            let rounding = self.system.rounding(network, &streams, &temperatures, &outside);
             let asked = (RESIDUAL_TOLERANCE * through).max(rounding);
             let is_balanced = imbalance <= asked;
             if is_balanced && last_step <= STEP_TOLERANCE {
-                let mut balance = balance(network, load, &streams, &temperatures);
                 if balance.relative > BALANCE_TOLERANCE && (balance.in_watts - balance.out_watts).abs() <= rounding {
                     // Hardly any heat flows: what rounding of the temperatures leaves stands in no relation to it.
                     balance.relative = 0.0;
@@ -221,14 +232,20 @@ impl<'a> Solver<'a> {
                 ))
                 .help("look for a part without a path for its heat, or a source that grows with its own temperature"));
             }
-            let matrix = self.system.jacobian(network, load, &streams, &temperatures);
+            let matrix = match &mut matrix {
+                Some(matrix) => {
+                    self.system.renew(matrix, network, load, &streams, &temperatures, &outside);
+                    matrix
+                }
+                none => none.insert(self.system.jacobian_with(network, load, &streams, &temperatures, &outside)),
+            };
             assembling += clock.elapsed().as_secs_f64();
 
             let clock = Instant::now();
-            let right: Vec<f64> = residual.iter().map(|r| -r).collect();
+            for_chunks(&mut residual, |_, part| part.iter_mut().for_each(|r| *r = -*r));
             // The last steps need no more than what is asked for in the end.
             let within = LINEAR_TOLERANCE.max(ENOUGH * asked / imbalance);
-            let outcome = self.linear(&matrix, &streams, &right, &mut step, within.min(LARGEST_TOLERANCE), &mut work);
+            let outcome = self.linear(matrix, &streams, &residual, &mut step, within.min(LARGEST_TOLERANCE), &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;
             if outcome.is_useless() {
@@ -318,9 +335,4 @@ fn initial(network: &Network, load: &Load) -> Vec<f64> {
         start[nodes].fill(load.inlets[stream.circuit]);
     }
     start
-}
-
-/// Heat that passes through the network, W: the scale the residual is measured against.
-fn throughput(network: &Network, load: &Load, temperatures: &[f64], streams: &[StreamState]) -> f64 {
-    balance(network, load, streams, temperatures).in_watts
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use super::csr::{CHUNK, for_chunks};
 use super::jacobian::{Conduction, Jacobian, SparseRows};
 use crate::discretise::network::block::{Block, Profile, Segment};
-use crate::discretise::network::{Joint, Load, NONE, Network, StreamState, surface::SurfaceState};
+use crate::discretise::network::{Joint, JointState, Load, NONE, Network, StreamState, Surface, surface::SurfaceState};
 use crate::physics::radiation::SIGMA;
 
 /// The sparsity pattern of a network's Jacobian outside the blocks, and what in it never changes.
@@ -70,18 +70,14 @@ impl System {
 
     /// Sum of the rounding errors of all nodal residuals, W: a difference of two temperatures is known
     /// to one unit in the last place of either. No iteration brings the residual below it.
-    pub fn rounding(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> f64 {
+    pub fn rounding(&self, network: &Network, streams: &[StreamState], temperatures: &[f64], outside: &Outside) -> f64 {
         let of_block = |(block, profile): (&Block, &Profile<f64>)| {
             let [_, n1, n2] = block.cells.map(|n| n as f64);
             let sums = [0, 1, 2].map(|d| profile[d].iter().sum::<f64>());
             sums[0] * n1 * n2 + sums[1] * (if block.wraps { n1 } else { n1 - 1.0 }) * n2 + sums[2] * n1 * (n2 - 1.0)
         };
         let linear: f64 = network.blocks.iter().zip(&self.profiles).map(of_block).sum();
-        let conductance = |j: &Joint| {
-            let (ta, tb) = network.joint_ends(j, temperatures);
-            network.joint_state(j, ta, tb, &load.contacts).conductance.abs()
-        };
-        let joints: f64 = network.joints.iter().map(conductance).sum();
+        let joints: f64 = outside.joints.iter().map(|(state, _)| state.conductance.abs()).sum();
         let water: f64 = network.streams.iter().zip(streams).map(|(s, state)| state.capacity_rate * s.stations.len() as f64).sum();
         let hottest = temperatures.iter().fold(0.0, |m: f64, t| m.max(*t));
         let radiation: f64 = network.radiative.iter().map(|(_, _, area)| 4.0 * SIGMA * area * hottest.powi(3)).sum();
@@ -98,39 +94,62 @@ impl System {
 
     /// Jacobian of the residual at `temperatures`, the streams' coefficients held as they are.
     pub fn jacobian<'a>(&self, network: &'a Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Jacobian<'a> {
-        self.jacobian_with(network, load, streams, temperatures, &surface_states(network, load, temperatures))
+        self.jacobian_with(network, load, streams, temperatures, &Outside::new(network, load, temperatures))
     }
 
-    /// The same where the states of the surfaces are known.
+    /// The same where the states of surfaces and joints are known.
     pub fn jacobian_with<'a>(
         &self,
         network: &'a Network,
         load: &Load,
         streams: &[StreamState],
         temperatures: &[f64],
-        surfaces: &[SurfaceState],
+        outside: &Outside,
     ) -> Jacobian<'a> {
-        let mut rest = self.pattern.clone();
-        let mut diagonal = vec![0.0; network.nodes];
+        let mut found = Jacobian::new(network, Vec::new(), Vec::new(), SparseRows::default());
+        self.renew(&mut found, network, load, streams, temperatures, outside);
+        found
+    }
+
+    /// The same in place of another one, whose memory it takes.
+    pub fn renew<'a>(
+        &self,
+        matrix: &mut Jacobian<'a>,
+        network: &'a Network,
+        load: &Load,
+        streams: &[StreamState],
+        temperatures: &[f64],
+        outside: &Outside,
+    ) {
+        let Jacobian { blocks, diagonal, rest, .. } = matrix;
+        if diagonal.len() != network.nodes {
+            (*diagonal, *rest) = (vec![0.0; network.nodes], self.pattern.clone());
+        } else {
+            for_chunks(diagonal, |_, part| part.fill(0.0));
+            rest.values.fill(0.0);
+        }
         let mut slots = self.slots.iter();
-        each_entry(network, &Derivatives::at(network, load, streams, temperatures), |row, column, value| {
+        each_entry(network, &Derivatives::at(network, streams, temperatures, outside), |row, column, value| {
             if row == column {
                 diagonal[row as usize] += value;
             } else if let Some(slot) = slots.next() {
                 rest.values[*slot as usize] += value;
             }
         });
-        for (surface, state) in network.surfaces.iter().zip(surfaces) {
+        for (surface, state) in network.surfaces.iter().zip(&outside.surfaces) {
             diagonal[surface.node as usize] += state.slope;
         }
         for (source, power) in network.sources.iter().zip(&load.powers).filter(|(s, _)| s.law.follows_temperature()) {
             source.slopes(*power, temperatures).for_each(|(node, slope)| diagonal[node as usize] -= slope);
         }
-        self.hold(&mut diagonal, &mut rest);
-        let blocks = network.blocks.iter().zip(&self.profiles).zip(&self.is_constant).map(|((block, profile), constant)| {
-            if *constant { Conduction::Constant(profile.clone()) } else { varying(network, block, temperatures) }
-        });
-        Jacobian::new(network, blocks.collect(), diagonal, rest)
+        self.hold(diagonal, rest);
+        *blocks = (network.blocks.iter().zip(&self.profiles).zip(&self.is_constant))
+            .map(
+                |((block, profile), constant)| {
+                    if *constant { Conduction::Constant(profile.clone()) } else { varying(network, block, temperatures) }
+                },
+            )
+            .collect();
     }
 
     /// The symmetric part for the solids: without the slopes of conductances and the one-way terms of the streams.
@@ -183,26 +202,44 @@ impl System {
 
     /// Heat leaving each node minus heat entering it, W: zero in the steady state.
     pub fn residual(&self, network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
-        self.residual_with(network, load, streams, temperatures, &surface_states(network, load, temperatures))
+        self.residual_with(network, load, streams, temperatures, &Outside::new(network, load, temperatures))
     }
 
-    /// The same where the states of the surfaces are known.
+    /// The same where the states of surfaces and joints are known.
     pub fn residual_with(
         &self,
         network: &Network,
         load: &Load,
         streams: &[StreamState],
         temperatures: &[f64],
-        surfaces: &[SurfaceState],
+        outside: &Outside,
     ) -> Vec<f64> {
-        heats(network, (&self.profiles, &self.is_constant), load, streams, temperatures, surfaces)
+        let mut residual = Vec::new();
+        self.residual_in(&mut residual, network, load, streams, temperatures, outside);
+        residual
+    }
+
+    /// The same in a vector whose memory it takes.
+    pub fn residual_in(
+        &self,
+        residual: &mut Vec<f64>,
+        network: &Network,
+        load: &Load,
+        streams: &[StreamState],
+        temperatures: &[f64],
+        outside: &Outside,
+    ) {
+        heats(residual, network, (&self.profiles, &self.is_constant), load, streams, temperatures, outside);
     }
 }
 
 /// As [`System::residual`], for a network whose residual is asked for once: no pattern is needed for it.
 pub fn residual(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
     let (profiles, is_constant) = conduction(network);
-    heats(network, (&profiles, &is_constant), load, streams, temperatures, &surface_states(network, load, temperatures))
+    let mut residual = Vec::new();
+    let outside = Outside::new(network, load, temperatures);
+    heats(&mut residual, network, (&profiles, &is_constant), load, streams, temperatures, &outside);
+    residual
 }
 
 /// Conductances of the blocks at 300 K, and whether they are the same at all temperatures.
@@ -213,15 +250,20 @@ fn conduction(network: &Network) -> (Vec<Profile<f64>>, Vec<bool>) {
 
 /// The residual, with what [`conduction`] says of the blocks.
 fn heats(
+    r: &mut Vec<f64>,
     network: &Network,
     (profiles, is_constant): (&[Profile<f64>], &[bool]),
     load: &Load,
     streams: &[StreamState],
     temperatures: &[f64],
-    surfaces: &[SurfaceState],
-) -> Vec<f64> {
+    outside: &Outside,
+) {
     let t = |n: u32| temperatures[n as usize];
-    let mut r = vec![0.0; network.nodes];
+    if r.len() == network.nodes {
+        for_chunks(r, |_, part| part.fill(0.0));
+    } else {
+        *r = vec![0.0; network.nodes];
+    }
     for ((block, profile), constant) in network.blocks.iter().zip(profiles).zip(is_constant) {
         let conductivity = if *constant { None } else { Some(conductivities(network, block, temperatures)) };
         for_chunks(&mut r[block.nodes()], |first, part| {
@@ -236,13 +278,13 @@ fn heats(
         r[a as usize] += heat;
         r[b as usize] -= heat;
     };
-    for joint in &network.joints {
-        flow(joint.a, joint.b, network.joint_heat(joint, temperatures, &load.contacts));
+    for (joint, (state, difference)) in network.joints.iter().zip(&outside.joints) {
+        flow(joint.a, joint.b, state.conductance * difference);
     }
     for (a, b, area) in &network.radiative {
         flow(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
     }
-    for (surface, state) in network.surfaces.iter().zip(surfaces) {
+    for (surface, state) in network.surfaces.iter().zip(&outside.surfaces) {
         r[surface.node as usize] += state.heat;
     }
     for (source, power) in network.sources.iter().zip(&load.powers) {
@@ -271,7 +313,6 @@ fn heats(
     for (node, _) in &network.fixed {
         r[*node as usize] = 0.0;
     }
-    r
 }
 
 /// Temperature (K) of the water entering a stream.
@@ -284,9 +325,38 @@ pub fn entering_temperature(network: &Network, load: &Load, streams: &[StreamSta
     mix.map(|(u, w)| w * temperatures[network.streams[*u].outlet() as usize]).sum()
 }
 
+/// What is outside the blocks at given temperatures, in the network's order.
+#[derive(Debug, Clone, Default)]
+pub struct Outside {
+    /// Of every surface.
+    pub surfaces: Vec<SurfaceState>,
+    /// Of every joint, with the difference of the temperatures at its ends, K.
+    pub joints: Vec<(JointState, f64)>,
+}
+
+impl Outside {
+    /// At temperatures of all nodes, K.
+    pub fn new(network: &Network, load: &Load, temperatures: &[f64]) -> Self {
+        let mut found = Self::default();
+        found.renew(network, load, temperatures);
+        found
+    }
+
+    /// At other temperatures, in the same memory.
+    pub fn renew(&mut self, network: &Network, load: &Load, temperatures: &[f64]) {
+        let of_joint = |joint: &Joint| {
+            let (ta, tb) = network.joint_ends(joint, temperatures);
+            (network.joint_state(joint, ta, tb, &load.contacts), ta - tb)
+        };
+        let of_surface = |s: &Surface| s.state(temperatures[s.node as usize], &network.properties, load);
+        network.surfaces.par_iter().with_min_len(CHUNK).map(of_surface).collect_into_vec(&mut self.surfaces);
+        network.joints.par_iter().with_min_len(CHUNK).map(of_joint).collect_into_vec(&mut self.joints);
+    }
+}
+
 /// State of every surface at given temperatures, in the network's order.
 pub fn surface_states(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<SurfaceState> {
-    let state = |s: &crate::discretise::network::Surface| s.state(temperatures[s.node as usize], &network.properties, load);
+    let state = |s: &Surface| s.state(temperatures[s.node as usize], &network.properties, load);
     network.surfaces.par_iter().with_min_len(CHUNK).map(state).collect()
 }
 
@@ -306,18 +376,16 @@ impl<'a> Derivatives<'a> {
         Self { joints: vec![(0.0, 0.0); network.joints.len()], radiative: vec![(0.0, 0.0); network.radiative.len()], streams: None }
     }
 
-    fn at(network: &Network, load: &Load, streams: &'a [StreamState], temperatures: &[f64]) -> Self {
-        let of_joint = |joint: &Joint| {
-            let (ta, tb) = network.joint_ends(joint, temperatures);
-            let state = network.joint_state(joint, ta, tb, &load.contacts);
-            (state.conductance + state.slope_a * (ta - tb), state.conductance - state.slope_b * (ta - tb))
+    fn at(network: &Network, streams: &'a [StreamState], temperatures: &[f64], outside: &Outside) -> Self {
+        let of_joint = |(state, difference): &(JointState, f64)| {
+            (state.conductance + state.slope_a * difference, state.conductance - state.slope_b * difference)
         };
         let of_link = |(a, b, area): &(u32, u32, f64)| {
             let slope = |n: u32| 4.0 * SIGMA * area * temperatures[n as usize].powi(3);
             (slope(*a), slope(*b))
         };
         Self {
-            joints: network.joints.par_iter().with_min_len(CHUNK).map(of_joint).collect(),
+            joints: outside.joints.par_iter().with_min_len(CHUNK).map(of_joint).collect(),
             radiative: network.radiative.iter().map(of_link).collect(),
             streams: Some(streams),
         }

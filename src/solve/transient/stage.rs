@@ -5,7 +5,7 @@ use super::super::csr::for_chunks;
 use super::super::jacobian::Jacobian;
 use super::super::krylov::{Operator, Outcome, Scratch, gmres};
 use super::super::multigrid::{Multigrid, Workspace};
-use super::super::system::{System, surface_states};
+use super::super::system::{Outside, System};
 use super::water::{Streams, Water, inflows};
 use super::{Passing, Transient, TransientState};
 use crate::discretise::network::{Load, Network, StreamState};
@@ -175,8 +175,8 @@ impl Transient<'_> {
         for newton in 0..=MOST_NEWTON {
             let wall = |n: usize| effective(n, temperatures[n]);
             let passed = streams.carry(&wall);
-            let surfaces = surface_states(network, stage.load, &temperatures);
-            let mut residual = self.system.residual_with(network, stage.load, &[], &temperatures, &surfaces);
+            let outside = Outside::new(network, stage.load, &temperatures);
+            let mut residual = self.system.residual_with(network, stage.load, &[], &temperatures, &outside);
             let flow: Vec<f64> = residual[..solids].iter().map(|r| -r).collect();
             let mut magnitude = 0.0;
             for i in 0..solids {
@@ -200,7 +200,7 @@ impl Transient<'_> {
             if !imbalance.is_finite() {
                 return Err(Error::stopped(Stop::NotFinite, format!("the temperatures are no longer finite at {:.6} s", state.time)));
             }
-            let passing = || Passing::of(&balance_with(network, stage.load, &[], &temperatures, &surfaces));
+            let passing = || Passing::of(&balance_with(network, stage.load, &[], &temperatures, &outside.surfaces));
             // A scale: after the first step it hardly changes.
             let known = (newton <= SCALED).then(passing);
             if let Some(Passing { entering, leaving }) = known {
@@ -211,8 +211,7 @@ impl Transient<'_> {
                 // Water gives its heat by differences of temperatures that are rounded as a whole.
                 let films: f64 =
                     states.iter().flat_map(|s| &s.conductance).sum::<f64>() * temperatures.iter().fold(0.0f64, |m, t| m.max(*t));
-                self.system.rounding(network, stage.load, &[], &temperatures)
-                    + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films)
+                self.system.rounding(network, &[], &temperatures, &outside) + 4.0 * f64::EPSILON * (rate * (magnitude + from_water) + films)
             } else {
                 0.0
             };
@@ -236,7 +235,7 @@ impl Transient<'_> {
                 ));
             }
             if is_slow || linear.is_none() {
-                let mut jacobian = self.system.jacobian_with(network, stage.load, &still, &temperatures, &surfaces);
+                let mut jacobian = self.system.jacobian_with(network, stage.load, &still, &temperatures, &outside);
                 let mut capacity: Vec<f64> = (0..solids).map(|i| rate * network.capacity_at(i, temperatures[i])).collect();
                 network.fixed.iter().for_each(|(node, _)| capacity[*node as usize] = 0.0);
                 jacobian.add_diagonal(capacity.into_iter());
