@@ -152,7 +152,7 @@ mod tests {
     fn few_columns_have_the_covariance_of_many() {
         let of = |k: usize| -> Vec<f64> {
             let (a, b) = ((k as f64).sin(), (1.7 * k as f64).cos());
-            (0..6).map(|i| a * (1.0 + i as f64) + b * (0.3 * i as f64).sin()).collect()
+            (0..6).map(|i| a * (1.0 + i as f64) + b * (2.0 * i as f64).sin()).collect()
         };
         let all: Vec<Vec<f64>> = (0..10).map(of).collect();
         let found = few(&all);
