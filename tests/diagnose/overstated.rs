@@ -42,3 +42,15 @@ fn clean_tables_are_silent_in_noise_that_is_stated_twice() {
     println!("{many:?}");
     assert!(many.len() >= 10 && many.iter().all(|share| (0.35..0.8).contains(share)), "{many:?}");
 }
+
+/// As if the noise were not known at all.
+#[test]
+fn noise_that_is_stated_a_hundredfold_is_learnt_too() {
+    let clean = stated(&case(1, Family::Clean).problem, 100.0);
+    let twice = stated(&case(1, Family::Clean).problem, 2.0);
+    println!("{} and {}", clean.noise_share, twice.noise_share);
+    assert_eq!(clean.verdict, Verdict::Consistent);
+    assert!((50.0 * clean.noise_share / twice.noise_share - 1.0).abs() < 0.15);
+    let found = stated(&case(342, Family::One).problem, 100.0);
+    assert_ne!(found.verdict, Verdict::Consistent, "{:?}", found.misfit);
+}

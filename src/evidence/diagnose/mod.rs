@@ -50,7 +50,7 @@ use crate::evidence::measurement::faults::{Fault, kept, rest};
 use crate::evidence::measurement::{Data, MOST_READINGS, Uncertainty, VariableUncertainty, Whitener, thinned};
 use crate::explore::simulate::Start;
 use crate::foundation::document::Document;
-use crate::foundation::numbers::TWO_SIDED_90;
+use crate::foundation::numbers::{TWO_SIDED_90, significant};
 use crate::foundation::progress::Progress;
 use crate::solve::sensitivity::{Parameter, Study, UncertainNumber};
 
@@ -167,13 +167,13 @@ impl Problem {
 
     /// The same with reading noise that is a share of what is stated.
     fn with_noise(&self, share: f64, progress: &dyn Progress) -> Self {
-        progress.say(&format!("readings scatter by {:.0} % of the noise that is stated: again with that", 100.0 * share));
+        progress.say(&format!("readings scatter by {} % of the noise that is stated: again with that", significant(100.0 * share, 2)));
         let mut uncertainty = self.uncertainty.clone();
         let model = self.discrepancy.model.hypot(uncertainty.model);
         uncertainty.noise.iter_mut().for_each(|noise| {
             // The model's own errors are no smaller.
             let left = share * noise.hypot(model);
-            *noise = (left * left - model * model).max(0.0).sqrt().max(overstated::LEAST * *noise);
+            *noise = (left * left - model * model).max(0.0).sqrt().max(overstated::LEAST * share * *noise);
         });
         Self { uncertainty, noise_share: share, ..self.clone() }
     }

@@ -9,9 +9,11 @@ use super::view::Comparison;
 use crate::evidence::discrepancy::Level;
 use crate::evidence::identify::chi_square_tail;
 
-/// Shares of the stated noise that are tried: the smallest, and how many up to all of it.
+/// Shares of the stated noise that are tried: the smallest, and how many up to all of it. Where even the smallest is too large, shares of
+/// that are, down to a last one.
 pub const LEAST: f64 = 0.1;
 const TRIED: usize = 31;
+const LAST: f64 = 1e-4;
 /// Of shares that suit alike, within one standard deviation, the largest is believed: few readings may lie close together by chance.
 const WITHIN: f64 = 1.0;
 
@@ -30,8 +32,15 @@ pub fn share(problem: &Problem, view: &Comparison, residual: &[f64], causes: usi
     if 1.0 - chi_square_tail(at(1.0).0, residual.len() - causes) >= ALARM_MISFIT {
         return None;
     }
-    let tried = (0..TRIED - 1).map(|k| LEAST + (1.0 - LEAST) * k as f64 / (TRIED - 1) as f64);
-    let tried: Vec<(f64, f64)> = tried.map(|share| (share, at(share).1)).collect();
-    let least = tried.iter().map(|(_, deviance)| *deviance).min_by(f64::total_cmp)?;
-    tried.into_iter().rfind(|(_, deviance)| *deviance < least + WITHIN).map(|(share, _)| share)
+    let mut all_of_it = 1.0;
+    loop {
+        let tried = (0..TRIED - 1).map(|k| all_of_it * (LEAST + (1.0 - LEAST) * k as f64 / (TRIED - 1) as f64));
+        let tried: Vec<(f64, f64)> = tried.map(|share| (share, at(share).1)).collect();
+        let least = tried.iter().map(|(_, deviance)| *deviance).min_by(f64::total_cmp)?;
+        let (share, _) = tried.into_iter().rfind(|(_, deviance)| *deviance < least + WITHIN)?;
+        all_of_it *= LEAST;
+        if share > all_of_it || share < LAST {
+            return Some(share);
+        }
+    }
 }

@@ -23,6 +23,7 @@ use crate::evidence::discrepancy::Level;
 use crate::figures::chart::gains::GainsFigure;
 use crate::figures::report::Report;
 use crate::foundation::atomic_file;
+use crate::foundation::numbers::significant;
 use crate::foundation::progress::Progress;
 use energy::EnergyBalances;
 use extended::ExtendedMachine;
@@ -104,10 +105,9 @@ impl Findings<'_> {
 
     /// How much of the stated noise the readings show, where it is far too large.
     pub fn noise_in_words(&self) -> Option<String> {
-        let share = self.diagnosis.noise_share;
-        let words =
-            || format!("the readings scatter by {:.0} % of the noise that is stated: that is what they are judged by", 100.0 * share);
-        (share < 1.0).then(words)
+        let share = Some(self.diagnosis.noise_share).filter(|share| *share < 1.0)?;
+        let percent = significant(100.0 * share, 2);
+        Some(format!("the readings scatter by {percent} % of the noise that is stated: that is what they are judged by"))
     }
 
     /// The answer in one sentence.
