@@ -14,6 +14,8 @@ use crate::evidence::identify::chi_square_tail;
 pub const LEAST: f64 = 0.1;
 const TRIED: usize = 31;
 const LAST: f64 = 1e-4;
+/// Of a larger share than this nothing else follows, and what was done with all of it stays.
+const FAR: f64 = 0.85;
 /// Of shares that suit alike, within one standard deviation, the largest is believed: few readings may lie close together by chance.
 const WITHIN: f64 = 1.0;
 
@@ -40,7 +42,7 @@ pub fn share(problem: &Problem, view: &Comparison, residual: &[f64], causes: usi
         let (share, _) = tried.into_iter().rfind(|(_, deviance)| *deviance < least + WITHIN)?;
         all_of_it *= LEAST;
         if share > all_of_it || share < LAST {
-            return Some(share);
+            return Some(share).filter(|share| *share < FAR);
         }
     }
 }
