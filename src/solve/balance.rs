@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::system::{entering_temperature, surface_states};
+use super::outside::surface_states;
+use super::system::entering_temperature;
 use crate::discretise::network::surface::SurfaceState;
 use crate::discretise::network::{BoundaryState, ContactFactors, EnclosureViews, Load, NONE, Network, StreamState};
 use crate::physics::radiation::SIGMA;

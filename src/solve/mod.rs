@@ -12,6 +12,7 @@ pub mod meshed;
 pub mod multigrid;
 mod nearby;
 pub mod outlet;
+mod outside;
 pub mod routes;
 pub mod sensitivity;
 mod start;

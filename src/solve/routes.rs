@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::balance::heat_flow_matrix;
-use super::system::{entering_temperature, surface_states};
+use super::outside::surface_states;
+use super::system::entering_temperature;
 use crate::discretise::network::{Load, NONE, Network, StreamState};
 
 /// Where heat comes from or goes to.
