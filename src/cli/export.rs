@@ -113,7 +113,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let name = args.name();
     let files = coldplate_export::export(&surrogate, target, &name).map_err(|e| {
         let error = Error::input(e.to_string());
-        if matches!(e, ExportError::Name(_)) { error.at_key("--name").help("write for example --name surrogate") } else { error }
+        match e {
+            ExportError::Name(_) => error.at_key("--name").help("write for example --name surrogate"),
+            ExportError::Single(_) => error.in_file(&args.surrogate).at_key("--single").help("leave it out: double precision does"),
+            _ => error,
+        }
     })?;
     let mut record = Record { target: target.key(), written: Vec::new(), points: Vec::new() };
     for file in files {

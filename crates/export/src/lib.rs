@@ -101,15 +101,15 @@ pub enum ExportError {
     Name(String),
     /// The files do not fit into an archive; says why.
     Archive(String),
-    /// Numbers of the surrogate are too large for single precision.
-    Single,
+    /// Single precision does not do for the surrogate; says why.
+    Single(String),
 }
 
 impl std::fmt::Display for ExportError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Name(name) => write!(f, "no identifier can be made of the name '{name}': it has no letter from a to z and no digit"),
-            Self::Single => write!(f, "numbers of this surrogate are too large for single precision"),
+            Self::Single(reason) => write!(f, "single precision does not do here: {reason}"),
             Self::Archive(reason) => write!(f, "the files do not fit into an archive: {reason}"),
         }
     }
@@ -121,7 +121,8 @@ impl std::error::Error for ExportError {}
 /// underscores becomes an underscore.
 ///
 /// # Errors
-/// If the name has nothing to make an identifier of, or an archive would be larger than its format allows.
+/// If the name has nothing to make an identifier of, an archive would be larger than its format allows, or values in single
+/// precision would be off by more than a tenth of the half width of their bands and 0.01 of their unit.
 pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<Vec<File>, ExportError> {
     let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
     let content = Content::of(surrogate);

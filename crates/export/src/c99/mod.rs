@@ -1,18 +1,22 @@
 //! One header and one source file in C99: the numbers as tables, and the runtime's arithmetic in the runtime's order.
 
+mod pair;
 mod single;
 
 use std::fmt::Write as _;
 
 use coldplate_runtime::Surrogate;
 
-use crate::content::{Content, Point};
+use crate::content::{Content, Point, SelfTest};
 use crate::name::{comment, distinct};
 use crate::template::{Filling, wrapped};
 use crate::{ExportError, File};
+use pair::Pair;
+use single::Single;
 
 const HEADER: &str = include_str!("surrogate.h");
 const SOURCE: &str = include_str!("surrogate.c");
+const PAIRS: &str = include_str!("pairs.c");
 
 pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     let [header, source] = filled(content, name, None);
@@ -21,30 +25,68 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
 
 /// The same in single precision, with what that costs.
 pub(crate) fn write_single(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Result<Vec<File>, ExportError> {
-    let errors = single::errors(surrogate, content).ok_or(ExportError::Single)?;
-    let largest = errors.iter().copied().fold(0.0, f64::max);
-    let [header, source] = filled(content, name, Some(&errors)).map(|text| single::narrowed(&text).into_bytes());
+    let single = Single::of(surrogate, content)?;
+    let [header, source] = filled(content, name, Some(&single)).map(|text| single::narrowed(&text).into_bytes());
     let mut source = File::new(format!("{name}.c"), source);
-    source.remark = Some(format!("values within {largest:.1e} of those in double precision"));
+    source.remark = Some(remark(content, &single));
     Ok(vec![File::new(format!("{name}.h"), header), source])
 }
 
-/// Header and source; `errors` are those of single precision.
-fn filled(content: &Content, name: &str, errors: Option<&[f64]>) -> [String; 2] {
+/// What single precision costs, by the unit: where most.
+fn remark(content: &Content, single: &Single) -> String {
+    let mut most: Vec<(&Point, f64)> = Vec::new();
+    for (point, error) in content.points.iter().zip(&single.errors) {
+        match most.iter_mut().find(|(other, _)| other.unit == point.unit) {
+            Some(own) if own.1 >= *error => {}
+            Some(own) => *own = (point, *error),
+            None => most.push((point, *error)),
+        }
+    }
+    let each = |(point, error): &(&Point, f64)| format!("{error:.1e} {} ('{}')", single::unit_of_errors(&point.unit), point.name);
+    let all: Vec<String> = most.iter().map(each).collect();
+    format!("values within {} of those in double precision", all.join(" and "))
+}
+
+/// Header and source, in double precision or for single precision.
+fn filled(content: &Content, name: &str, single: Option<&Single>) -> [String; 2] {
     let mut filling = Filling::of(content);
-    filling.flag("single", errors.is_some());
+    let is_paired = single.is_some_and(|own| own.is_paired);
+    filling.flag("single", single.is_some());
+    filling.flag("paired", is_paired);
+    if is_paired {
+        pair_flags(&mut filling, content);
+        let pairs = filling.fill(PAIRS, name);
+        filling.block("pairs", pairs);
+    }
+    let tests: Vec<&SelfTest> = content.self_tests.iter().chain(single.into_iter().flat_map(|own| &own.tests)).collect();
     filling.block("head", head(content, name));
-    filling.block("counts", counts(content, &name.to_uppercase()));
+    filling.block("counts", counts(content, tests.len(), &name.to_uppercase()));
     filling.block("names", names(content, &name.to_uppercase()));
     filling.block("include", format!("#include \"{name}.h\"\n"));
-    let mut tables = Tables { name, text: String::new() };
-    if let Some(errors) = errors {
+    let mut tables = Tables { name, is_paired, text: String::new() };
+    if let Some(single) = single {
         tables.text.push_str("/* By how much values may be off in single precision. */\n");
-        tables.numbers("value_errors", errors.iter().copied());
+        tables.numbers("value_errors", single.errors.iter().copied());
         tables.text.push('\n');
     }
-    filling.block("tables", tables.of(content));
+    filling.block("tables", tables.of(content, &tests));
     [filling.fill(HEADER, name), filling.fill(SOURCE, name)]
+}
+
+/// Which functions of pairs there are, and which of plain numbers are then used by none.
+fn pair_flags(filling: &mut Filling, content: &Content) {
+    let holds = |flag: &str| filling.flags.get(flag).copied().unwrap_or(false);
+    let has_ln = holds("ln");
+    let flags = [
+        ("pair_ln", has_ln),
+        ("pair_exp", has_ln || holds("gaussian")),
+        ("pair_root", holds("cubic") || holds("multiquadric")),
+        ("pair_quotient", holds("reciprocal") || holds("multiquadric")),
+        ("exp", !content.limits.is_empty()),
+    ];
+    for (flag, value) in flags {
+        filling.flag(flag, value);
+    }
 }
 
 /// What the comment at the top of both files says.
@@ -56,12 +98,12 @@ fn head(content: &Content, name: &str) -> String {
     text
 }
 
-fn counts(content: &Content, name: &str) -> String {
+fn counts(content: &Content, self_tests: usize, name: &str) -> String {
     let counts = [
         ("VARIABLES", content.variables.len()),
         ("POINTS", content.points.len()),
         ("LIMITS", content.limits.len()),
-        ("SELF_TESTS", content.self_tests.len()),
+        ("SELF_TESTS", self_tests),
     ];
     let states = content.in_time.as_ref().map(|own| ("TIME_STATES", own.states));
     counts.into_iter().chain(states).map(|(what, count)| format!("#define {name}_{what} {count}\n")).collect()
@@ -96,11 +138,13 @@ fn names(content: &Content, name: &str) -> String {
 /// The constants of the source file.
 struct Tables<'n> {
     name: &'n str,
+    /// Whether the numbers of the bases are pairs.
+    is_paired: bool,
     text: String,
 }
 
 impl Tables<'_> {
-    fn of(mut self, content: &Content) -> String {
+    fn of(mut self, content: &Content, self_tests: &[&SelfTest]) -> String {
         let upper = self.name.to_uppercase();
         let name = self.name;
         let limits = !content.limits.is_empty();
@@ -151,10 +195,10 @@ impl Tables<'_> {
         self.uncertainty(content);
         self.in_time(content);
         self.text.push_str("\n/* Self-test vectors. */\n");
-        self.numbers("test_conditions", content.self_tests.iter().flat_map(|t| t.condition.iter().copied()));
-        self.numbers("test_values", content.self_tests.iter().flat_map(|t| t.values.iter().copied()));
+        self.numbers("test_conditions", self_tests.iter().flat_map(|t| t.condition.iter().copied()));
+        self.numbers("test_values", self_tests.iter().flat_map(|t| t.values.iter().copied()));
         if content.uncertainty.is_some() {
-            self.numbers("test_deviations", content.self_tests.iter().flat_map(|t| t.deviations.iter().copied()));
+            self.numbers("test_deviations", self_tests.iter().flat_map(|t| t.deviations.iter().copied()));
         }
         self.text
     }
@@ -164,17 +208,21 @@ impl Tables<'_> {
         if content.bases.is_empty() {
             return;
         }
+        if self.is_paired {
+            self.pair_scalings(content);
+        }
+        let kind = self.kind_of_bases();
         for (index, own) in content.bases.iter().enumerate() {
             let _ = writeln!(self.text, "\n/* Basis {index}: centre by centre, coordinates and weights of its points. */");
             self.small(&format!("basis_{index}_scalings"), &own.scalings);
-            self.numbers(&format!("basis_{index}_scales"), own.scales.iter().copied());
-            self.numbers(&format!("basis_{index}_centres"), own.centres.iter().copied());
+            self.basis_numbers(&format!("basis_{index}_scales"), &own.scales);
+            self.basis_numbers(&format!("basis_{index}_centres"), &own.centres);
             self.indices(&format!("basis_{index}_points"), &own.points);
-            self.numbers(&format!("basis_{index}_weights"), own.weights.iter().copied());
+            self.basis_numbers(&format!("basis_{index}_weights"), &own.weights);
         }
         let _ = writeln!(
             self.text,
-            "\n/* Kernels of r: r^2 ln r (0), r^3 (1), sqrt(1 + r^2) (2), exp(-r^2) (3). */\ntypedef struct {{\n    const unsigned char *scalings;\n    const double *scales;\n    const double *centres;\n    const double *weights;\n    const unsigned short *points;\n    int count;\n    int columns;\n    int kernel;\n}} {name}_basis_entry;\n"
+            "\n/* Kernels of r: r^2 ln r (0), r^3 (1), sqrt(1 + r^2) (2), exp(-r^2) (3). */\ntypedef struct {{\n    const unsigned char *scalings;\n    const {kind} *scales;\n    const {kind} *centres;\n    const {kind} *weights;\n    const unsigned short *points;\n    int count;\n    int columns;\n    int kernel;\n}} {name}_basis_entry;\n"
         );
         let entries = content.bases.iter().enumerate().map(|(i, own)| {
             let of = |what: &str| format!("{name}_basis_{i}_{what}");
@@ -182,6 +230,32 @@ impl Tables<'_> {
             format!("{{{tables}, {}, {}, {}}}", own.count, own.points.len(), own.kernel as u8)
         });
         self.table(&format!("{name}_basis_entry"), "bases", entries);
+    }
+
+    /// The scalings, with their numbers in pairs.
+    fn pair_scalings(&mut self, content: &Content) {
+        let name = self.name;
+        let _ = writeln!(
+            self.text,
+            "\n/* The scalings once more, for the bases. */\ntypedef struct {{\n    {name}_pair low;\n    {name}_pair factor;\n    {name}_pair offset;\n    int transform;\n}} {name}_pair_scaling;\n"
+        );
+        let entries = content.scalings.iter().map(|own| {
+            let [low, factor, offset] = [own.low, own.factor, own.offset].map(paired);
+            format!("{{{low}, {factor}, {offset}, {}}}", own.transform as u8)
+        });
+        self.table(&format!("{name}_pair_scaling"), "pair_scalings", entries);
+    }
+
+    fn kind_of_bases(&self) -> String {
+        if self.is_paired { format!("{}_pair", self.name) } else { "double".into() }
+    }
+
+    fn basis_numbers(&mut self, what: &str, values: &[f64]) {
+        if self.is_paired {
+            self.table(&self.kind_of_bases(), what, values.iter().map(|value| paired(*value)));
+        } else {
+            self.numbers(what, values.iter().copied());
+        }
     }
 
     fn limits(&mut self, content: &Content) {
@@ -286,4 +360,10 @@ impl Tables<'_> {
         self.text.push_str(&wrapped(&entries, "   "));
         self.text.push_str("};\n");
     }
+}
+
+/// A number as a pair.
+fn paired(value: f64) -> String {
+    let Pair { high, low } = Pair::of(value);
+    format!("{{{high:?}, {low:?}}}")
 }

@@ -1,30 +1,112 @@
 //! The same in single precision, for processors that have no other: what it costs, and how the text changes.
 
-use coldplate_runtime::{Kernel, Surrogate, Transform};
+use coldplate_runtime::{Band, Kernel, Surrogate, Transform};
 
-use crate::content::{Content, Scaling};
+use super::pair::PairedBasis;
+use crate::ExportError;
+use crate::content::{Content, Point, Scaling, SelfTest};
 
 /// Conditions at which values are compared, beside the corners of the ranges.
 const CONDITIONS: usize = 4000;
 /// Terms and centres that are added up at a time.
 const BLOCK: usize = 128;
+/// Bases are computed in pairs of numbers where a value may be off by more than this without them, in its unit.
+const PLAIN: f64 = 1e-4;
+/// A value may be off by this share of the half width of its band, and by so much in its unit however narrow that is.
+const SHARE: f64 = 0.1;
+const LEAST: f64 = 0.01;
+/// Conditions that are added to the self-test: those at which arithmetic that loses digits is furthest off.
+const TESTS: usize = 16;
 
-/// By how much each point's value may be off inside the fitted range: twice the largest difference that is found. `None` where a
-/// number is too large for single precision.
-pub(super) fn errors(surrogate: &Surrogate<'_>, content: &Content) -> Option<Vec<f64>> {
-    let mut largest = vec![0.0_f64; content.points.len()];
-    let mut exact = largest.clone();
-    for x in conditions(content) {
-        surrogate.evaluate(&x, &mut exact).ok()?;
-        for (largest, (exact, found)) in largest.iter_mut().zip(exact.iter().zip(values(content, &x))) {
-            let apart = (exact - f64::from(found)).abs();
-            if !apart.is_finite() {
-                return None;
-            }
-            *largest = largest.max(2.0 * apart);
+/// What single precision costs a surrogate, and how that is kept small.
+pub(super) struct Single {
+    /// By how much each point's value may be off inside the fitted range: twice the largest difference that is found.
+    pub(super) errors: Vec<f64>,
+    /// Whether the bases are computed in pairs of numbers, since their parts cancel.
+    pub(super) is_paired: bool,
+    /// Self-tests beside those of the file.
+    pub(super) tests: Vec<SelfTest>,
+}
+
+/// A condition, and the values of all points there in double precision.
+type Case = (Vec<f64>, Vec<f64>);
+
+impl Single {
+    /// # Errors
+    /// Where a number is too large for single precision, or a value would be off by more than is allowed.
+    pub(super) fn of(surrogate: &Surrogate<'_>, content: &Content) -> Result<Self, ExportError> {
+        let too_large = || ExportError::Single("numbers of this surrogate are too large for it".into());
+        let cases = conditions(content).map(|x| {
+            let mut exact = vec![0.0; content.points.len()];
+            surrogate.evaluate(&x, &mut exact).ok()?;
+            Some((x, exact))
+        });
+        let cases: Vec<Case> = cases.collect::<Option<_>>().ok_or_else(too_large)?;
+        let plain = apart(content, &[], &cases).ok_or_else(too_large)?;
+        let mut found = None;
+        if !content.bases.is_empty() && largest(&plain) > PLAIN {
+            let bases: Vec<_> = content.bases.iter().map(|own| PairedBasis::new(own, &content.scalings)).collect();
+            // Where it is the polynomials or the size of the values that cost digits, pairs are of no use.
+            found = apart(content, &bases, &cases).filter(|paired| largest(paired) < 0.5 * largest(&plain));
         }
+        let is_paired = found.is_some();
+        let errors = twice_the_largest(content, found.as_ref().unwrap_or(&plain));
+        refuse_if_too_far(content, &errors)?;
+        let tests = furthest(&plain).into_iter().map(|case| self_test(surrogate, &cases[case])).collect();
+        Ok(Self { errors, is_paired, tests })
     }
-    Some(largest)
+}
+
+/// Case by case, by how much each point is off; `None` where that is no finite number.
+fn apart(content: &Content, paired: &[PairedBasis<'_>], cases: &[Case]) -> Option<Vec<Vec<f64>>> {
+    let case = |(x, exact): &Case| {
+        let found = values(content, paired, x);
+        let apart: Vec<f64> = exact.iter().zip(found).map(|(exact, found)| (exact - f64::from(found)).abs()).collect();
+        apart.iter().all(|apart| apart.is_finite()).then_some(apart)
+    };
+    cases.iter().map(case).collect()
+}
+
+/// As it would be stated.
+fn largest(apart: &[Vec<f64>]) -> f64 {
+    2.0 * apart.iter().flatten().copied().fold(0.0, f64::max)
+}
+
+fn twice_the_largest(content: &Content, apart: &[Vec<f64>]) -> Vec<f64> {
+    (0..content.points.len()).map(|point| 2.0 * apart.iter().map(|case| case[point]).fold(0.0, f64::max)).collect()
+}
+
+fn refuse_if_too_far(content: &Content, errors: &[f64]) -> Result<(), ExportError> {
+    let allowed = |point: &Point| LEAST.max(SHARE * point.half_width);
+    let all = content.points.iter().zip(errors).map(|(point, error)| (point, *error, allowed(point)));
+    let Some((point, error, allowed)) = all.max_by(|a, b| (a.1 / a.2).total_cmp(&(b.1 / b.2))).filter(|own| own.1 > own.2) else {
+        return Ok(());
+    };
+    let (name, unit) = (&point.name, unit_of_errors(&point.unit));
+    Err(ExportError::Single(format!("the value of '{name}' would be off by up to {error:.2} {unit}, and {allowed:.2} {unit} are allowed")))
+}
+
+/// Differences of temperatures are in kelvins.
+pub(super) fn unit_of_errors(unit: &str) -> &str {
+    if unit == "degC" { "K" } else { unit }
+}
+
+/// The cases that are furthest off at some point.
+fn furthest(apart: &[Vec<f64>]) -> Vec<usize> {
+    let most: Vec<f64> = apart.iter().map(|case| case.iter().copied().fold(0.0, f64::max)).collect();
+    let mut places: Vec<usize> = (0..most.len()).collect();
+    places.sort_by(|a, b| most[*b].total_cmp(&most[*a]));
+    places.truncate(TESTS);
+    places
+}
+
+fn self_test(surrogate: &Surrogate<'_>, (x, exact): &Case) -> SelfTest {
+    let (mut values, mut bands) = (exact.clone(), vec![Band::default(); exact.len()]);
+    let deviations = match surrogate.bands(x, None, &mut values, &mut bands) {
+        Ok(()) => bands.iter().map(|band| band.total).collect(),
+        Err(_) => Vec::new(),
+    };
+    SelfTest { condition: x.clone(), values, deviations }
 }
 
 /// The corners, and conditions that fill the ranges evenly.
@@ -41,8 +123,8 @@ fn conditions(content: &Content) -> impl Iterator<Item = Vec<f64>> + '_ {
     corners.chain(inside)
 }
 
-/// The values of all points, as the source computes them.
-fn values(content: &Content, x: &[f64]) -> Vec<f32> {
+/// The values of all points, as the source computes them: with these bases in pairs, if there are any.
+fn values(content: &Content, paired: &[PairedBasis<'_>], x: &[f64]) -> Vec<f32> {
     let u: Vec<f32> = content.scalings.iter().map(|own| scaled(own, x)).collect();
     let picked = |places: &[usize]| places.iter().map(|place| u[*place]).collect::<Vec<f32>>();
     let mut values = vec![0.0; content.points.len()];
@@ -57,10 +139,13 @@ fn values(content: &Content, x: &[f64]) -> Vec<f32> {
     for own in &content.polynomials {
         add(&monomials(&picked(&own.scalings), &own.exponents), &own.coefficients, &own.points);
     }
-    for own in &content.bases {
+    for own in content.bases.iter().filter(|_| paired.is_empty()) {
         let u = picked(&own.scalings);
         let kernels: Vec<f32> = own.centres.chunks(u.len()).map(|centre| kernel(own.kernel, square(&u, centre, &own.scales))).collect();
         add(&kernels, &own.weights, &own.points);
+    }
+    for own in paired {
+        own.add(x, &mut values);
     }
     if let Some((own, known)) = content.uncertainty.as_ref().and_then(|own| Some((own, own.known.as_ref()?))) {
         let monomials = monomials(&picked(&own.scalings), &own.exponents);
@@ -125,7 +210,7 @@ pub(super) fn narrowed(text: &str) -> String {
         match piece {
             "double" => narrow.push_str("float"),
             "HUGE_VAL" => narrow.push_str("HUGE_VALF"),
-            "fabs" | "frexp" | "ldexp" | "log" | "nearbyint" | "sqrt" => {
+            "fabs" | "fma" | "frexp" | "ldexp" | "log" | "nearbyint" | "sqrt" => {
                 narrow.push_str(piece);
                 narrow.push('f');
             }

@@ -14,6 +14,14 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
+//? paired
+/* A number in two parts, the second below the last place of the first. */
+typedef struct {
+    double high;
+    double low;
+} surrogate_pair;
+
+//? end
 //! tables
 
 /* Numbers smaller than this are not normal. */
@@ -265,7 +273,10 @@ static void surrogate_polynomial_slopes(const double u[SURROGATE_VARIABLES], con
     }
 }
 
-//? bases
+//? paired
+//! pairs
+//? end
+//? bases !paired
 /* Squared distances become kernel values. */
 static double surrogate_kernel(int kernel, double square)
 {
@@ -358,7 +369,10 @@ static void surrogate_evaluate_fit(const double x[SURROGATE_VARIABLES], double v
             surrogate_add_columns(block, rows, &own->coefficients[done * own->columns], own->points, own->columns, values);
         }
     }
-//? bases
+//? paired
+    surrogate_add_bases(x, values);
+//? end
+//? bases !paired
     for (model = 0; model < SURROGATE_BASES; model++) {
         const surrogate_basis_entry *const own = &surrogate_bases[model];
         surrogate_scale(x, own->scalings, u);
@@ -1239,7 +1253,7 @@ int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gr
     int model;
     int c;
     int v;
-//? bases
+//? bases !paired
     int centre;
 //? end
     for (v = 0; v < SURROGATE_VARIABLES; v++) {
@@ -1277,6 +1291,9 @@ int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gr
         const surrogate_basis_entry *const own = &surrogate_bases[model];
         for (c = 0; c < own->columns; c++) {
             if ((int)own->points[c] == point) {
+//? paired
+                surrogate_basis_slopes(x, own, c, slopes);
+//? else
                 surrogate_scale(x, own->scalings, u);
                 for (v = 0; v < SURROGATE_VARIABLES; v++) {
                     slopes[v] = 0.0;
@@ -1289,6 +1306,7 @@ int surrogate_gradient(const double x[SURROGATE_VARIABLES], int point, double gr
                         slopes[v] = slopes[v] + (slope * (d * own->scales[v]));
                     }
                 }
+//? end
                 for (v = 0; v < SURROGATE_VARIABLES; v++) {
                     gradient[v] = gradient[v] + (slopes[v] * surrogate_scale_slope(x, own->scalings, v));
                 }

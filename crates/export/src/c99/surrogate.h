@@ -7,6 +7,10 @@
  *
 //? single
  * All numbers are in single precision. What that costs a value, surrogate_value_error says.
+//? paired
+ * Parts of the values cancel: their sums are kept in pairs of numbers. A build that changes the arithmetic is off by
+ * many times that, and surrogate_self_test finds it.
+//? end
  *
 //? end
  * The caller lends all memory. A condition has one value per variable, in the units and in the order below.
@@ -140,9 +144,9 @@ double surrogate_time_error(int point);
  * is no such point. Twice the largest difference from double precision at some thousand conditions. */
 double surrogate_value_error(int point);
 
-/* Computes the self-test vectors of the file. Returns 0 if every value is reproduced to within what it may be off, and
- * 1e-6 times the larger of one and its size; otherwise the number of the first vector that is not, counted from 1. Call it
- * once at start. */
+/* Computes the self-test vectors of the file, and values of double precision where single precision is furthest off.
+ * Returns 0 if every value is reproduced to within what it may be off, and 1e-6 times the larger of one and its size;
+ * otherwise the number of the first vector that is not, counted from 1. Call it once at start. */
 //? else
 /* Computes the self-test vectors of the file. Returns 0 if every value is reproduced to within 1e-7 times the larger of
  * one and its size; otherwise the number of the first vector that is not, counted from 1. Call it once at start. */

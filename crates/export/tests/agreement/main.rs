@@ -4,6 +4,7 @@ mod accessible;
 mod browser;
 mod c99;
 mod c99_single;
+mod cancelling;
 mod ecos;
 mod examples;
 mod fmu;
