@@ -2,18 +2,18 @@
 
 use statrs::distribution::{ContinuousCDF, Normal};
 
+use super::charts::limits::worded;
 use crate::error::{Error, Result};
 use crate::figures::chart::acceptability::{AcceptabilityMap, Here};
 use crate::figures::chart::error_overview::{ErrorOverview, PointErrors};
 use crate::figures::chart::one_factor::{Curve, OneFactorFigure};
-use crate::figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
 use crate::figures::chart::page::fixed_conditions;
 use crate::figures::chart::parity::{ParityFigure, Sample};
 use crate::figures::chart::residuals::ResidualFigure;
-use crate::figures::chart::style::{Quantity, fixed as decimals, number};
+use crate::figures::chart::style::Quantity;
 use crate::foundation::table::Table;
 use crate::surrogate::fit::one_factor::OneFactor;
-use crate::surrogate::verdict::{self, Acceptability, ChanceAnswer, Inverse, LimitAnswer, Surrogate};
+use crate::surrogate::verdict::{self, Acceptability, ChanceAnswer, LimitAnswer, Surrogate};
 
 /// Nodes along each side of an acceptability map.
 const MAP_NODES: usize = 81;
@@ -50,12 +50,6 @@ pub fn steps(low: f64, high: f64, n: usize) -> Vec<f64> {
 /// Middle of the fitted range of every variable.
 pub fn centre(surrogate: &Surrogate<'_>) -> Vec<f64> {
     surrogate.variables().map(|v| f64::midpoint(v.low, v.high)).collect()
-}
-
-/// The limits as sentences: name and largest value.
-pub fn limit_texts(surrogate: &Surrogate<'_>) -> Result<Vec<(String, String)>> {
-    let answer = verdict::query(surrogate, &centre(surrogate))?;
-    Ok(answer.limits.iter().map(|l| (l.name.clone(), Quantity::new("", &l.unit).with_value(l.limit))).collect())
 }
 
 /// What the contour lines of a map are of.
@@ -120,7 +114,7 @@ pub fn map(surrogate: &Surrogate<'_>, across: usize, up: usize, x: &[f64], here:
         probability,
         state,
         binding,
-        limits: limit_texts(surrogate)?.into_iter().map(|(name, most)| format!("{name}: at most {most}")).collect(),
+        limits: worded(surrogate).into_iter().map(|(name, words)| format!("{name}: {words}")).collect(),
         fixed: held(surrogate, x, &[across, up]),
         here,
         notes: Vec::new(),
@@ -358,82 +352,4 @@ pub fn errors(
         target,
         notes: held_note(surrogate),
     }
-}
-
-/// The sheet for the wall: maps at both ends of the ambient temperature, and the smallest flow for each
-/// speed and coolant temperature.
-///
-/// # Errors
-/// A surrogate without limits or without the four condition variables.
-pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str) -> Result<OperatorSheet> {
-    let index = |name: &str| match verdict::condition::index_of(surrogate, name)? {
-        index if index < surrogate.variable_count() => Ok(index),
-        _ => Err(Error::input(format!("the sheet varies '{name}', which was held when the surrogate was made")).help("sweep over it")),
-    };
-    let (flow, coolant, speed, ambient) =
-        (index("coolant_flow")?, index("coolant_temperature")?, index("motor_speed")?, index("ambient_temperature")?);
-    let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
-    let mut x = centre(surrogate);
-    // The warm end decides: what is acceptable there is safe on a cooler day in most machines, and it is said so.
-    x[ambient] = ranges[ambient].1;
-    let mut maps = Vec::new();
-    for end in [ranges[ambient].0, ranges[ambient].1] {
-        let mut at = x.clone();
-        at[ambient] = end;
-        let mut one = map(surrogate, speed, flow, &at, None, Lines::Margin)?;
-        // What was held stands in the words on how to read the sheet.
-        one.fixed.truncate(one.fixed.len() - surrogate.held().count());
-        one.title = format!("{} {}", quantity(surrogate, ambient).name.replace('_', " "), quantity(surrogate, ambient).with_value(end));
-        maps.push(one);
-    }
-    let (rows, columns) = (steps(ranges[speed].0, ranges[speed].1, 6), steps(ranges[coolant].0, ranges[coolant].1, 5));
-    let mut cells = Vec::new();
-    for n in &rows {
-        for t in &columns {
-            let mut at = x.clone();
-            (at[speed], at[coolant]) = (*n, *t);
-            cells.push(match verdict::free(surrogate, &at, flow)? {
-                Inverse::Found { smallest, .. } if smallest <= ranges[flow].0 => {
-                    FlowCell { text: "any".into(), state: crate::figures::chart::acceptability::CellState::Acceptable }
-                }
-                Inverse::Found { smallest, .. } => FlowCell {
-                    text: decimals((smallest * 10.0).ceil() / 10.0, 1),
-                    state: crate::figures::chart::acceptability::CellState::Acceptable,
-                },
-                Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => {
-                    FlowCell { text: "none".into(), state: crate::figures::chart::acceptability::CellState::NotAcceptable }
-                }
-            });
-        }
-    }
-    let (flow_quantity, ambient_quantity) = (quantity(surrogate, flow), quantity(surrogate, ambient));
-    Ok(OperatorSheet {
-        machine: machine.into(),
-        subtitle: format!(
-            "Is this condition acceptable? Valid for flows of {} to {}.",
-            number(ranges[flow].0),
-            flow_quantity.with_value(ranges[flow].1)
-        ),
-        maps,
-        table: Some(FlowTable {
-            title: format!("Smallest {} at {} ambient", flow_quantity.label(), ambient_quantity.with_value(x[ambient])),
-            row: quantity(surrogate, speed),
-            rows,
-            column: quantity(surrogate, coolant),
-            columns,
-            cells,
-        }),
-        limits: limit_texts(surrogate)?,
-        how_to_read: held_note(surrogate)
-            .into_iter()
-            .map(|held| format!("{held}. At any other value this sheet says nothing."))
-            .chain([
-                "Find the speed below and the flow at the side: the colour and the hatching say whether the condition is acceptable."
-                    .into(),
-                "The letter in a region is the limit that decides there.".into(),
-                "Uncertain means: closer to a limit than the prediction is sure. Take it as not acceptable, or ask.".into(),
-            ])
-            .collect(),
-        provenance: provenance.into(),
-    })
 }

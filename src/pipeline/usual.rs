@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::TARGET;
+use super::charts::operator_sheet;
 use super::figures::{self, Comparison};
 use super::gallery::{Gallery, file_name};
 use crate::error::Result;
@@ -39,7 +40,7 @@ pub fn draw_surrogate(
         }
         let four = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
         if wanted("operator_sheet") && four.iter().all(|n| index(n).is_some()) {
-            let sheet = figures::operator_sheet(surrogate, machine, &figures::provenance(surrogate))?;
+            let sheet = operator_sheet(surrogate, machine, &figures::provenance(surrogate))?;
             gallery.add("operator_sheet", "operator_sheet", &sheet)?;
         }
     }

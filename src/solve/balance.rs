@@ -1,7 +1,5 @@
 //! Where the heat comes from and where it goes.
 
-use std::collections::BTreeMap;
-
 use super::outside::surface_states;
 use super::system::entering_temperature;
 use crate::discretise::network::surface::SurfaceState;
@@ -86,7 +84,7 @@ pub fn balance_with(network: &Network, load: &Load, streams: &[StreamState], tem
 
 /// Heat that holding each held node puts into the machine, W: what the node gives to neighbours, water and
 /// surroundings less what sources bring it.
-fn held_heats(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
+pub(super) fn held_heats(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<f64> {
     let mut heats = vec![0.0; network.fixed.len()];
     if heats.is_empty() {
         return heats;
@@ -183,36 +181,4 @@ pub fn enclosure_heats(network: &Network, temperatures: &[f64]) -> Vec<Vec<f64>>
         heats
     };
     network.enclosures.iter().map(heats).collect()
-}
-
-/// Heat between groups (parts and lumped nodes): entry (i, j, W) is what flows from group i to group j by
-/// conduction, contact and radiative links.
-pub fn heat_flow_matrix(network: &Network, load: &Load, temperatures: &[f64]) -> Vec<(usize, usize, f64)> {
-    let mut flows: BTreeMap<(u32, u32), f64> = BTreeMap::new();
-    // What each group sends into an arithmetic node between two of them.
-    let mut passing: BTreeMap<u32, BTreeMap<u32, f64>> = BTreeMap::new();
-    let t = |n: u32| temperatures[n as usize];
-    let mut add = |a: u32, b: u32, heat: f64| {
-        let (ga, gb) = (network.group[a as usize], network.group[b as usize]);
-        match (ga == NONE, gb == NONE) {
-            (false, false) if ga < gb => *flows.entry((ga, gb)).or_default() += heat,
-            (false, false) if ga > gb => *flows.entry((gb, ga)).or_default() -= heat,
-            (false, true) => *passing.entry(b).or_default().entry(ga).or_default() += heat,
-            (true, false) => *passing.entry(a).or_default().entry(gb).or_default() -= heat,
-            _ => {}
-        }
-    };
-    for j in &network.joints {
-        add(j.a, j.b, network.joint_heat(j, temperatures, &load.contacts));
-    }
-    for (a, b, area) in &network.radiative {
-        add(*a, *b, SIGMA * area * (t(*a).powi(4) - t(*b).powi(4)));
-    }
-    for sent in passing.values() {
-        let mut sent = sent.iter();
-        if let (Some((a, heat)), Some((b, _)), None) = (sent.next(), sent.next(), sent.next()) {
-            *flows.entry((*a, *b)).or_default() += heat;
-        }
-    }
-    flows.into_iter().map(|((a, b), heat)| (a as usize, b as usize, heat)).collect()
 }

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::balance::heat_flow_matrix;
+use super::balance::held_heats;
+use super::heat_flow::{Holder, exchanged};
 use super::outside::surface_states;
 use super::system::entering_temperature;
 use crate::discretise::network::{Load, NONE, Network, StreamState};
@@ -57,8 +58,18 @@ pub fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temp
             }
         }
     }
-    for (a, b, heat) in heat_flow_matrix(network, load, temperatures) {
-        add(Stop::Group(a), Stop::Group(b), heat);
+    let holder = |holder: Holder| match holder {
+        Holder::Group(group) => Stop::Group(group),
+        Holder::Wall => Stop::Wall,
+    };
+    for (a, b, heat) in exchanged(network, load, temperatures) {
+        add(holder(a), holder(b), heat);
+    }
+    // What holds faces and vertices at the temperature of a boundary.
+    for ((node, index), heat) in network.fixed.iter().zip(held_heats(network, load, streams, temperatures)) {
+        if let (Some(boundary), Some(to)) = (load.boundary_of(*index), group(*node as usize)) {
+            add(Stop::Boundary(boundary), to, heat);
+        }
     }
     for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
         let Some(from) = group(surface.node as usize) else { continue };

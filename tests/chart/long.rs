@@ -52,7 +52,7 @@ pub fn sheets() -> [OperatorSheet; 3] {
     two.maps = vec![map(), samples::map()];
     let mut large = two.clone();
     if let Some(table) = &mut large.table {
-        (table.title, table.row.name, table.column.name) = (LONG.into(), LONG.into(), LONG.into());
+        (table.title, table.row.name, table.column.name) = (LONG.repeat(3), LONG.into(), LONG.into());
         table.rows = (0..10).map(|k| 1e5 / 3.0 * f64::from(k)).collect();
         table.columns = (0..9).map(|k| 1e-5 / 3.0 * f64::from(k)).collect();
         table.cells = table.cells.iter().cycle().take(90).cloned().collect();

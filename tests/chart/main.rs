@@ -3,8 +3,10 @@
 
 mod definitions;
 mod long;
+mod map;
 mod page;
 mod samples;
+mod sheet;
 mod svg;
 
 use coldplate::error::{Kind, Result};

@@ -17,7 +17,7 @@ use coldplate::figures::chart::ranking::{Ranked, RankingFigure, Standing};
 use coldplate::figures::chart::residual_panels::ResidualPanels;
 use coldplate::figures::chart::residual_sheet::ResidualSheet;
 use coldplate::figures::chart::residuals::ResidualFigure;
-use coldplate::figures::chart::sankey::{Band, SankeyFigure, Stage, Station};
+use coldplate::figures::chart::sankey::{Band, SankeyFigure, Stage, Station, Total};
 use coldplate::figures::chart::style::Quantity;
 
 /// A deterministic scatter in [-1, 1].
@@ -239,6 +239,7 @@ pub fn sankey() -> SankeyFigure {
             station("chamber wall", Stage::Sink),
         ],
         bands: vec![band(0, 2, 113.7), band(1, 3, 51.2), band(2, 3, 110.0), band(2, 5, 3.7), band(3, 4, 160.5), band(3, 5, 0.7)],
+        total: Total { made: 164.9, entering: 0.0, leaving: 164.9 },
         fixed: vec![(Quantity::new("motor_speed", "rpm"), 2500.0)],
         notes: Vec::new(),
     }
@@ -334,7 +335,7 @@ pub fn sheet() -> OperatorSheet {
         subtitle: "Cooling of the Y axis: which conditions are acceptable".into(),
         maps: vec![AcceptabilityMap { title: "Coolant flow and temperature at 2500 rpm".into(), ..map() }],
         table: Some(FlowTable {
-            title: "Smallest coolant flow [L/min]".into(),
+            title: "Smallest coolant flow [L/min] whatever the ambient temperature from 18 to 30 °C and torque from 0 to 12 N m".into(),
             row: Quantity::new("motor_speed", "rpm"),
             rows: speeds,
             column: Quantity::new("coolant_temperature", "degC"),

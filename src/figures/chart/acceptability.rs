@@ -6,10 +6,10 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::Figure;
 use super::axis::{Axis, Frame};
-use super::canvas::{Canvas, Place, Stroke, Text};
-use super::contour::{Grid, Taken, around, label_place};
-use super::fonts::{self, Weight};
+use super::canvas::{Canvas, Place, Stroke};
+use super::contour::{Grid, around};
 use super::legend::{Legend, Swatch, paint_badge, paint_here};
+use super::levels::{self, Level};
 use super::page::{MARGIN, Page, fixed_conditions};
 use super::regions::{Hatch, Zone, fill_positive, hatch, zones};
 use super::style::{ACCEPTABLE, Dash, INK, NOT_ACCEPTABLE, Quantity, Rgb, UNCERTAIN, fixed, unit_symbol};
@@ -217,11 +217,9 @@ impl AcceptabilityMap {
         if let Some(here) = &self.here {
             taken.push(around(frame.at(here.x, here.y), (3.0 * look.badge, 3.0 * look.badge)));
         }
-        if self.probability.is_empty() {
-            self.paint_contours(canvas, frame, &margins, look, &mut taken)?;
-        } else {
-            self.paint_probabilities(canvas, frame, &margins, look, &mut taken)?;
-        }
+        let lines =
+            if self.probability.is_empty() { self.margin_lines(frame, &margins, look) } else { self.probability_lines(frame, &margins) };
+        levels::paint(canvas, frame, &lines, look.label, taken)?;
         for (at, index) in &badges {
             paint_badge(canvas, *at, &letter(*index), look.badge)?;
         }
@@ -234,24 +232,15 @@ impl AcceptabilityMap {
     }
 
     /// Contour lines of the probability. They are found in standard deviations, in which it is nearly straight.
-    fn paint_probabilities<S: Surface>(
-        &self,
-        canvas: &mut Canvas<S>,
-        frame: &Frame,
-        margins: &Grid,
-        look: Look,
-        taken: &mut Vec<Taken>,
-    ) -> Result<()> {
+    fn probability_lines(&self, frame: &Frame, margins: &Grid) -> Vec<Level> {
         let deviations = |p: f64| Normal::standard().inverse_cdf(p.clamp(1e-9, 1.0 - 1e-9));
         let z = self.probability.iter().map(|p| if p.is_finite() { deviations(*p) } else { f64::NAN }).collect();
         let grid = Grid { z, ..margins.clone() };
-        let mut labels: Vec<(Place, String)> = Vec::new();
-        for level in PROBABILITIES {
-            let text = format!("{} %", fixed(100.0 * level, 0));
-            let lines = Lines { grid: &grid, level: deviations(level), label: Some(&text), width: if level == 0.5 { 2.6 } else { 1.1 } };
-            lines.paint(canvas, frame, look.label, taken, &mut labels)?;
-        }
-        labels.iter().try_for_each(|(at, text)| canvas.plate(*at, &Text::new(text).size(look.label)))
+        let level = |p: &f64| {
+            let label = Some(format!("{} %", fixed(100.0 * p, 0)));
+            Level::new(frame, &grid.contour(deviations(*p)), label, if *p == 0.5 { 2.6 } else { 1.1 })
+        };
+        PROBABILITIES.iter().map(level).collect()
     }
 
     fn levels(&self, margins: &Grid) -> Vec<f64> {
@@ -267,30 +256,32 @@ impl AcceptabilityMap {
         levels
     }
 
-    fn paint_contours<S: Surface>(
-        &self,
-        canvas: &mut Canvas<S>,
-        frame: &Frame,
-        margins: &Grid,
-        look: Look,
-        taken: &mut Vec<Taken>,
-    ) -> Result<()> {
+    /// Contour lines of the margin: that of a limit just reached, the others where the look has them.
+    fn margin_lines(&self, frame: &Frame, margins: &Grid, look: Look) -> Vec<Level> {
         let levels = self.levels(margins);
         let step = levels.windows(2).map(|p| (p[1] - p[0]).abs()).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
         let decimals = if step.is_finite() { (-(step.log10() + 1e-9).floor()).clamp(0.0, 6.0) as usize } else { 1 };
-        let mut labels: Vec<(Place, String)> = Vec::new();
-        for level in levels {
-            let zero = level.abs() < 1e-9 * step.min(1e300);
-            if !(zero || look.contours) {
-                continue;
-            }
+        let is_zero = |level: f64| level.abs() < 1e-9 * step.min(1e300);
+        let line = |level: f64| {
+            let zero = is_zero(level);
             let sign = if level > 0.0 && !zero { "+" } else { "" };
             let text = format!("{sign}{} {}", fixed(if zero { 0.0 } else { level }, decimals), unit_symbol(&self.margin_unit));
-            let label = look.contours.then_some(text.as_str());
-            let lines = Lines { grid: margins, level, label, width: if zero { 2.6 } else { 1.1 } };
-            lines.paint(canvas, frame, look.label, taken, &mut labels)?;
-        }
-        labels.iter().try_for_each(|(at, text)| canvas.plate(*at, &Text::new(text).size(look.label)))
+            let lines = margins.contour_in(level, |i, j| zero || !self.jumps(margins, (i, j), step));
+            Level::new(frame, &lines, look.contours.then_some(text), if zero { 2.6 } else { 1.1 })
+        };
+        levels.into_iter().filter(|level| is_zero(*level) || look.contours).map(line).collect()
+    }
+
+    /// Whether the margin jumps within a cell because another limit begins to bind there. The margins between are nobody's,
+    /// so lines of them would be a wall along the border.
+    fn jumps(&self, margins: &Grid, (i, j): (usize, usize), step: f64) -> bool {
+        let nodes = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)];
+        let binding = nodes.map(|(i, j)| self.binding.get(j * self.x_values.len() + i));
+        let (low, high) = nodes
+            .iter()
+            .map(|(i, j)| margins.at(*i, *j))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), m| (low.min(m), high.max(m)));
+        binding.iter().any(|b| *b != binding[0]) && high - low > step
     }
 
     /// The binding limit per node where there is one and the margin is known.
@@ -402,41 +393,6 @@ impl AcceptabilityMap {
 
     fn legend_width(&self) -> f64 {
         WIDTH - 2.0 * MARGIN - PLOT_WIDTH - 14.0
-    }
-}
-
-/// The contour lines of one level.
-struct Lines<'a> {
-    grid: &'a Grid,
-    level: f64,
-    /// What they carry, where there is room.
-    label: Option<&'a str>,
-    /// Width, CSS pixels.
-    width: f64,
-}
-
-impl Lines<'_> {
-    /// Draws the lines; their labels are collected, because they stand over all lines.
-    fn paint<S: Surface>(
-        &self,
-        canvas: &mut Canvas<S>,
-        frame: &Frame,
-        font: f64,
-        taken: &mut Vec<Taken>,
-        labels: &mut Vec<(Place, String)>,
-    ) -> Result<()> {
-        let bounds = (frame.left, frame.top, frame.right(), frame.bottom());
-        for line in self.grid.contour(self.level) {
-            let places: Vec<Place> = line.points.iter().map(|p| frame.at(p.0, p.1)).collect();
-            canvas.line(&places, Stroke::solid(INK, self.width))?;
-            let Some(label) = self.label else { continue };
-            let size = (fonts::width(label, font, Weight::Regular) + 6.0, font * 1.15);
-            if let Some(at) = label_place(&places, size, bounds, taken) {
-                taken.push(around(at, size));
-                labels.push((at, label.trim().to_owned()));
-            }
-        }
-        Ok(())
     }
 }
 

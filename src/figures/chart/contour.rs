@@ -71,14 +71,19 @@ impl Grid {
 
     /// The lines where the function equals `level`.
     pub fn contour(&self, level: f64) -> Vec<Line> {
-        chain(self.pieces(level))
+        self.contour_in(level, |_, _| true)
+    }
+
+    /// The same through those cells alone, named by their lower left nodes, that `is_open` lets it through.
+    pub fn contour_in(&self, level: f64, is_open: impl Fn(usize, usize) -> bool) -> Vec<Line> {
+        chain(self.pieces(level, is_open))
     }
 
     /// The straight pieces of the contour, cell by cell; their ends are named by the grid edge they lie on.
-    fn pieces(&self, level: f64) -> Vec<[(Edge, Place); 2]> {
+    fn pieces(&self, level: f64, is_open: impl Fn(usize, usize) -> bool) -> Vec<[(Edge, Place); 2]> {
         let mut pieces = Vec::new();
         for j in 0..self.y.len() - 1 {
-            for i in 0..self.x.len() - 1 {
+            for i in (0..self.x.len() - 1).filter(|i| is_open(*i, j)) {
                 let Some(four) = self.corners(i, j) else { continue };
                 let edges = [(i, j, false), (i + 1, j, true), (i, j + 1, false), (i, j, true)];
                 let cut = |e: usize| {

@@ -33,6 +33,7 @@ pub mod gains;
 pub mod heat;
 pub mod history;
 pub mod legend;
+mod levels;
 pub mod machine;
 pub mod measured;
 pub mod missing;

@@ -25,7 +25,8 @@ pub struct FlowCell {
 /// The smallest coolant flow for every pair of speed and coolant temperature.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FlowTable {
-    /// Heading, for example `Smallest coolant flow [L/min]`.
+    /// Heading: what it is, and for which values of the variables that it does not show, for example `Smallest coolant flow
+    /// [L/min] whatever the ambient temperature from 18 to 28 °C`.
     pub title: String,
     /// The variable down the side.
     pub row: Quantity,
@@ -64,16 +65,21 @@ const HEIGHT: f64 = 1123.0;
 const EDGE: f64 = 30.0;
 const BAND: f64 = 96.0;
 const HEADING: f64 = 22.0;
+const HEADING_LINE: f64 = 26.0;
 /// Numbers of the table: capitals 4.8 mm high, 8 minutes of arc from two metres.
 const LARGE: f64 = 25.0;
 const KEY: f64 = 23.0;
 const MEDIUM: f64 = 17.0;
 const SMALL: f64 = 15.0;
 
+/// Lines of the explanation that stay as long as limits can make room: what was held, and how to take an uncertain verdict.
+const EXPLAINED: usize = 4;
+
 /// Heights of the parts from top to bottom.
 struct Plan {
     map: f64,
     cell: f64,
+    heading: Vec<String>,
     limits: Vec<Vec<String>>,
     more_limits: usize,
     reading: Vec<String>,
@@ -114,15 +120,18 @@ impl OperatorSheet {
 
     fn plan(&self) -> Result<Plan> {
         self.check()?;
-        let mut reading: Vec<String> =
-            self.how_to_read.iter().flat_map(|t| fonts::wrap(t, SMALL, Weight::Regular, self.room(), 3)).take(8).collect();
+        let mut explained: Vec<Vec<String>> =
+            self.how_to_read.iter().map(|t| fonts::wrap(t, SMALL, Weight::Regular, self.room(), 3)).collect();
         let provenance = fonts::wrap(&self.provenance, 11.0, Weight::Regular, self.room(), 2);
+        let heading = self.table.as_ref().map_or(Vec::new(), |t| fonts::wrap(&t.title, HEADING, Weight::Bold, self.room(), 3));
         let column = self.room() / 2.0 - 44.0;
         let mut limits: Vec<Vec<String>> =
-            self.limits.iter().map(|(name, value)| fonts::wrap(&format!("{name}: {value}"), MEDIUM, Weight::Regular, column, 2)).collect();
+            self.limits.iter().map(|(name, value)| fonts::wrap(&format!("{name}: {value}"), MEDIUM, Weight::Regular, column, 3)).collect();
         let mut more_limits = 0;
         loop {
-            let table = |cell: f64| self.table.as_ref().map_or(0.0, |t| 44.0 + (t.rows.len() as f64 + 2.0) * cell);
+            let reading = explained.concat();
+            let above = 18.0 + HEADING_LINE * heading.len() as f64;
+            let table = |cell: f64| self.table.as_ref().map_or(0.0, |t| above + (t.rows.len() as f64 + 2.0) * cell);
             let cell = if self.table.as_ref().is_some_and(|t| t.rows.len() > 6) { 29.0 } else { 34.0 };
             let rest = BAND
                 + table(cell)
@@ -132,15 +141,15 @@ impl OperatorSheet {
                 + 34.0;
             let map = HEIGHT - rest;
             let least = if self.maps.is_empty() { 0.0 } else { 330.0 };
-            if map >= least || (limits.len() <= 2 && reading.len() <= 1) {
-                return Ok(Plan { map: map.clamp(least, 560.0), cell, limits, more_limits, reading, provenance });
+            if map >= least || (limits.len() <= 2 && explained.len() <= 1) {
+                return Ok(Plan { map: map.clamp(least, 560.0), cell, heading, limits, more_limits, reading, provenance });
             }
-            // Where all does not fit, limits give way first, then the explanation.
-            if limits.len() > 2 {
+            // Where all does not fit, the end of the explanation gives way first, a sentence at a time, then limits, then the rest of it.
+            if limits.len() > 2 && reading.len() <= EXPLAINED {
                 limits.pop();
                 more_limits += 1;
             } else {
-                reading.pop();
+                explained.pop();
             }
         }
     }
@@ -206,10 +215,12 @@ impl OperatorSheet {
         Ok(())
     }
 
-    fn paint_table<S: Surface>(&self, canvas: &mut Canvas<S>, table: &FlowTable, top: f64, cell: f64) -> Result<f64> {
-        let title = fonts::fit(&table.title, HEADING, Weight::Bold, self.room());
-        canvas.text((EDGE, top + 28.0), &Text::new(&title).size(HEADING).bold())?;
-        let top = top + 38.0;
+    fn paint_table<S: Surface>(&self, canvas: &mut Canvas<S>, table: &FlowTable, top: f64, plan: &Plan) -> Result<f64> {
+        let cell = plan.cell;
+        for (k, words) in plan.heading.iter().enumerate() {
+            canvas.text((EDGE, top + 28.0 + HEADING_LINE * k as f64), &Text::new(words).size(HEADING).bold())?;
+        }
+        let top = top + 12.0 + HEADING_LINE * plan.heading.len() as f64;
         let side = (0.26 * self.room()).min(190.0);
         let width = (self.room() - side) / table.columns.len() as f64;
         let across = fonts::fit(&table.column.label(), MEDIUM, Weight::Regular, self.room() - side);
@@ -312,7 +323,7 @@ impl Figure for OperatorSheet {
         self.paint_band(canvas)?;
         let mut y = self.paint_maps(canvas, BAND, plan.map)?;
         if let Some(table) = &self.table {
-            y = self.paint_table(canvas, table, y, plan.cell)?;
+            y = self.paint_table(canvas, table, y, &plan)?;
         }
         y = self.paint_limits(canvas, &plan, y)?;
         if !plan.reading.is_empty() {

@@ -40,6 +40,17 @@ pub struct Band {
     pub watts: f64,
 }
 
+/// All heat, W.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Total {
+    /// What sources make.
+    pub made: f64,
+    /// What comes in from where it is warmer: water, walls, boundaries.
+    pub entering: f64,
+    /// What leaves.
+    pub leaving: f64,
+}
+
 /// Heat flow as bands.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SankeyFigure {
@@ -49,6 +60,8 @@ pub struct SankeyFigure {
     pub stations: Vec<Station>,
     /// The bands between them.
     pub bands: Vec<Band>,
+    /// All heat, with that of bands too thin to be among them.
+    pub total: Total,
     /// The condition.
     pub fixed: Vec<(Quantity, f64)>,
     /// More lines for the footer.
@@ -81,11 +94,11 @@ struct Layout {
 
 impl SankeyFigure {
     fn page(&self) -> Page {
-        let stage = |stage: Stage| self.stations.iter().map(move |s| s.stage == stage).collect::<Vec<_>>();
-        let (sources, sinks) = (stage(Stage::Source), stage(Stage::Sink));
-        let into: f64 = self.bands.iter().filter(|b| sources[b.from]).map(|b| b.watts).sum();
-        let out: f64 = self.bands.iter().filter(|b| sinks[b.to]).map(|b| b.watts).sum();
-        let mut footer = vec![format!("Made {}, leaving {}. Bands are as wide as the heat they carry.", watts(into), watts(out))];
+        let Total { made, entering, leaving } = self.total;
+        // What is made alone does not show where the rest comes from, as where the chamber is warmer than the water.
+        let besides = if entering > 1e-3 * made { format!(", entering besides {}", watts(entering)) } else { String::new() };
+        let mut footer =
+            vec![format!("Made {}{besides}, leaving {}. Bands are as wide as the heat they carry.", watts(made), watts(leaving))];
         footer.push(fixed_conditions(&self.fixed));
         footer.extend(self.notes.iter().cloned());
         Page::new(WIDTH, &self.title, "", &footer)

@@ -6,7 +6,7 @@ use super::super::gallery::Gallery;
 use super::results::Results;
 use super::state::{Solved, State};
 use super::{Head, chosen};
-use crate::describe::machine::{Machine, Reading};
+use crate::describe::machine::{Face, Machine, Reading};
 use crate::error::{Error, Result};
 use crate::figures::chart::machine::{MachineFigure, Piece, Pipe, Probe, View};
 use crate::figures::chart::style::Quantity;
@@ -114,7 +114,7 @@ fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(
     };
     match &machine.sensors[sensor].reads {
         Reading::Point(part, at) => Some((Some(*part), *at)),
-        Reading::FaceMean(face) => Some((Some(face.part), centre(model, face.part)?)),
+        Reading::FaceMean(face) => Some((Some(face.part), on_face(model, *face)?)),
         Reading::PartMean(part) => Some((Some(*part), centre(model, *part)?)),
         Reading::Displacement(own) => Some((Some(own.of.0), own.of.1)),
         Reading::Node(_) => None,
@@ -123,10 +123,86 @@ fn place_of(model: &MeshedMachine, machine: &Machine, sensor: usize) -> Option<(
     }
 }
 
+/// The place of a face nearest to its middle, which itself lies beside a face that is bent or in several pieces.
+fn on_face(model: &MeshedMachine, face: Face) -> Option<[f64; 3]> {
+    let cells = model.mesh.face_cells(face).into_iter().map(|(g, c, area)| {
+        let grid = &model.mesh.grids[g];
+        let mut local = [0, 1, 2].map(|d| grid.centre(d, c[d]));
+        let axis = face.side.axis();
+        local[axis] = grid.edges[axis][c[axis] + usize::from(face.side.is_high())];
+        (grid.to_machine(local), area)
+    });
+    let triangles = model.mesh.tetra_of(face.part).into_iter().flat_map(|tetra| {
+        let middle = |t: usize| {
+            let corners = tetra.triangle(t);
+            [0, 1, 2].map(|d| corners.iter().map(|c| c[d]).sum::<f64>() / 3.0)
+        };
+        tetra.faces_of(face).into_iter().map(move |t| (middle(t), tetra.face_area(t)))
+    });
+    let pieces: Vec<([f64; 3], f64)> = cells.chain(triangles).collect();
+    let area: f64 = pieces.iter().map(|p| p.1).sum();
+    let middle = [0, 1, 2].map(|d| pieces.iter().map(|(at, own)| at[d] * own).sum::<f64>() / area);
+    let apart = |at: &[f64; 3]| (0..3).map(|d| (at[d] - middle[d]).powi(2)).sum::<f64>();
+    pieces.iter().map(|p| p.0).min_by(|a, b| apart(a).total_cmp(&apart(b)))
+}
+
 /// The middle of a part's surface.
 fn centre(model: &MeshedMachine, part: usize) -> Option<[f64; 3]> {
     let hull = model.mesh.hull(1);
     let corners: Vec<[f64; 3]> = hull.into_iter().filter(|f| f.part == part).flat_map(|f| f.corners).collect();
     let count = corners.len() as f64;
     (count > 0.0).then(|| [0, 1, 2].map(|d| corners.iter().map(|c| c[d]).sum::<f64>() / count))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foundation::document::Document;
+    use crate::solve::sensitivity::Study;
+
+    /// A plate, a cover of two boxes over it, and a pin along x.
+    const MACHINE: &str = r#"
+name = "plate and cover"
+[part.bed]
+material = "steel"
+box = ["400 mm", "200 mm", "20 mm"]
+[part.cover]
+material = "steel"
+blocks = [
+    { box = ["2 mm", "200 mm", "100 mm"], at = ["0 mm", "0 mm", "20 mm"] },
+    { box = ["300 mm", "200 mm", "2 mm"], at = ["0 mm", "0 mm", "120 mm"] },
+]
+[part.pin]
+material = "steel"
+cylinder = { axis = "x", outer_diameter = "40 mm", length = "100 mm" }
+at = ["200 mm", "100 mm", "60 mm"]
+[source.pin]
+in = "pin"
+power = "1 W"
+[sensor.bed]
+face = "bed.+z"
+[sensor.roof]
+face = "cover[2].+z"
+[sensor.side]
+face = "bed.-y"
+[sensor.pin]
+face = "pin.outer"
+[mesh]
+cells = 2000
+"#;
+
+    #[test]
+    fn a_sensor_of_a_face_sits_on_it() {
+        let study = Study::new(Document::parse(MACHINE, "cover.toml").unwrap(), None).unwrap();
+        let model = &study.model;
+        let at = |name: &str| {
+            let sensor = model.machine.sensors.iter().position(|s| s.name == name).unwrap();
+            place_of(model, &model.machine, sensor).unwrap().1
+        };
+        let (bed, roof, side, pin) = (at("bed"), at("roof"), at("side"), at("pin"));
+        assert!((bed[2] - 0.02).abs() < 1e-9 && (bed[0] - 0.2).abs() < 0.05 && (bed[1] - 0.1).abs() < 0.05, "{bed:?}");
+        assert!((roof[2] - 0.122).abs() < 1e-9 && (roof[0] - 0.15).abs() < 0.05 && (roof[1] - 0.1).abs() < 0.05, "{roof:?}");
+        assert!(side[1].abs() < 1e-9 && (side[0] - 0.2).abs() < 0.05, "{side:?}");
+        assert!(((pin[1] - 0.1).hypot(pin[2] - 0.06) - 0.02).abs() < 1e-9 && (pin[0] - 0.25).abs() < 0.03, "{pin:?}");
+    }
 }

@@ -8,6 +8,7 @@ mod acceptability;
 mod accuracy;
 mod borders;
 mod heat;
+pub mod limits;
 mod machine;
 mod measured;
 mod one_factor;
@@ -29,6 +30,7 @@ use crate::figures::chart::one_factor::OneFactorFigure;
 use crate::figures::chart::resized::Resized;
 use crate::foundation::document::{Document, Section, suggestion};
 use results::Results;
+pub use sheet::operator_sheet;
 
 /// Keys that every definition may have.
 const COMMON: [&str; 4] = ["figure", "title", "width", "notes"];
@@ -110,6 +112,11 @@ impl Chart {
         let path = path.as_ref();
         let document = Document::read(path)?;
         let root = document.root();
+        if !root.has("figure") && ["part", "node", "variables"].iter().any(|key| root.has(key)) {
+            return Err(root
+                .error("this is a machine file, not a chart definition")
+                .help("write a definition that names it: figure = \"machine\" and machine = \"FILE.toml\"; charts/ has examples"));
+        }
         let at = root.choice("figure", KINDS)?;
         let title = root.opt_text("title")?;
         let width = match root.opt("width") {

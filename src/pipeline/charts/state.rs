@@ -51,7 +51,8 @@ pub(super) fn condition_of(root: &Section<'_>, machine: &Machine) -> Result<(Con
     if root.has("measurement") {
         let names: Vec<&str> = machine.measurements.iter().map(|m| m.name.as_str()).collect();
         let measurement = &machine.measurements[root.choice("measurement", &names)?];
-        return Ok((measured::condition_of(machine, measurement)?, measured::fixed(machine, &measurement.condition)));
+        let named: Vec<usize> = measurement.condition.iter().map(|(v, _)| *v).collect();
+        return Ok(shown(machine, measured::condition_of(machine, measurement)?, &named));
     }
     let mut given: Vec<(String, String)> = Vec::new();
     if let Some(section) = root.opt_section("condition")? {
@@ -73,12 +74,43 @@ pub(super) fn condition_of(root: &Section<'_>, machine: &Machine) -> Result<(Con
     }
     let pairs: Vec<(&str, &str)> = given.iter().map(|(k, v)| (k.as_str(), v.as_str())).collect();
     let condition = machine.condition(&pairs)?;
-    let shown: Vec<(usize, f64)> = condition.si().iter().copied().enumerate().collect();
-    let said = |at: &(usize, f64)| {
-        let name = &machine.variables[at.0].name;
-        crate::foundation::table::CONDITION_NAMES.contains(&name.as_str()) || given.iter().any(|(k, _)| k == name)
-    };
-    let shown: Vec<(usize, f64)> = shown.into_iter().filter(said).collect();
-    let fixed = measured::fixed(machine, &shown);
-    Ok((condition, fixed))
+    let named = |v: &usize| given.iter().any(|(name, _)| *name == machine.variables[*v].name);
+    let named: Vec<usize> = (0..machine.variables.len()).filter(named).collect();
+    Ok(shown(machine, condition, &named))
+}
+
+/// A condition as a figure shows it: with all that is named and all that the machine follows. What nobody names is held at its
+/// default, and what a machine has declared itself is as much part of the condition as the rest.
+fn shown(machine: &Machine, condition: Condition, named: &[usize]) -> (Condition, Fixed) {
+    let all = condition.si().iter().copied().enumerate();
+    let all: Vec<(usize, f64)> = all.filter(|(v, _)| named.contains(v) || machine.uses(*v)).collect();
+    let fixed = measured::fixed(machine, &all);
+    (condition, fixed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foundation::document::Document;
+
+    #[test]
+    fn all_that_is_held_is_said() {
+        let text = "name = \"node\"\n[variables]\ntorque = { unit = \"N m\", default = \"4 N m\" }\n\
+                    motor_speed = { default = \"3000 rpm\" }\ncoolant_flow = \"2 L/min\"\n\
+                    coolant_temperature = \"20 degC\"\nambient_temperature = \"22 degC\"\n[node.base]\ntemperature = \"22 degC\"\n\
+                    [node.motor]\ncapacity = \"1 J/K\"\n[contact.foot]\nbetween = [\"base\", \"motor\"]\n\
+                    total_conductance = \"2 W/K\"\n[source.motor]\nin = \"motor\"\npower = \"6 * torque_N_m\"\n\
+                    [sensor.motor]\nnode = \"motor\"\n[measurement.hot]\nreadings = { motor = \"47 degC\" }\n\
+                    condition = { motor_speed = \"100 rpm\" }\n";
+        let study = crate::solve::sensitivity::Study::new(Document::parse(text, "node.toml").unwrap(), None).unwrap();
+        let of = |definition: &str| {
+            let document = Document::parse(definition, "chart.toml").unwrap();
+            let (_, fixed) = condition_of(&document.root(), &study.model.machine).unwrap();
+            fixed.into_iter().map(|(q, v)| format!("{} {}", q.name, q.with_value(v))).collect::<Vec<_>>()
+        };
+        for definition in ["figure = \"heat\"", "condition = { motor_speed = \"100 rpm\" }", "measurement = \"hot\""] {
+            let fixed = of(definition);
+            assert!(fixed.contains(&"torque 4 N m".to_string()), "{definition}: {fixed:?}");
+        }
+    }
 }

@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::{LimitState, MeshErrors, MeshedMachine, SteadyState};
 use crate::discretise::network::BoundaryState;
-use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats, heat_flow_matrix};
-use crate::solve::heat_flow::heat_flows;
+use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats};
+use crate::solve::heat_flow::{Holder, exchanged, heat_flows};
 use crate::units::{Measurand, celsius};
 
 /// A solved condition.
@@ -247,8 +247,11 @@ impl MeshedMachine {
             let surfaces = e.surfaces.iter().zip(heats).map(|(s, q)| SurfaceRecord { surface: s.clone(), heat_W: q });
             (e.name.clone(), surfaces.collect())
         });
-        let flow =
-            |(a, b, heat): (usize, usize, f64)| FlowRecord { from: network.groups[a].clone(), to: network.groups[b].clone(), heat_W: heat };
+        let name = |holder: Holder| match holder {
+            Holder::Group(group) => network.groups[group].clone(),
+            Holder::Wall => "chamber wall".to_string(),
+        };
+        let flow = |(a, b, heat): (Holder, Holder, f64)| FlowRecord { from: name(a), to: name(b), heat_W: heat };
         let balance = &solution.balance;
         let boundaries = (self.machine.boundaries.iter().zip(&network.acting).zip(&balance.boundaries))
             .map(|((b, area), heat)| (b.name.clone(), BoundaryRecord { area_m2: area.acting, heat_W: *heat }));
@@ -270,7 +273,7 @@ impl MeshedMachine {
                 gas_W: balance.gas,
                 coolant_W: balance.circuits.iter().sum(),
             },
-            part_to_part: heat_flow_matrix(network, &state.load, &solution.temperatures).into_iter().map(flow).collect(),
+            part_to_part: exchanged(network, &state.load, &solution.temperatures).into_iter().map(flow).collect(),
             notes: self.boundary_notes(state),
             mesh: None,
             chosen_cells: ChosenRecord::of(self),

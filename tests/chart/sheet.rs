@@ -1,0 +1,91 @@
+//! What the sheet for the wall says: flows that are enough whatever its table does not show, limits in full.
+
+use coldplate::figures::chart::acceptability::CellState;
+use coldplate::figures::chart::operator_sheet::OperatorSheet;
+use coldplate::pipeline::charts::operator_sheet;
+use coldplate::surrogate::fit::file::{encode, open};
+use coldplate::surrogate::fit::model::{Limit, LimitKind, Point, PointModel, Polynomial, Surrogate, Transform, Variable};
+
+const HALF_WIDTH: f64 = 0.03;
+const RISE: f64 = 25.0;
+
+/// Two bearings of a machine whose front one must not be more than 25 K above the air. With all variables from -1 to 1 its
+/// temperature is 44 - 3 flow + 2 coolant + 3 speed + 2 torque, whatever the air.
+fn bytes() -> Vec<u8> {
+    let variable = |name: &str, unit: &str, low: f64, high: f64| Variable { name: name.into(), unit: unit.into(), low, high };
+    let terms: Vec<Vec<u8>> = (0..6).map(|k| (1..6).map(|v| u8::from(v == k)).collect()).collect();
+    let point = |name: &str, coefficients: [f64; 6]| {
+        let model = Polynomial { transforms: vec![Transform::Identity; 5], terms: terms.clone(), coefficients: coefficients.to_vec() };
+        Point { name: name.into(), unit: "degC".into(), model: PointModel::Polynomial(model), half_width: HALF_WIDTH }
+    };
+    let limit = |name: &str, kind: LimitKind<Vec<usize>>, maximum: f64| Limit { name: name.into(), kind, maximum };
+    let surrogate = Surrogate {
+        variables: vec![
+            variable("coolant_flow", "L/min", 2.0, 10.0),
+            variable("coolant_temperature", "degC", 16.0, 24.0),
+            variable("motor_speed", "rpm", 0.0, 6000.0),
+            variable("ambient_temperature", "degC", 18.0, 28.0),
+            variable("torque", "N m", 0.0, 10.0),
+        ],
+        held: Vec::new(),
+        bases: Vec::new(),
+        points: vec![point("front_bearing", [44.0, -3.0, 2.0, 3.0, 0.0, 2.0]), point("rear_bearing", [43.0, -3.0, 2.0, 3.0, 0.0, 2.0])],
+        limits: vec![
+            limit("front_bearing", LimitKind::Rise { point: 0, variable: 3 }, RISE),
+            limit("heat", LimitKind::Maximum { point: 0 }, 90.0),
+            limit("bend", LimitKind::Difference { first: 0, second: 1 }, 6.0),
+            limit("bearings", LimitKind::Spread(vec![0, 1]), 7.0),
+        ],
+        uncertainty: None,
+        followed: None,
+        in_time: None,
+        provenance: Vec::new(),
+    };
+    encode(&surrogate).unwrap()
+}
+
+fn sheet() -> OperatorSheet {
+    operator_sheet(&open(&bytes()).unwrap(), "a spindle", "").unwrap()
+}
+
+#[test]
+fn the_smallest_flow_is_enough_at_the_worst_of_what_the_table_does_not_show() {
+    let table = sheet().table.unwrap();
+    for (r, speed) in table.rows.iter().enumerate() {
+        for (c, coolant) in table.columns.iter().enumerate() {
+            // The air at its coldest and the torque at its largest: the rise is 28 - 3 flow + 2 coolant + 3 speed.
+            let (speed, coolant) = (speed / 3000.0 - 1.0, (coolant - 20.0) / 4.0);
+            let flow = (44.0 - 18.0 + 2.0 + 2.0 * coolant + 3.0 * speed + HALF_WIDTH - RISE) / 3.0;
+            let cell = &table.cells[r * table.columns.len() + c];
+            if flow > 1.0 {
+                assert_eq!((cell.text.as_str(), cell.state), ("none", CellState::NotAcceptable), "speed {speed}, coolant {coolant}");
+            } else {
+                let expected = format!("{:.1}", ((6.0 + 4.0 * flow) * 10.0).ceil() / 10.0);
+                assert_eq!(
+                    (cell.text.as_str(), cell.state),
+                    (expected.as_str(), CellState::Acceptable),
+                    "speed {speed}, coolant {coolant}"
+                );
+            }
+        }
+    }
+    assert!(table.cells.iter().any(|c| c.text == "none") && table.cells.iter().any(|c| c.text == "3.4"));
+}
+
+#[test]
+fn the_table_says_for_which_values_it_holds() {
+    let expected = "Smallest coolant flow [L/min] whatever the ambient temperature from 18 to 28 °C and torque from 0 to 10 N m";
+    assert_eq!(sheet().table.unwrap().title, expected);
+}
+
+#[test]
+fn limits_say_above_or_between_what() {
+    let found: Vec<String> = sheet().limits.into_iter().map(|(name, words)| format!("{name}: {words}")).collect();
+    let expected = [
+        "front_bearing: at most 25 K above ambient temperature",
+        "heat: front_bearing at most 90 °C",
+        "bend: front_bearing at most 6 K above rear_bearing",
+        "bearings: at most 7 K between front_bearing and rear_bearing",
+    ];
+    assert_eq!(found, expected);
+}
