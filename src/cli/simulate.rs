@@ -14,7 +14,7 @@ use crate::discretise::network::HeatMeter;
 use crate::error::{Error, Result, did_you_mean};
 use crate::explore::schedule::{self, Schedule};
 use crate::explore::simulate::drift::{Drift, Tilt};
-use crate::explore::simulate::{self, Crossing, History, Start, Subject, Watch};
+use crate::explore::simulate::{self, Crossing, History, LimitCourse, Passed, Start, Subject, Watch};
 use crate::figures::chart::draw_as;
 use crate::figures::chart::output::check_name;
 use crate::foundation::input;
@@ -163,7 +163,11 @@ fn of_surrogate(bytes: &[u8], args: &Args, mut options: simulate::SimulateOption
     let mut model = Moving::new(&surrogate).map_err(|e| e.in_file(&args.machine))?;
     let quantities = model.quantities();
     options.watched = args.passes.iter().map(|text| watch(text, &quantities.sensors, model.subject().measurands)).collect::<Result<_>>()?;
-    let schedule = Schedule::read(&args.schedule, quantities, &args.condition.values()?, rows(args)?)?;
+    let (table, lines) = Table::read_with_lines(&args.schedule)?;
+    let given = args.condition.values()?;
+    let is_stated = |name: &str| table.columns.iter().any(|c| c.name == name) || given.iter().any(|(own, _)| own == name);
+    let schedule = Schedule::from_table(&table, &lines, quantities, &given, rows(args)?);
+    let schedule = schedule.map_err(|e| model.without_defaults(e, is_stated).in_file(&args.schedule))?;
     let history = simulate::run_stepped(&mut model, &schedule, &options)?;
     tell(&model.subject(), &history, args, start, out)
 }
@@ -297,6 +301,31 @@ fn tilt_row(tilt: &Tilt) -> Vec<String> {
     ]
 }
 
+/// The largest bound of each of so many sensors over time.
+fn largest(bounds: &[Vec<f64>], sensors: usize) -> Vec<f64> {
+    (0..sensors).map(|s| bounds.iter().map(|row| row[s]).fold(0.0, f64::max)).collect()
+}
+
+/// A time at which something is passed: as a reader says it, in seconds, and how far it may be off where that is known.
+fn moment(passed: Passed) -> String {
+    let within = passed.within.map_or(String::new(), |within| format!(" +- {}", significant(within, 2)));
+    format!("{} ({}{within} s)", duration(passed.at), significant(passed.at, 6))
+}
+
+/// A limit over the run, for a reader.
+fn limit_row(limit: &LimitCourse) -> Vec<String> {
+    let LimitCourse { largest, at, first_broken, bound } = limit;
+    let band = bound.map_or(String::new(), |bound| format!(" +- {}", significant(bound, 2)));
+    vec![
+        largest.name.clone(),
+        format!("{:.3}{band} {}", largest.shown(largest.value), largest.unit()),
+        format!("{:.3} {}", largest.shown(largest.maximum), largest.unit()),
+        format!("{:+.3} {}", largest.margin(), largest.measurand.unit_of_differences()),
+        duration(*at),
+        first_broken.map_or("never".into(), moment),
+    ]
+}
+
 fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let (start, end) = (history.times.first().copied().unwrap_or(0.0), history.times.last().copied().unwrap_or(0.0));
     let mut text = format!("{}\n{} from {} to {}\n\n", model.name, duration(end - start), duration(start), duration(end));
@@ -306,19 +335,25 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     let unit = |s: usize| if is_mixed { format!(" {}", model.measurands[s].unit()) } else { String::new() };
     let kelvin = if is_mixed { "K (um)" } else { "K" };
     let degrees = |what: &str| if is_mixed { what.to_string() } else { format!("{what} degC") };
+    let bounds = history.bounds.as_ref().map(|all| largest(all, model.sensors.len()));
     let mut rows = Vec::new();
     for (s, name) in model.sensors.iter().enumerate() {
         let at =
             |readings: Option<&Vec<f64>>| readings.map_or(String::new(), |r| format!("{:.3}{}", model.measurands[s].shown(r[s]), unit(s)));
-        rows.push(vec![
+        let mut row = vec![
             name.clone(),
             at(history.readings.first()),
             at(history.readings.last()),
             at(history.steady.as_ref().ok()),
             history.settled[s].map_or("not reached".into(), duration),
-        ]);
+        ];
+        row.extend(bounds.as_ref().map(|bounds| significant(bounds[s], 2)));
+        rows.push(row);
     }
-    text += &table(&["sensor", &degrees("start"), &degrees("end"), &degrees("steady"), &format!("within {near} {kelvin} after")], &rows);
+    let (near_after, bound) = (format!("within {near} {kelvin} after"), format!("bound {kelvin}"));
+    let (start, end, steady) = (degrees("start"), degrees("end"), degrees("steady"));
+    let heading: Vec<&str> = ["sensor", &start, &end, &steady, &near_after].into_iter().chain(bounds.as_ref().map(|_| &*bound)).collect();
+    text += &table(&heading, &rows);
     let row = |(m, meter): (usize, &HeatMeter)| {
         let at = |heats: Option<&Vec<f64>>| heats.map_or(String::new(), |heats| format!("{:+.3}", heats[m]));
         vec![meter.name.clone(), at(history.heat_flows.first()), at(history.heat_flows.last())]
@@ -340,7 +375,7 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
     }
     text += "\n";
     let pass = |c: &Crossing| {
-        let at = |time: Option<f64>| time.map_or("never".into(), |t| format!("{} ({} s)", duration(t), significant(t, 6)));
+        let at = |passed: Option<Passed>| passed.map_or("never".into(), moment);
         let value = significant(model.measurands[c.watch.sensor].shown(c.watch.value), 4) + &unit(c.watch.sensor);
         vec![model.sensors[c.watch.sensor].clone(), value, at(c.rising), at(c.falling)]
     };
@@ -349,6 +384,11 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
             &["passes", if is_mixed { "" } else { "degC" }, "rising at", "falling at"],
             &history.passes.iter().map(pass).collect::<Vec<_>>(),
         );
+        text += "\n";
+    }
+    let limits: Vec<Vec<String>> = history.limits.iter().map(limit_row).collect();
+    if !limits.is_empty() {
+        text += &table(&["limit", "largest value", "at most", "margin", "when", "first broken at"], &limits);
         text += "\n";
     }
     text += &match (&history.steady, history.settled_overall()) {
@@ -362,10 +402,13 @@ fn text(model: &Subject<'_>, history: &History, seconds: f64) -> String {
             format!("not reached: {late} of {of} sensors do not stay within {near} {kelvin} of the steady state of the last condition\n")
         }
     };
-    if let Some(bounds) = &history.bounds {
-        let largest = bounds.iter().flatten().fold(0.0, |most: f64, b| most.max(*b));
+    if let Some(bounds) = bounds {
+        let widest = bounds.iter().zip(model.sensors).enumerate().max_by(|a, b| a.1.0.total_cmp(b.1.0));
+        let widest = widest.map_or(String::new(), |(s, (bound, name))| {
+            format!("largest bound {} {}, that of '{name}', ", significant(*bound, 2), model.measurands[s].unit_of_differences())
+        });
         let cells = if model.cells > 0 { format!(" on {} cells", model.cells) } else { String::new() };
-        text += &format!("largest bound {} {kelvin}, against the full model{cells}\n", significant(largest, 2));
+        text += &format!("{widest}against the full model{cells}\n");
         return text + &format!("{} time steps, {:.3} s\n", history.steps, seconds);
     }
     let energy = &history.energy;

@@ -1,22 +1,29 @@
 //! `coldplate update`: new readings into the parameters of a surrogate file.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
 
 use super::output::Output;
 use super::text::table;
+use crate::describe::machine::Condition;
 use crate::error::Result;
+use crate::evidence::measurement::faults::{self, Fault, FaultRecord};
+use crate::evidence::measurement::{Data, Row};
 use crate::foundation::atomic_file;
 use crate::foundation::input;
 use crate::foundation::numbers::significant;
 use crate::foundation::table::Table;
 use crate::surrogate::fit::file;
-use crate::surrogate::verdict::Surrogate;
 use crate::surrogate::verdict::instruments::Instruments;
 use crate::surrogate::verdict::update::{self, UpdateRecord};
-use crate::units::{Dimension, parse};
+use crate::surrogate::verdict::{Surrogate, condition};
+use crate::units::{Dimension, convert, parse};
 
 /// Standard deviation of a reading where nothing is said of it.
 const USUAL_NOISE: &str = "0.1 K";
+/// Readings outside these bounds, K, are no temperatures of a machine: scanners write such numbers where a sensor does not answer.
+const PLAUSIBLE: std::ops::Range<f64> = 150.0..1500.0;
 
 /// New readings into the parameters of a surrogate file, so that its answers follow the machine
 #[derive(Debug, clap::Args)]
@@ -36,6 +43,18 @@ pub struct Args {
     /// Write it even if the readings leave the model
     #[arg(long)]
     anyway: bool,
+    /// Use every reading, faulty ones too (default: what is found to be faulty is named and left out)
+    #[arg(long)]
+    keep_all: bool,
+}
+
+/// An update with the faulty readings that it left out.
+#[derive(Debug, Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    update: &'a UpdateRecord,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    faults: Vec<FaultRecord>,
 }
 
 /// Runs the command.
@@ -44,8 +63,11 @@ pub struct Args {
 /// Bad input, or a file that cannot be written.
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let bytes = input::read(&args.surrogate)?;
-    let instruments = instruments(args, &file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?)?;
-    let (data, lines) = Table::read_with_lines(&args.data)?;
+    let surrogate = file::open(&bytes).map_err(|e| e.in_file(&args.surrogate))?;
+    let instruments = instruments(args, &surrogate)?;
+    let (mut data, lines) = read(&args.data)?;
+    let faults =
+        if args.keep_all { Vec::new() } else { clear(&mut data, &lines, &surrogate, &instruments).map_err(|e| e.in_file(&args.data))? };
     let found = update::update(&bytes, &data, &lines, &instruments).map_err(|e| e.in_file(&args.data))?;
     let path = args.out.as_ref().unwrap_or(&args.surrogate);
     let is_written = !found.record.alarm || args.anyway;
@@ -54,8 +76,103 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     }
     let last =
         if is_written { format!("wrote {}\n", path.display()) } else { "nothing was written; --anyway writes it all the same\n".into() };
-    out.report(&(text(&found.record) + &last), &found.record);
+    let told = Told { update: &found.record, faults: faults.iter().map(Fault::record).collect() };
+    out.report(&(faults::listed(&faults) + &text(&found.record) + &last), &told);
     Ok(u8::from(!is_written))
+}
+
+/// A table and the lines of its rows.
+fn read(path: &Path) -> Result<(Table, Vec<usize>)> {
+    let (table, mut lines) = Table::read_with_lines(path)?;
+    // The first is that of the header.
+    lines.drain(..lines.len().min(1));
+    Ok((table, lines))
+}
+
+/// Empties the cells of a table that no working sensor shows, as `predict` finds them, beside what the surrogate answers: those that were
+/// found. A column that is missing finds nothing here; taking the table in names it.
+fn clear(table: &mut Table, lines: &[usize], surrogate: &Surrogate<'_>, instruments: &Instruments) -> Result<Vec<Fault>> {
+    let is_log = table.columns.iter().any(|c| c.name == "time");
+    let points: Vec<(usize, usize)> = (surrogate.points().enumerate())
+        .filter(|(_, p)| ["degC", "K"].contains(&p.unit))
+        .filter_map(|(point, p)| table.columns.iter().position(|c| c.name == p.name).map(|column| (point, column)))
+        .collect();
+    if is_log || points.is_empty() || surrogate.variables().any(|v| table.columns.iter().all(|c| c.name != v.name)) {
+        return Ok(Vec::new());
+    }
+    let mut variables: Vec<Vec<f64>> = Vec::new();
+    for variable in surrogate.variables() {
+        let column = table.column(variable.name)?;
+        let value = |v: &f64| if v.is_finite() { condition::number_in(&variable, *v, &column.unit) } else { Ok(f64::NAN) };
+        variables.push(column.values.iter().map(value).collect::<Result<_>>().map_err(|e| e.at_key(variable.name))?);
+    }
+    let kelvin = |(_, column): &(usize, usize)| -> Result<Vec<f64>> {
+        let own = &table.columns[*column];
+        convert(300.0, &own.unit, Dimension::TEMPERATURE).map_err(|e| e.at_key(own.header()))?;
+        // What lies below absolute zero is as impossible as that is.
+        let one = |value: &f64| if value.is_nan() { f64::NAN } else { convert(*value, &own.unit, Dimension::TEMPERATURE).unwrap_or(0.0) };
+        Ok(own.values.iter().map(one).collect())
+    };
+    let read: Vec<Vec<f64>> = points.iter().map(kelvin).collect::<Result<_>>()?;
+    let xs: Vec<Vec<f64>> = (0..table.rows()).map(|r| variables.iter().map(|v| v[r]).collect()).collect();
+    let Some(inside) = xs.iter().find(|x| surrogate.in_domain(x)) else { return Ok(Vec::new()) };
+    let row = |(r, x): (usize, &Vec<f64>)| Row {
+        test: table.text("test").and_then(|t| t.values.get(r)).map_or_else(|| format!("row {}", r + 1), |t| t.trim().to_string()),
+        time: None,
+        // Conditions are compared with each other alone: their units do not matter.
+        condition: Condition::from_si(x.clone()),
+        // Outside the fitted range nothing is learnt, and nothing is known to judge by.
+        readings: read.iter().map(|values| Some(values[r]).filter(|v| v.is_finite() && surrogate.in_domain(x))).collect(),
+        line: lines.get(r).copied(),
+    };
+    let mut data = Data {
+        source: String::new(),
+        sensors: points.iter().map(|(point, _)| *point).collect(),
+        names: points.iter().map(|(_, column)| table.columns[*column].name.clone()).collect(),
+        rows: xs.iter().enumerate().map(row).collect(),
+        notes: Vec::new(),
+    };
+    let shown = |r: usize, k: usize| {
+        let column = &table.columns[points[k].1];
+        format!("{} {}", column.values[r], column.unit)
+    };
+    let mut found = impossible(&data, &shown);
+    data = faults::blanked(&data, &found);
+    let mut predicted = Vec::new();
+    let mut values = vec![0.0; surrogate.point_count()];
+    for (row, x) in data.rows.iter().zip(&xs) {
+        if surrogate.evaluate(x, &mut values).is_err() {
+            return Ok(found);
+        }
+        for ((point, _), _) in points.iter().zip(&row.readings).filter(|(_, reading)| reading.is_some()) {
+            let unit = surrogate.point(*point).map_or("K", |p| p.unit);
+            predicted.push(convert(values[*point], unit, Dimension::TEMPERATURE)?);
+        }
+    }
+    let noise: Vec<f64> = points.iter().map(|(point, _)| instruments.deviation(surrogate, inside, *point)).collect();
+    let mut judged = faults::find(&data, &predicted, &noise);
+    faults::without(&data, &mut judged);
+    found.extend(judged);
+    found.sort_by_key(|fault| *fault.rows.start());
+    for (r, k) in found.iter().filter(|fault| fault.is_left_out).flat_map(Fault::readings) {
+        table.columns[points[*k].1].values[*r] = f64::NAN;
+    }
+    Ok(found)
+}
+
+/// Readings that are no temperatures of a machine, by their rows and columns as they are `shown` in the file.
+fn impossible(data: &Data, shown: &dyn Fn(usize, usize) -> String) -> Vec<Fault> {
+    let mut found = Vec::new();
+    for (r, row) in data.rows.iter().enumerate() {
+        for (k, reading) in row.readings.iter().enumerate() {
+            if reading.is_some_and(|value| !PLAUSIBLE.contains(&value)) {
+                let mut fault = Fault::wrong_reading(data, r, k, format!("{} is no temperature of a machine", shown(r, k)));
+                fault.is_left_out = true;
+                found.push(fault);
+            }
+        }
+    }
+    found
 }
 
 /// What is known of the instruments.
@@ -107,4 +224,77 @@ fn text(record: &UpdateRecord) -> String {
         text += "The readings leave the model: no value of its parameters explains them. Ask `coldplate diagnose MACHINE DATA` for the cause.\n";
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::foundation::table::Column;
+
+    const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/runtime/fixtures/uncertain.cps");
+
+    /// Conditions, and what the surrogate answers there, a few hundredths off as readings are.
+    fn readings(surrogate: &Surrogate<'_>) -> Table {
+        let rows = [[8.0, 20.0, 21.0], [5.0, 20.0, 21.0], [4.0, 18.0, 22.0], [10.0, 22.0, 24.0], [3.0, 16.0, 20.0], [6.0, 24.0, 25.0]];
+        let mut values = [0.0; 2];
+        let told: Vec<[f64; 5]> = (rows.iter().enumerate())
+            .map(|(r, x)| {
+                surrogate.evaluate(x, &mut values).unwrap();
+                let off = 0.02 * (r as f64 - 2.5);
+                [x[0], x[1], x[2], values[0] + off, values[1] - off]
+            })
+            .collect();
+        let column = |k: usize, name: &str, unit: &str| Column {
+            name: name.into(),
+            unit: unit.into(),
+            values: told.iter().map(|row| row[k]).collect(),
+        };
+        let columns = vec![
+            column(0, "coolant_flow", "L/min"),
+            column(1, "coolant_temperature", "degC"),
+            column(2, "ambient_temperature", "degC"),
+            column(3, "motor", "degC"),
+            column(4, "screw nut", "degC"),
+        ];
+        Table { texts: vec![], columns, inputs: 3, provenance: vec![] }
+    }
+
+    /// A sensor that shows nothing in every row, and one that scanners write for no answer, teach nothing; good readings all stay.
+    #[test]
+    fn dead_sensors_and_impossible_values_are_left_out() {
+        let bytes = std::fs::read(FILE).unwrap();
+        let surrogate = file::open(&bytes).unwrap();
+        let instruments = Instruments::with_noise(&surrogate, 0.1);
+        let lines = [2, 3, 4, 5, 6, 7];
+        let good = readings(&surrogate);
+        let mut kept = good.clone();
+        assert!(clear(&mut kept, &lines, &surrogate, &instruments).unwrap().is_empty());
+        assert_eq!(kept, good);
+
+        let mut dead = good.clone();
+        dead.columns[4].values.fill(0.0);
+        let found = clear(&mut dead, &lines, &surrogate, &instruments).unwrap();
+        let told: Vec<String> = found.iter().map(Fault::text).collect();
+        assert_eq!(told, ["rows 1 to 6 (line 2), 'screw nut': dead, 0.0 degC in all 6 readings: left out"]);
+        assert!(dead.columns[4].values.iter().all(|v| v.is_nan()));
+        assert_eq!(dead.columns[3], good.columns[3]);
+        let after = update::update(&bytes, &dead, &lines, &instruments).unwrap().record;
+        assert!(after.readings == 6 && !after.alarm, "{after:?}");
+
+        let mut silent = good.clone();
+        silent.columns[3].values[1] = -999.0;
+        let found = clear(&mut silent, &lines, &surrogate, &instruments).unwrap();
+        assert_eq!(found[0].text(), "row 2 (line 3), 'motor': -999 degC is no temperature of a machine: left out");
+        assert!(found.len() == 1 && silent.columns[3].values[1].is_nan());
+    }
+
+    /// The header stands on the first line.
+    #[test]
+    fn rows_are_on_the_lines_of_the_file() {
+        let path = std::env::temp_dir().join(format!("coldplate-update-{}.csv", std::process::id()));
+        std::fs::write(&path, "# remark\ntest,motor [degC]\nt1,20\nt2,21\n").unwrap();
+        let (table, lines) = read(&path).unwrap();
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!((table.rows(), lines), (2, vec![3, 4]));
+    }
 }

@@ -3,7 +3,7 @@
 
 use coldplate_runtime::{State, Surrogate as Opened};
 
-use crate::describe::machine::{Condition, Machine, Variable};
+use crate::describe::machine::{Condition, Limit, LimitKind, Machine, Variable};
 use crate::error::{Error, Result};
 use crate::explore::schedule::Quantities;
 use crate::explore::simulate::{Follower, Start, Subject};
@@ -238,6 +238,7 @@ pub struct Moving<'a> {
     variables: Vec<Variable>,
     points: Vec<String>,
     measurands: Vec<Measurand>,
+    limits: Vec<Limit>,
     hash: String,
 }
 
@@ -267,6 +268,7 @@ impl<'a> Moving<'a> {
             variables: own.chain(held).collect::<Result<_>>()?,
             points: surrogate.points().map(|p| p.name.to_string()).collect(),
             measurands: surrogate.points().map(measurand).collect::<Result<_>>()?,
+            limits: surrogate.limits().map(|limit| limit_of(surrogate, limit)).collect::<Result<_>>()?,
             hash: surrogate.provenance().find(|(key, _)| *key == "machine_hash").map_or(String::new(), |(_, hash)| hash.to_string()),
         })
     }
@@ -274,6 +276,28 @@ impl<'a> Moving<'a> {
     /// What a schedule of it may speak of.
     pub fn quantities(&self) -> Quantities<'_> {
         Quantities { variables: &self.variables, sensors: self.points.iter().map(String::as_str).collect(), heat_flows: Vec::new() }
+    }
+
+    /// An error of a schedule that states some variables; where it is that values of others are missing, with a remedy that suits a
+    /// surrogate, which holds no defaults.
+    #[must_use]
+    pub fn without_defaults(&self, error: Error, is_stated: impl Fn(&str) -> bool) -> Error {
+        let own = self.surrogate.variables().filter(|v| !is_stated(v.name));
+        let missing: Vec<coldplate_runtime::Variable<'_>> = own.collect();
+        let names = missing.iter().map(|v| v.name).collect::<Vec<_>>().join(", ");
+        let (Some(first), true) = (missing.first(), error.location().key.as_deref() == Some(names.as_str())) else { return error };
+        let column = |v: &coldplate_runtime::Variable<'_>| format!("'{} [{}]' ({} to {})", v.name, v.unit, v.low, v.high);
+        let clear = Error::input(error.what()).at_key(names.as_str()).help(format!(
+            "a surrogate holds no defaults: give columns such as {}, or values beside the schedule: --at {}=\"{} {}\"",
+            missing.iter().map(column).collect::<Vec<_>>().join(", "),
+            first.name,
+            first.low,
+            first.unit
+        ));
+        match error.location().line {
+            Some(line) => clear.at_line(line),
+            None => clear,
+        }
     }
 
     /// What a history of it is of.
@@ -309,9 +333,37 @@ impl<'a> Moving<'a> {
         .collect()
     }
 
+    /// What all sensors read in a state, at a condition in the units of a query: K, um.
+    fn readings(&self, state: &State, x: &[f64]) -> Result<Vec<f64>> {
+        let mut values = vec![0.0; self.surrogate.point_count()];
+        self.surrogate.read(state, x, &mut values).map_err(refused)?;
+        if values.iter().any(|v| !v.is_finite()) {
+            let own =
+                self.surrogate.variables().zip(x).map(|(v, x)| format!("{} {} {}", v.name.replace('_', " "), significant(*x, 4), v.unit));
+            return Err(Error::input("the surrogate gives no temperatures here, outside the range that it was fitted to")
+                .read(own.collect::<Vec<_>>().join(", "))
+                .help("keep the schedule within the range, or sweep one that holds it"));
+        }
+        self.kelvin(&values)
+    }
+
     fn state(&self) -> Result<State> {
         self.state.ok_or_else(|| Error::input("this history has no beginning"))
     }
+}
+
+/// A limit of a surrogate, as one of a machine whose sensors are its points: in SI.
+fn limit_of(surrogate: &Opened<'_>, limit: coldplate_runtime::Limit<'_>) -> Result<Limit> {
+    let strange = || Error::input(format!("the limit '{}' looks at a point that is not there", limit.name));
+    let kind: LimitKind<Vec<usize>> = limit.kind.renumbered(Some, Some).ok_or_else(strange)?;
+    let unit = kind.points().next().and_then(|point| surrogate.point(point)).ok_or_else(strange)?.unit;
+    let maximum = match kind {
+        _ if unit == LENGTHS_IN => units::convert(limit.maximum, unit, Dimension::LENGTH)?,
+        LimitKind::Maximum { .. } => units::convert(limit.maximum, unit, Dimension::TEMPERATURE)?,
+        // Differences of temperatures are in K, whatever the points are in.
+        _ => limit.maximum,
+    };
+    Ok(Limit { name: limit.name.to_string(), kind, maximum })
 }
 
 fn refused(error: coldplate_runtime::StepError) -> Error {
@@ -341,18 +393,14 @@ impl Follower for Moving<'_> {
         Ok(())
     }
 
+    fn ahead(&self, seconds: f64, condition: &Condition) -> Result<Vec<f64>> {
+        let (x, mut state) = (self.own(condition)?, self.state()?);
+        self.surrogate.step(&mut state, seconds, &x).map_err(refused)?;
+        self.readings(&state, &x)
+    }
+
     fn read(&self, condition: &Condition) -> Result<Vec<f64>> {
-        let mut values = vec![0.0; self.surrogate.point_count()];
-        let x = self.own(condition)?;
-        self.surrogate.read(&self.state()?, &x, &mut values).map_err(refused)?;
-        if values.iter().any(|v| !v.is_finite()) {
-            let own =
-                self.surrogate.variables().zip(&x).map(|(v, x)| format!("{} {} {}", v.name.replace('_', " "), significant(*x, 4), v.unit));
-            return Err(Error::input("the surrogate gives no temperatures here, outside the range that it was fitted to")
-                .read(own.collect::<Vec<_>>().join(", "))
-                .help("keep the schedule within the range, or sweep one that holds it"));
-        }
-        self.kelvin(&values)
+        self.readings(&self.state()?, &self.own(condition)?)
     }
 
     fn steady(&self, condition: &Condition) -> Result<Vec<f64>> {
@@ -364,6 +412,14 @@ impl Follower for Moving<'_> {
     fn bounds(&self) -> Vec<f64> {
         let own = self.surrogate.in_time();
         self.surrogate.points().enumerate().map(|(k, p)| p.half_width + own.map_or(0.0, |own| own.error(k))).collect()
+    }
+
+    fn measurands(&self) -> &[Measurand] {
+        &self.measurands
+    }
+
+    fn limits(&self) -> &[Limit] {
+        &self.limits
     }
 
     fn is_inside(&self, condition: &Condition) -> bool {

@@ -2,7 +2,7 @@
 
 use super::level::Level;
 use super::model::ReducedModel;
-use super::motion::Motion;
+use super::motion::{Motion, Path};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
@@ -38,8 +38,18 @@ pub struct Course {
     pub readings: Vec<Vec<f64>>,
     /// The same of the coarser network, K, which the bound is from.
     pub coarser: Vec<Vec<f64>>,
+    /// Readings of the finer network at the beginning of each stretch and at the end of every step in it, at its own condition: between
+    /// two of them a reading can be followed.
+    pub path: Vec<Path>,
     /// Time steps of both networks.
     pub steps: usize,
+}
+
+/// What one network comes to.
+struct OfLevel {
+    readings: Vec<Vec<f64>>,
+    path: Vec<Path>,
+    steps: usize,
 }
 
 impl ReducedModel {
@@ -52,18 +62,11 @@ impl ReducedModel {
             || self.of_level(&self.coarse, TOLERANCES[0], beginning, from, stretches),
             || self.of_level(&self.fine, TOLERANCES[1], beginning, from, stretches),
         );
-        let ((coarser, few), (readings, more)) = (coarse?, fine?);
-        Ok(Course { readings, coarser, steps: few + more })
+        let (coarse, fine) = (coarse?, fine?);
+        Ok(Course { readings: fine.readings, coarser: coarse.readings, path: fine.path, steps: coarse.steps + fine.steps })
     }
 
-    fn of_level(
-        &self,
-        level: &Level,
-        tolerance: f64,
-        beginning: Beginning,
-        from: f64,
-        stretches: &[Stretch<'_>],
-    ) -> Result<(Vec<Vec<f64>>, usize)> {
+    fn of_level(&self, level: &Level, tolerance: f64, beginning: Beginning, from: f64, stretches: &[Stretch<'_>]) -> Result<OfLevel> {
         let Some(first) = stretches.first() else { return Err(Error::input("there is no time to follow")) };
         let network = &level.network;
         let load = Load::at(&self.machine, &(first.condition)(from))?;
@@ -78,7 +81,7 @@ impl ReducedModel {
                 Motion::from_uniform(level, &load, amplitudes, temperature, from, tolerance)
             }
         };
-        let mut readings = vec![motion.read(&load)];
+        let (mut readings, mut path) = (vec![motion.read(&load)], Vec::with_capacity(stretches.len()));
         for stretch in stretches {
             let load = |time: f64| Load::at(&self.machine, &(stretch.condition)(time));
             // Sensors of the water that enters see what is behind a step at once.
@@ -86,8 +89,10 @@ impl ReducedModel {
                 Some(condition) => Load::at(&self.machine, condition),
                 None => load(time),
             };
-            readings.extend(motion.advance(stretch.until, &load, &stretch.outputs, &seen)?);
+            let mut own: Path = Vec::new();
+            readings.extend(motion.advance(stretch.until, &load, &stretch.outputs, &seen, &mut own)?);
+            path.push(own);
         }
-        Ok((readings, motion.steps))
+        Ok(OfLevel { readings, path, steps: motion.steps })
     }
 }

@@ -25,6 +25,7 @@ pub use course::{Beginning, Course, Stretch};
 pub use field::Field;
 pub use level::{Level, Reduced};
 pub use model::{Answer, InTime, Made, ReducedModel};
+pub use motion::Path;
 pub use offline::{Settings, reduce};
 pub use slow::{Slow, SlowSample};
 pub use spread::{Slopes, Spread, Spreads};

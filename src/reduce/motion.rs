@@ -76,6 +76,9 @@ struct Tried {
     end: Rc<Now>,
 }
 
+/// Readings of all sensors (K) at ascending times (s).
+pub type Path = Vec<(f64, Vec<f64>)>;
+
 /// The load at a time, s.
 type LoadAt<'l> = dyn Fn(f64) -> Result<Load> + 'l;
 
@@ -152,11 +155,11 @@ impl<'a> Motion<'a> {
     /// Advances to `until` (s), from one corner of the condition to the next: `load` must be smooth until then. Readings of all sensors
     /// at ascending `outputs` on the way (s), under the load that they see there, K: within a step by the parabola through its three
     /// states. Steps end at the outputs while water of before the corner may be in the channels, so that fronts may pass, and where
-    /// readings of water are far from straight.
+    /// readings of water are far from straight. `path` takes in the readings now and at the end of every step.
     ///
     /// # Errors
     /// A condition cannot be evaluated, or no step is short enough.
-    pub fn advance(&mut self, until: f64, load: &LoadAt<'_>, outputs: &[f64], seen: &LoadAt<'_>) -> Result<Vec<Vec<f64>>> {
+    pub fn advance(&mut self, until: f64, load: &LoadAt<'_>, outputs: &[f64], seen: &LoadAt<'_>, path: &mut Path) -> Result<Vec<Vec<f64>>> {
         // Behind a corner, slopes of before tell nothing.
         self.before = None;
         let mut readings = Vec::with_capacity(outputs.len());
@@ -165,6 +168,7 @@ impl<'a> Motion<'a> {
         if self.step <= 0.0 {
             self.step = self.first_step(&now);
         }
+        path.push((self.time, self.read(&now.load)));
         let residence = |load: &Load| residence(self.network, load, &self.temperatures, &self.water);
         let even = self.time + residence(&now.load)?.max(residence(&load(until)?)?);
         while self.time < until {
@@ -216,6 +220,7 @@ impl<'a> Motion<'a> {
             let grown = if growth > 1.2 { h * growth.min(2.5) } else { h * growth.clamp(0.5, 1.0) };
             self.step = if is_last { self.step.max(grown) } else { grown };
             now = end;
+            path.push((self.time, self.read(&now.load)));
         }
         for time in &outputs[readings.len()..] {
             readings.push(self.read(&seen(*time)?));

@@ -3,6 +3,7 @@
 mod boiling;
 mod clock;
 mod heat_flow;
+mod limits;
 mod passes;
 mod pipe;
 mod resume;

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::passing::{Crossing, Passing, Watch};
+use super::passing::{Crossing, Extent, Passed, Passing, Watch};
 use super::settle::Settling;
 use super::stretch::Fronts;
 use super::{SimulateOptions, Start};
@@ -18,7 +18,7 @@ use crate::solve::meshed::MeshedMachine;
 use crate::solve::transient::parcels::Parcel;
 use crate::solve::transient::{Before, Energy, Passing as HeatPassing, TransientState};
 
-const MAGIC: &[u8] = b"coldplate checkpoint 4\n";
+const MAGIC: &[u8] = b"coldplate checkpoint 5\n";
 
 /// What has come out of a run so far.
 #[derive(Debug, Clone, PartialEq)]
@@ -112,8 +112,12 @@ pub(super) fn write(path: &Path, identity: &Identity, state: &TransientState, pr
     for crossing in &progress.passing.found {
         to.count(crossing.watch.sensor);
         to.number(crossing.watch.value);
-        [crossing.rising, crossing.falling].into_iter().for_each(|time| to.number(time.unwrap_or(f64::NAN)));
+        for passed in [crossing.rising, crossing.falling] {
+            to.number(passed.map_or(f64::NAN, |passed| passed.at));
+            to.number(passed.map_or(f64::NAN, |passed| passed.rate));
+        }
     }
+    to.numbers(&progress.passing.extents.iter().flat_map(|e| [e.start, e.first, e.largest, e.at]).collect::<Vec<_>>());
     to.numbers(&progress.passing.times);
     to.numbers(&progress.passing.values.concat());
     to.numbers(&progress.passing.last);
@@ -232,14 +236,19 @@ impl Decoder<'_> {
     fn passing(&mut self) -> Option<Passing> {
         let crossing = |from: &mut Self| {
             let watch = Watch { sensor: from.count(0)?, value: from.number()? };
-            let [rising, falling] = [from.number()?, from.number()?].map(|time| Some(time).filter(|time| !time.is_nan()));
+            let [rising, falling] = [[from.number()?, from.number()?], [from.number()?, from.number()?]]
+                .map(|[at, rate]| Some(Passed { at, rate, within: None }).filter(|_| !at.is_nan()));
             Some(Crossing { watch, rising, falling })
         };
-        let found: Vec<Crossing> = (0..self.count(32)?).map(|_| crossing(self)).collect::<Option<_>>()?;
+        let found: Vec<Crossing> = (0..self.count(48)?).map(|_| crossing(self)).collect::<Option<_>>()?;
+        let extents = self.numbers()?;
+        let extents: Vec<Extent> = extents.chunks_exact(4).map(|e| Extent { start: e[0], first: e[1], largest: e[2], at: e[3] }).collect();
         let (times, values, last) = (self.numbers()?, self.numbers()?, self.numbers()?);
-        let fits = values.len() == times.len() * found.len() && (last.is_empty() || last.len() == found.len());
+        let fits = values.len() == times.len() * found.len()
+            && (last.is_empty() || last.len() == found.len())
+            && (extents.is_empty() || extents.len() == found.len());
         let values = values.chunks_exact(found.len().max(1)).map(<[f64]>::to_vec).collect();
-        fits.then_some(Passing { found, times, values, last })
+        fits.then_some(Passing { found, extents, times, values, last })
     }
 
     fn before(&mut self) -> Option<Before> {

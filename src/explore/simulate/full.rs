@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use super::checkpoint::{self, Identity, Progress};
-use super::passing::Passing;
+use super::limits::Limits;
 use super::settle::Settling;
 use super::stretch::{Fronts, Stretch, reads_water, unevenness};
 use super::{ENERGY_TOLERANCE, History, PlaceStart, Seen, SimulateOptions, Start, StartPlace, condition_at, shown, stops};
@@ -45,6 +45,8 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         Some((path, identity)) if options.resume && path.exists() => Some(checkpoint::read(path, identity, network, stops.len())?),
         _ => None,
     };
+    // Of temperatures alone nothing is asked but what they are.
+    let limits = Limits::new(if options.only_temperatures { &[] } else { &model.machine.limits }, &network.measurands);
     let resumed_at = known.as_ref().map(|(state, _)| state.time);
     let read = |temperatures: &[f64], load: &Load| -> Vec<f64> { network.sensors.iter().map(|s| s.read(temperatures, load)).collect() };
     // Readings and heat flows at a time not behind that of a state.
@@ -86,8 +88,8 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
             let (readings, heats) = output(&state, state.time, &first)?;
             let mut settling = Settling::new(options.within, network.sensors.len());
             settling.see(state.time, &readings, steady.as_deref().ok());
-            let mut passing = Passing::new(&options.watched);
-            passing.see(state.time, &readings);
+            let mut passing = limits.passing(&options.watched);
+            passing.see(state.time, &limits.beside(&readings, &first.variables));
             let fronts = Fronts { until: state.time, are_near: false };
             (state, Progress { readings: vec![readings], heat_flows: vec![heats], steady, settling, passing, fronts })
         }
@@ -114,14 +116,15 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         }
         if state.time < until {
             seen(&Seen { state: &state, condition: &stretch.condition(state.time), load: &now });
-            progress.passing.see(state.time, &read(&state.temperatures, &now));
+            progress.passing.see(state.time, &limits.beside(&read(&state.temperatures, &now), &now.variables));
         }
         // Takes down what is read up to a time.
         let take = |progress: &mut Progress, state: &TransientState, is_due: &dyn Fn(f64) -> bool| -> Result<()> {
             while let Some(stop) = stops[..range.end].get(progress.readings.len()).filter(|stop| is_due(stop.time)) {
-                let (readings, heats) = output(state, stop.time, &load_of(&condition_at(schedule, stop), stop.time)?)?;
+                let load = load_of(&condition_at(schedule, stop), stop.time)?;
+                let (readings, heats) = output(state, stop.time, &load)?;
                 if stop.time < state.time {
-                    progress.passing.see(stop.time, &readings);
+                    progress.passing.see(stop.time, &limits.beside(&readings, &load.variables));
                 }
                 progress.settling.see(stop.time, &readings, progress.steady.as_deref().ok());
                 progress.readings.push(readings);
@@ -144,7 +147,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
             if !options.only_temperatures {
                 let readings = read(&state.temperatures, &now);
                 progress.settling.see(state.time, &readings, progress.steady.as_deref().ok());
-                progress.passing.see(state.time, &readings);
+                progress.passing.see(state.time, &limits.beside(&readings, &now.variables));
                 see_boiling(network, &now, &state, &mut boiling)?;
             }
             seen(&Seen { state: &state, condition: &stretch.condition(state.time), load: &now });
@@ -177,6 +180,7 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
     let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
     let sensors = &model.machine.sensors;
     let steady = progress.steady.as_ref().map(|t| sensors.iter().zip(t).map(|(s, t)| s.shows.settled(*t)).collect());
+    let (passes, limits) = limits.found(&progress.passing, None);
     Ok(History {
         readings: shown(&model.machine, &times, &progress.readings),
         temperatures: progress.readings,
@@ -186,7 +190,8 @@ pub fn run(model: &MeshedMachine, schedule: &Schedule, options: &SimulateOptions
         settled: progress.settling.settled(schedule.start(), progress.steady.is_ok()),
         steady: steady.map_err(String::clone),
         within: options.within,
-        passes: progress.passing.found,
+        passes,
+        limits,
         steps: state.steps,
         rejected: state.rejected,
         energy: state.energy,

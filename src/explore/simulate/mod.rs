@@ -3,6 +3,7 @@
 mod checkpoint;
 pub mod drift;
 mod full;
+mod limits;
 mod options;
 mod passing;
 pub mod record;
@@ -23,11 +24,10 @@ use crate::solve::transient::{Energy, TransientState};
 use crate::units::{Measurand, express};
 
 pub use full::run;
+pub use limits::LimitCourse;
 pub use options::SimulateOptions;
-use passing::Passing;
-pub use passing::{Crossing, Watch};
+pub use passing::{Crossing, Passed, Watch};
 pub use reduced::run_reduced;
-use settle::Settling;
 pub use stepped::{Follower, run_stepped};
 
 /// Largest relative part of the energy that may be unaccounted for over a whole run.
@@ -154,6 +154,8 @@ pub struct History {
     pub settled: Vec<Option<f64>>,
     /// When the temperatures that were waited for were passed.
     pub passes: Vec<Crossing>,
+    /// How near the machine's limits came, in its order.
+    pub limits: Vec<LimitCourse>,
     /// Time steps taken.
     pub steps: usize,
     /// Steps tried and taken again shorter.
@@ -231,27 +233,6 @@ pub fn shown(machine: &Machine, times: &[f64], temperatures: &[Vec<f64>]) -> Vec
         readings.iter_mut().zip(sensor.shows.course(times, &course)).for_each(|(row, shown)| row[s] = shown);
     }
     readings
-}
-
-/// When sensors settled and passed what was waited for, s, as readings (K) at the outputs alone tell.
-fn settled_and_passed(
-    schedule: &Schedule,
-    stops: &[Stop],
-    readings: &[Vec<f64>],
-    steady: Option<&[f64]>,
-    options: &SimulateOptions,
-) -> (Vec<Option<f64>>, Vec<Crossing>) {
-    let mut settling = Settling::new(options.within, readings.first().map_or(0, Vec::len));
-    let mut passing = Passing::new(&options.watched);
-    for ((stop, before), readings) in stops.iter().zip([&stops[0]].into_iter().chain(stops)).zip(readings) {
-        if stop.segment != before.segment {
-            passing.corner();
-        }
-        settling.see(stop.time, readings, steady);
-        passing.see(stop.time, readings);
-    }
-    passing.corner();
-    (settling.settled(schedule.start(), steady.is_some()), passing.found)
 }
 
 /// The condition recorded at a stop: behind the step, where one is there.

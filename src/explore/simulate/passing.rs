@@ -1,4 +1,4 @@
-//! When sensors' places pass given temperatures.
+//! When what is looked at passes given values, and how large it becomes.
 
 /// A temperature that is waited for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -9,24 +9,55 @@ pub struct Watch {
     pub value: f64,
 }
 
-/// When it was passed for the first time, s on the schedule's clock, coming from below and from above.
+/// A value passed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Passed {
+    /// s on the schedule's clock
+    pub at: f64,
+    /// How fast it was passed, K/s; infinite in a jump.
+    pub rate: f64,
+    /// How far the time may be off, s, where the readings have a bound.
+    pub within: Option<f64>,
+}
+
+impl Passed {
+    /// At the beginning of a stretch, where readings of water jump with the condition.
+    pub(super) fn in_a_jump(at: f64) -> Self {
+        Self { at, rate: f64::INFINITY, within: None }
+    }
+}
+
+/// When a value was passed for the first time, coming from below and from above.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Crossing {
     /// What was waited for.
     pub watch: Watch,
     /// From below.
-    pub rising: Option<f64>,
+    pub rising: Option<Passed>,
     /// From above.
-    pub falling: Option<f64>,
+    pub falling: Option<Passed>,
 }
 
-/// What has been seen of the temperatures that are waited for, and what was found.
+/// How large a value was at first, and at most.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Extent {
+    /// When it was first looked at, s.
+    pub(super) start: f64,
+    pub(super) first: f64,
+    pub(super) largest: f64,
+    /// When it was so for the first time, s.
+    pub(super) at: f64,
+}
+
+/// What has been seen of the values that are waited for, and what was found.
 ///
 /// Between two time steps a cubic runs through these and their neighbours, as far as the schedule has no corner there: its
 /// error is of higher order than that of the steps. It is looked for crossings when a stretch without corners is over.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Passing {
     pub(super) found: Vec<Crossing>,
+    /// Of each of them; none before anything was seen.
+    pub(super) extents: Vec<Extent>,
     /// Times of the present stretch, s, ascending.
     pub(super) times: Vec<f64>,
     /// What was waited for at each, K: one value for each of the watches.
@@ -41,13 +72,33 @@ impl Passing {
         Self { found, ..Self::default() }
     }
 
-    /// Takes note of the temperatures of all places (K) at `time` (s).
-    pub(super) fn see(&mut self, time: f64, temperatures: &[f64]) {
+    /// Whether nothing is waited for.
+    pub(super) fn is_idle(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// Takes note of all values (K) at `time` (s).
+    pub(super) fn see(&mut self, time: f64, values: &[f64]) {
         if self.found.is_empty() || self.times.last().is_some_and(|last| *last >= time) {
             return;
         }
+        let own: Vec<f64> = self.found.iter().map(|c| values[c.watch.sensor]).collect();
+        if self.extents.is_empty() {
+            self.extents = own.iter().map(|value| Extent { start: time, first: *value, largest: *value, at: time }).collect();
+        }
+        for (extent, value) in self.extents.iter_mut().zip(&own) {
+            if *value > extent.largest {
+                (extent.largest, extent.at) = (*value, time);
+            }
+        }
         self.times.push(time);
-        self.values.push(self.found.iter().map(|c| temperatures[c.watch.sensor]).collect());
+        self.values.push(own);
+    }
+
+    /// Those watches that are passed between two looks at all values (K).
+    pub(super) fn between<'a>(&'a self, before: &'a [f64], now: &'a [f64]) -> impl Iterator<Item = Watch> + 'a {
+        let watches = self.found.iter().map(|crossing| crossing.watch);
+        watches.filter(|w| (before[w.sensor] < w.value) != (now[w.sensor] < w.value))
     }
 
     /// A corner of the schedule: the stretch is over.
@@ -57,7 +108,7 @@ impl Passing {
             let Some(first) = values.first() else { break };
             let value = crossing.watch.value;
             if let Some(last) = self.last.get(w) {
-                crossing.note(*last, first[w], || times[0]);
+                crossing.note(*last, first[w], || Passed::in_a_jump(times[0]));
             }
             for i in 1..times.len() {
                 crossing.note(values[i - 1][w], values[i][w], || root(&times, i, value, |k| values[k][w]));
@@ -70,19 +121,21 @@ impl Passing {
 }
 
 impl Crossing {
-    fn note(&mut self, before: f64, now: f64, time: impl Fn() -> f64) {
+    /// What is exactly there is not passed yet: a course may begin at the very value.
+    fn note(&mut self, before: f64, now: f64, passed: impl Fn() -> Passed) {
         let value = self.watch.value;
-        if before < value && now >= value && self.rising.is_none() {
-            self.rising = Some(time());
+        let passes = |before: f64, now: f64, value: f64| (before < value && now >= value) || (before == value && now > value);
+        if self.rising.is_none() && passes(before, now, value) {
+            self.rising = Some(passed());
         }
-        if before > value && now <= value && self.falling.is_none() {
-            self.falling = Some(time());
+        if self.falling.is_none() && passes(-before, -now, -value) {
+            self.falling = Some(passed());
         }
     }
 }
 
 /// Where the polynomial through the nearest points meets `value` between the points `i - 1` and `i`.
-fn root(times: &[f64], i: usize, value: f64, at: impl Fn(usize) -> f64) -> f64 {
+fn root(times: &[f64], i: usize, value: f64, at: impl Fn(usize) -> f64) -> Passed {
     let points: Vec<usize> = (i.saturating_sub(2)..=(i + 1).min(times.len() - 1)).collect();
     let polynomial = |t: f64| -> f64 {
         let term = |k: &usize| {
@@ -97,7 +150,12 @@ fn root(times: &[f64], i: usize, value: f64, at: impl Fn(usize) -> f64) -> f64 {
         let middle = f64::midpoint(low, high);
         if (polynomial(middle) >= value) == is_rising { high = middle } else { low = middle }
     }
-    f64::midpoint(low, high)
+    let (found, length) = (f64::midpoint(low, high), times[i] - times[i - 1]);
+    // Half a hundredth of the interval to either side; the polynomial may be flat where the course is not.
+    let near = 0.005 * length;
+    let slope = (polynomial(found + near) - polynomial(found - near)) / (2.0 * near);
+    let mean = (at(i) - at(i - 1)) / length;
+    Passed { at: found, rate: if slope * mean > 0.0 { slope } else { mean }, within: None }
 }
 
 #[cfg(test)]
@@ -114,8 +172,9 @@ mod tests {
         }
         passing.corner();
         let found = passing.found[0];
-        assert!((found.rising.unwrap() - std::f64::consts::FRAC_PI_6).abs() < 1e-5, "{found:?}");
-        assert!((found.falling.unwrap() - 5.0 * std::f64::consts::FRAC_PI_6).abs() < 1e-5, "{found:?}");
+        assert!((found.rising.unwrap().at - std::f64::consts::FRAC_PI_6).abs() < 1e-5, "{found:?}");
+        assert!((found.rising.unwrap().rate - 20.0 * std::f64::consts::FRAC_PI_6.cos()).abs() < 1e-3, "{found:?}");
+        assert!((found.falling.unwrap().at - 5.0 * std::f64::consts::FRAC_PI_6).abs() < 1e-5, "{found:?}");
     }
 
     #[test]
@@ -129,6 +188,19 @@ mod tests {
             passing.see(t, &[value]);
         }
         passing.corner();
-        assert_eq!((passing.found[0].rising, passing.found[0].falling), (Some(1.0), None));
+        assert_eq!((passing.found[0].rising, passing.found[0].falling), (Some(Passed::in_a_jump(1.0)), None));
+        assert_eq!(passing.extents, [Extent { start: 0.0, first: 5.0, largest: 13.0, at: 2.0 }]);
+    }
+
+    /// A machine that begins at its limit breaks it at once.
+    #[test]
+    fn what_begins_at_the_value_passes_it_when_it_leaves() {
+        let mut passing = Passing::new(&[Watch { sensor: 0, value: 0.0 }]);
+        for (t, value) in [(0.0, 0.0), (1.0, 0.0), (2.0, 1.0)] {
+            passing.see(t, &[value]);
+        }
+        passing.corner();
+        let found = passing.found[0];
+        assert!(found.rising.is_some_and(|passed| (passed.at - 1.0).abs() < 1e-9) && found.falling.is_none(), "{found:?}");
     }
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::drift::{Drift, Tilt};
-use super::{Crossing, History, Subject};
+use super::{Crossing, History, LimitCourse, Passed, Subject};
 use crate::units::Measurand;
 
 /// Temperatures over time.
@@ -40,6 +40,8 @@ pub struct HistoryRecord {
     pub tilts: Vec<Tilt>,
     /// When the temperatures that were waited for were passed first.
     pub passes: Vec<PassRecord>,
+    /// How near the machine's limits came, in its order.
+    pub limits: Vec<LimitCourseRecord>,
     pub steps: usize,
     pub rejected: usize,
     pub energy: EnergyRecord,
@@ -76,6 +78,50 @@ pub struct PassRecord {
     pub rising_s: Option<f64>,
     /// First time from above.
     pub falling_s: Option<f64>,
+    /// How far these times may be off; of models with a bound alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rising_within_s: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub falling_within_s: Option<f64>,
+}
+
+/// A limit over the run; values in its unit, times on the schedule's clock.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct LimitCourseRecord {
+    pub name: String,
+    pub unit: &'static str,
+    /// Largest value seen.
+    pub largest: f64,
+    /// Largest value allowed.
+    pub limit: f64,
+    /// What was left, K or um; negative where the limit was broken.
+    pub margin: f64,
+    /// When the largest value was reached.
+    pub at_s: f64,
+    /// When the limit was broken first.
+    pub first_broken_s: Option<f64>,
+    /// How far the largest value may be off, K or um, and that time; of models with a bound alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bound: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub first_broken_within_s: Option<f64>,
+}
+
+impl From<&LimitCourse> for LimitCourseRecord {
+    fn from(own: &LimitCourse) -> Self {
+        Self {
+            name: own.largest.name.clone(),
+            unit: own.largest.unit(),
+            largest: own.largest.shown(own.largest.value),
+            limit: own.largest.shown(own.largest.maximum),
+            margin: own.largest.margin(),
+            at_s: own.at,
+            first_broken_s: own.first_broken.map(|passed| passed.at),
+            bound: own.bound,
+            first_broken_within_s: own.first_broken.and_then(|passed| passed.within),
+        }
+    }
 }
 
 /// Heat since the beginning.
@@ -113,12 +159,15 @@ impl History {
             let own = names().filter(|(s, _)| model.measurands[*s] == of);
             Some(own.map(|(s, name)| (name.clone(), all.iter().map(|row| row[s]).collect())).collect())
         };
+        let within = |passed: Option<Passed>| passed.and_then(|passed| passed.within);
         let pass = |c: &Crossing| PassRecord {
             sensor: model.sensors[c.watch.sensor].clone(),
             value_degC: watched(c, Measurand::Temperature),
             value_um: watched(c, Measurand::Displacement),
-            rising_s: c.rising,
-            falling_s: c.falling,
+            rising_s: c.rising.map(|passed| passed.at),
+            falling_s: c.falling.map(|passed| passed.at),
+            rising_within_s: within(c.rising),
+            falling_within_s: within(c.falling),
         };
         HistoryRecord {
             sensors: names().map(course).collect(),
@@ -134,6 +183,7 @@ impl History {
             drifts: self.drifts(model),
             tilts: self.tilts(model),
             passes: self.passes.iter().map(pass).collect(),
+            limits: self.limits.iter().map(LimitCourseRecord::from).collect(),
             steps: self.steps,
             rejected: self.rejected,
             energy: EnergyRecord {

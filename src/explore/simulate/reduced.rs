@@ -1,14 +1,21 @@
 //! A schedule run through a reduced model: the same history, with a bound on every reading.
 
+use std::ops::Range;
+
 use super::full::own_starts;
-use super::{History, SimulateOptions, Start, condition_at, settled_and_passed, shown, stops};
+use super::limits::{Bounds, Limits};
+use super::passing::Passing;
+use super::settle::Settling;
+use super::stretch::corners;
+use super::{History, SimulateOptions, Start, condition_at, shown, stops};
 use crate::describe::machine::Condition;
 use crate::error::{Error, Result};
 use crate::explore::schedule::{Schedule, Segment};
 use crate::reduce::{Beginning, ReducedModel, Stretch};
 use crate::solve::transient::Energy;
 
-/// Runs `schedule` through a reduced model. When something settles or passes is known from the outputs alone.
+/// Runs `schedule` through a reduced model. When something settles or passes is looked for at the ends of the finer network's steps and at
+/// the outputs between them.
 ///
 /// # Errors
 /// The model was not made for histories; the machine file states temperatures at the start; a checkpoint is asked for; a condition
@@ -35,11 +42,11 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
     };
     let stops = stops(schedule, options.every)?;
     let mut stretches: Vec<Stretch<'_>> = Vec::new();
-    let mut last: Option<Segment> = None;
-    for stop in &stops[1..] {
-        if last != Some(stop.segment) {
+    let mut segments: Vec<(Segment, Range<usize>)> = Vec::new();
+    for (at, stop) in stops.iter().enumerate().skip(1) {
+        if segments.last().is_none_or(|(segment, _)| *segment != stop.segment) {
             let segment = stop.segment;
-            last = Some(segment);
+            segments.push((segment, at..at));
             stretches.push(Stretch {
                 until: segment.until,
                 condition: Box::new(move |time| schedule.condition(segment, time)),
@@ -47,15 +54,43 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
                 outputs: Vec::new(),
             });
         }
-        if let Some(stretch) = stretches.last_mut() {
+        if let (Some(stretch), Some((_, range))) = (stretches.last_mut(), segments.last_mut()) {
             stretch.outputs.push(stop.time);
+            range.end = at + 1;
         }
     }
     let course = model.course(beginning, schedule.start(), &stretches)?;
     let bounds = in_time.bounds(&course.readings, &course.coarser);
     let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
     let steady = model.steady(&schedule.last_condition(), &[]).map(|answer| answer.finer).map_err(|e| e.what().to_string());
-    let (settled, passes) = settled_and_passed(schedule, &stops, &course.readings, steady.as_deref().ok(), options);
+    let limits = Limits::new(&model.machine.limits, &model.fine.network.measurands);
+    let mut settling = Settling::new(options.within, model.fine.network.sensors.len());
+    let mut passing = limits.passing(&options.watched);
+    let mut see = |time: f64, readings: &[f64], condition: &Condition, passing: &mut Passing| {
+        settling.see(time, readings, steady.as_deref().ok());
+        passing.see(time, &limits.beside(readings, condition.si()));
+    };
+    see(schedule.start(), &course.readings[0], &schedule.stated(0), &mut passing);
+    let corners = corners(schedule, &stops);
+    for ((segment, range), path) in segments.into_iter().zip(&course.path) {
+        if corners.binary_search(&range.start).is_ok() {
+            passing.corner();
+        }
+        let mut outputs = range.peekable();
+        for (time, readings) in path {
+            while let Some(stop) = outputs.next_if(|stop| stops[*stop].time < *time) {
+                let time = stops[stop].time;
+                see(time, &course.readings[stop], &schedule.condition(segment, time), &mut passing);
+            }
+            see(*time, readings, &schedule.condition(segment, *time), &mut passing);
+        }
+        // At its end sensors of the water that enters show what is behind a step.
+        for stop in outputs {
+            see(stops[stop].time, &course.readings[stop], &condition_at(schedule, &stops[stop]), &mut passing);
+        }
+    }
+    passing.corner();
+    let (passes, limits) = limits.found(&passing, Some(&Bounds { times: &times, bounds: &bounds }));
     let is_outside = |row: &crate::explore::schedule::Row| !model.is_inside(&Condition::from_si(row.values.clone()));
     let mut notes = Vec::new();
     if schedule.rows().iter().any(is_outside) {
@@ -67,11 +102,12 @@ pub fn run_reduced(model: &ReducedModel, schedule: &Schedule, options: &Simulate
         heat_flows: vec![Vec::new(); times.len()],
         times,
         conditions: stops.iter().map(|stop| condition_at(schedule, stop)).collect(),
-        settled,
+        settled: settling.settled(schedule.start(), steady.is_ok()),
         temperatures: course.readings,
         steady: steady.map(shows),
         within: options.within,
         passes,
+        limits,
         steps: course.steps,
         rejected: 0,
         energy: Energy::default(),

@@ -1,13 +1,22 @@
 //! A schedule run through anything that moves step by step, such as a surrogate that knows the machine over time.
 
-use super::{History, SimulateOptions, Start, Stop, condition_at, settled_and_passed, stops};
-use crate::describe::machine::Condition;
+use super::limits::{Bounds, Limits};
+use super::passing::Passing;
+use super::settle::Settling;
+use super::stretch::corners;
+use super::{History, SimulateOptions, Start, Stop, condition_at, stops};
+use crate::describe::machine::{Condition, Limit};
 use crate::error::{Error, Result};
 use crate::explore::schedule::Schedule;
 use crate::solve::transient::Energy;
+use crate::units::Measurand;
 
 /// Steps from output to output while a condition moves; each holds the condition of its middle.
 const PIECES: usize = 16;
+/// Looks within a step at a condition that holds: what moves fast does so at its beginning, so they stand closer there.
+const LOOKS: usize = 8;
+/// Halvings of the time between two looks in which something is passed.
+const HALVINGS: usize = 40;
 
 /// A model that moves by steps of one condition each. Temperatures are in K.
 pub trait Follower {
@@ -22,6 +31,12 @@ pub trait Follower {
     /// # Errors
     /// A condition that it cannot evaluate.
     fn advance(&mut self, seconds: f64, condition: &Condition) -> Result<()>;
+
+    /// What all sensors would read after so many seconds at a condition that holds. The model stays where it is.
+    ///
+    /// # Errors
+    /// As [`Follower::advance`].
+    fn ahead(&self, seconds: f64, condition: &Condition) -> Result<Vec<f64>>;
 
     /// What all sensors read now, at a condition.
     ///
@@ -38,11 +53,17 @@ pub trait Follower {
     /// How far each reading may be off.
     fn bounds(&self) -> Vec<f64>;
 
+    /// What the sensors read.
+    fn measurands(&self) -> &[Measurand];
+
+    /// Limits on them.
+    fn limits(&self) -> &[Limit];
+
     /// Whether the model was made for a condition.
     fn is_inside(&self, condition: &Condition) -> bool;
 }
 
-/// Runs `schedule` through a model. When something settles or passes is known from the outputs alone.
+/// Runs `schedule` through a model. When something settles or passes is looked for between the outputs too.
 ///
 /// # Errors
 /// A checkpoint is asked for; parts begin at temperatures of their own; as the model's own.
@@ -54,33 +75,56 @@ pub fn run_stepped(model: &mut dyn Follower, schedule: &Schedule, options: &Simu
         return Err(Error::input("parts cannot begin at temperatures of their own here").help("simulate the machine file"));
     }
     let stops: Vec<Stop> = stops(schedule, options.every)?;
+    let corners = corners(schedule, &stops);
     let first = schedule.stated(0);
     model.begin(options.start, &first)?;
     let mut readings = vec![model.read(&first)?];
+    let steady = model.steady(&schedule.last_condition()).map_err(|e| e.what().to_string());
+    let (limits, measurands) = (model.limits().to_vec(), model.measurands().to_vec());
+    let limits = Limits::new(&limits, &measurands);
+    let mut seen = Sightings {
+        passing: limits.passing(&options.watched),
+        limits,
+        settling: Settling::new(options.within, measurands.len()),
+        steady: steady.as_deref().ok(),
+    };
+    seen.look(schedule.start(), &readings[0], &first);
     let (mut now, mut steps) = (schedule.start(), 0);
-    for stop in &stops[1..] {
+    for (at, stop) in stops.iter().enumerate().skip(1) {
         let (begin, end) = (schedule.condition(stop.segment, now), schedule.condition(stop.segment, stop.time));
+        if corners.binary_search(&at).is_ok() {
+            seen.passing.corner();
+            seen.look(now, &model.read(&begin)?, &begin);
+        }
         let pieces = if begin == end { 1 } else { PIECES };
         let length = (stop.time - now) / pieces as f64;
+        if begin == end {
+            seen.within(model, (now, length), &begin)?;
+        }
         for piece in 0..pieces {
             let middle = schedule.condition(stop.segment, now + (piece as f64 + 0.5) * length);
             model.advance(length, &middle)?;
+            let time = if piece + 1 == pieces { stop.time } else { now + (piece as f64 + 1.0) * length };
+            let condition = schedule.condition(stop.segment, time);
+            seen.look(time, &model.read(&condition)?, &condition);
         }
         steps += pieces;
         now = stop.time;
         readings.push(model.read(&condition_at(schedule, stop))?);
     }
+    seen.passing.corner();
     let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
     let conditions: Vec<Condition> = stops.iter().map(|stop| condition_at(schedule, stop)).collect();
-    let steady = model.steady(&schedule.last_condition()).map_err(|e| e.what().to_string());
-    let (settled, passes) = settled_and_passed(schedule, &stops, &readings, steady.as_deref().ok(), options);
+    let bounds = vec![model.bounds(); times.len()];
+    let (passes, courses) = seen.limits.found(&seen.passing, Some(&Bounds { times: &times, bounds: &bounds }));
+    let settled = seen.settling.settled(schedule.start(), steady.is_ok());
     let mut notes = Vec::new();
     if conditions.iter().any(|condition| !model.is_inside(condition)) {
         notes.push("the schedule leaves the ranges that the model was made for; the bounds do not hold there".to_string());
     }
     Ok(History {
         heat_flows: vec![Vec::new(); times.len()],
-        bounds: Some(vec![model.bounds(); times.len()]),
+        bounds: Some(bounds),
         times,
         conditions,
         settled,
@@ -89,10 +133,62 @@ pub fn run_stepped(model: &mut dyn Follower, schedule: &Schedule, options: &Simu
         steady,
         within: options.within,
         passes,
+        limits: courses,
         steps,
         rejected: 0,
         energy: Energy::default(),
         resumed_at: None,
         notes,
     })
+}
+
+/// What has been seen of a run.
+struct Sightings<'a> {
+    limits: Limits<'a>,
+    passing: Passing,
+    settling: Settling,
+    /// K
+    steady: Option<&'a [f64]>,
+}
+
+impl Sightings<'_> {
+    fn look(&mut self, time: f64, readings: &[f64], condition: &Condition) {
+        self.settling.see(time, readings, self.steady);
+        self.passing.see(time, &self.limits.beside(readings, condition.si()));
+    }
+
+    /// Looks ahead over a time (its beginning and its length, s) in which a condition holds, and wherever something is passed in it.
+    fn within(&mut self, model: &dyn Follower, (begin, length): (f64, f64), condition: &Condition) -> Result<()> {
+        if self.passing.is_idle() || length <= 0.0 {
+            return Ok(());
+        }
+        let ahead = |seconds: f64| model.ahead(seconds, condition);
+        let beside = |readings: &[f64]| self.limits.beside(readings, condition.si());
+        let mut looks: Vec<(f64, Vec<f64>)> = vec![(0.0, ahead(0.0)?)];
+        let mut passed = Vec::new();
+        for look in 1..=LOOKS {
+            let late = length * (look as f64 / LOOKS as f64).powi(2);
+            let readings = ahead(late)?;
+            let (early, before) = &looks[look - 1];
+            let (before, behind) = (beside(before), beside(&readings));
+            for watch in self.passing.between(&before, &behind) {
+                let is_passed = |values: &[f64]| (values[watch.sensor] < watch.value) == (behind[watch.sensor] < watch.value);
+                let (mut low, mut high) = (*early, late);
+                for _ in 0..HALVINGS {
+                    let middle = f64::midpoint(low, high);
+                    if is_passed(&beside(&ahead(middle)?)) { high = middle } else { low = middle }
+                }
+                passed.push((high, ahead(high)?));
+            }
+            looks.push((late, readings));
+        }
+        looks.extend(passed);
+        // Its beginning has been seen, and its end will be once the model is there.
+        looks.retain(|(seconds, _)| *seconds > 0.0 && *seconds < length);
+        looks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (seconds, readings) in looks {
+            self.look(begin + seconds, &readings, condition);
+        }
+        Ok(())
+    }
 }

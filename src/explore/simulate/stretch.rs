@@ -23,7 +23,7 @@ pub(super) struct Stretch<'s> {
 impl<'s> Stretch<'s> {
     /// All stretches of a schedule whose stops begin at its start.
     pub fn all(schedule: &'s Schedule, stops: &'s [Stop]) -> Vec<Self> {
-        let mut firsts: Vec<usize> = (1..stops.len()).filter(|at| is_corner(schedule, stops, *at)).collect();
+        let mut firsts = corners(schedule, stops);
         firsts.push(stops.len());
         firsts.windows(2).map(|ends| Self { schedule, stops: &stops[ends[0]..ends[1]], first: ends[0] }).collect()
     }
@@ -43,6 +43,11 @@ impl<'s> Stretch<'s> {
         let at = self.stops.partition_point(|stop| stop.time < time).min(self.stops.len() - 1);
         self.schedule.condition(self.stops[at].segment, time)
     }
+}
+
+/// The stops, as indices, behind the corners of a schedule: the first of every stretch.
+pub(super) fn corners(schedule: &Schedule, stops: &[Stop]) -> Vec<usize> {
+    (1..stops.len()).filter(|at| is_corner(schedule, stops, *at)).collect()
 }
 
 /// Whether the schedule has a corner between a stop and the one before it.
