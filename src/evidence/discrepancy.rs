@@ -21,7 +21,7 @@ use crate::units::Dimension;
 /// What the room and the water's temperature may differ by from test to test, K, beside a factor of one on all heats.
 const KELVIN_BETWEEN_TESTS: f64 = 10.0;
 /// Minus twice the logarithm of the prior odds of a part of the level that is not zero: 0.07 to 0.93.
-const PRICE: f64 = 5.2;
+pub const PRICE: f64 = 5.2;
 /// Where the prior of each part has its middle, and its width as a logarithm.
 const WANDERING: (f64, f64) = (0.1, 1.5);
 const BETWEEN_TESTS: (f64, f64) = (0.02, 0.5);
@@ -40,6 +40,8 @@ const MOST_SWEEPS: usize = 4;
 const OTHER: Level = Level { wandering: 0.6, memory: 0.12, between_tests: 0.02, numbers: 0.15 };
 /// A level up to here is what models of such machines and days of such laboratories have.
 const USUAL: Level = Level { wandering: 0.08, memory: 0.12, between_tests: 0.07, numbers: 0.15 };
+/// The same of steady tables. Their rows are often tests of their own: what differs by more from each to the next could be anything.
+const USUAL_STEADY: Level = Level { between_tests: 0.045, ..USUAL };
 
 /// How large the discrepancy is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,9 +62,13 @@ impl Level {
     /// Nothing beside what is stated.
     pub const NONE: Self = Self { wandering: 0.0, memory: wander::CORRELATION, between_tests: 0.0, numbers: 0.0 };
 
-    /// Whether it is no more than models of such machines have.
-    pub fn is_usual(&self) -> bool {
-        self.is_within(&USUAL)
+    /// Whether it is no more than models of such machines have, in logs or in steady tables.
+    pub fn is_usual(&self, is_log: bool) -> bool {
+        self.is_within(Self::usual(is_log))
+    }
+
+    fn usual(is_log: bool) -> &'static Self {
+        if is_log { &USUAL } else { &USUAL_STEADY }
     }
 
     fn is_within(&self, most: &Self) -> bool {
@@ -139,6 +145,16 @@ impl ErrorParts {
             uncertain: Vec::new(),
             numbers: Vec::new(),
         }
+    }
+
+    /// Whether they are those of a log.
+    fn is_log(&self) -> bool {
+        !self.wandering.is_empty()
+    }
+
+    /// Whether a level is no more than models of such machines have in such data.
+    pub fn is_usual(&self, level: &Level) -> bool {
+        level.is_usual(self.is_log())
     }
 
     /// Adds errors that are stated, one column each of unit variance, K.
@@ -344,7 +360,7 @@ impl ErrorParts {
 
     /// The same no larger than models of such machines usually have.
     pub fn learn_usual(&self, residual: &[f64]) -> Level {
-        self.learn(residual, &[], Level::NONE, Some(&USUAL))
+        self.learn(residual, &[], Level::NONE, Some(Level::usual(self.is_log())))
     }
 
     fn products(&self, level: &Level, residual: &[f64], free: &[Vec<f64>]) -> Products {

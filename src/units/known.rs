@@ -93,6 +93,11 @@ pub fn symbols() -> Vec<KnownUnit> {
     found.into_iter().map(|(_, unit)| unit).collect()
 }
 
+/// The SI unit of a dimension that files ask for, as they write it.
+pub fn si_unit(dimension: Dimension) -> Option<&'static str> {
+    QUANTITIES.iter().find(|(known, ..)| *known == dimension).map(|(.., si)| *si)
+}
+
 /// Every quantity that files ask for.
 pub fn quantities() -> Vec<KnownQuantity> {
     QUANTITIES.iter().map(|(dimension, name, si)| KnownQuantity { name, si, example: example(*dimension) }).collect()

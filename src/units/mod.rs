@@ -15,7 +15,7 @@ mod symbols;
 use std::fmt;
 
 use crate::error::{Error, Result, did_you_mean};
-pub use known::{KnownQuantity, KnownUnit, quantities, symbols};
+pub use known::{KnownQuantity, KnownUnit, quantities, si_unit, symbols};
 pub use readings::Measurand;
 pub use scale::{Celsius, Kelvin, ZERO_CELSIUS};
 use symbols::{MISTAKEN, UNITS};

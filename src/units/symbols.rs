@@ -75,6 +75,7 @@ pub(super) const MISTAKEN: &[(&str, &str)] = &[
     ("kelvin", "K"),
     ("in", "inch"),
     ("lb", "lbm or lbf"),
+    ("Nm", "N m"),
     ("lpm", "L/min"),
     ("LPM", "L/min"),
     ("GPM", "gpm"),

@@ -8,7 +8,7 @@ use coldplate::explore::simulate::Start;
 use coldplate::foundation::document::Document;
 use coldplate::foundation::progress::Silent;
 use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::{Study, Tables};
+use coldplate::solve::sensitivity::{Study, Tables, UncertainNumber};
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -49,9 +49,15 @@ fn all_heats() {
 }
 
 /// The motor's contact is twice as good, and every source gives a twenty-fifth more than the file says: within what heats are taken to be
-/// off by, so no cause of its own. The machine that is written has it all the same.
+/// off by, so no cause of its own. The machine that is written has it all the same, whether or not some other number is stated as
+/// uncertain.
 #[test]
 fn what_all_heats_share_is_written_beside_a_cause() {
+    heats_are_written_beside_a_cause(None);
+    heats_are_written_beside_a_cause(Some("contact.foot.conductance"));
+}
+
+fn heats_are_written_beside_a_cause(uncertain: Option<&str>) {
     let machine = Document::parse(SMALL, "small.toml").unwrap();
     let lines = [
         ("contact.motor.conductance", "\"1000 W/(m2 K)\""),
@@ -60,8 +66,12 @@ fn what_all_heats_share_is_written_beside_a_cause() {
         ("source.bearing.power", "\"0.001664 * motor_speed_rpm\""),
     ];
     let conditions = Hidden::conditions(&machine, 14, 61, &[]);
-    let found =
-        diagnose(&Hidden { machine: &machine, cells: (300, 10_000), lines: &lines, conditions, seed: 62 }.problem(), &Silent).unwrap();
+    let mut problem = Hidden { machine: &machine, cells: (300, 10_000), lines: &lines, conditions, seed: 62 }.problem();
+    if let Some(name) = uncertain {
+        let parameter = problem.study.parameter(name).unwrap();
+        problem.uncertain = vec![UncertainNumber { deviation: 0.1 * parameter.value, parameter, limits: None }];
+    }
+    let found = diagnose(&problem, &Silent).unwrap();
     shown(&found);
     let rung = &found.rungs[0];
     assert_eq!(rung.causes[0].hypothesis.kind_and_place(), "contact conductance at motor");

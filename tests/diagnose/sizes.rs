@@ -49,12 +49,23 @@ fn named(found: &Diagnosis) -> Vec<String> {
     found.explanations.first().map_or(Vec::new(), |best| best.causes.iter().map(|c| c.hypothesis.kind_and_place()).collect())
 }
 
-/// Without numbers that may be off, a cause is named for certain on three of these.
+/// Without numbers that may be off, all of these raise an alarm, and a cause is named for certain on three.
 #[test]
-fn nothing_is_certain_of_machines_of_other_sizes() {
+fn nothing_is_wrong_with_machines_of_other_sizes() {
     let all: Vec<Diagnosis> = (1..=12).map(|seed| found(seed, None)).collect();
     assert!(all.iter().all(|found| found.verdict != Verdict::Explained));
-    assert!(all.iter().any(|found| found.is_open_by_numbers));
+    let consistent: Vec<&Diagnosis> = all.iter().filter(|found| found.verdict == Verdict::Consistent).collect();
+    assert!(consistent.len() >= 8, "{} of 12", consistent.len());
+    assert!(consistent.iter().filter(|found| found.misfit.probability < 0.001).all(|found| found.unexplained.numbers > 0.0));
+}
+
+/// Nothing but the cause itself is named for certain.
+#[test]
+fn a_small_cause_is_no_other_beside_other_sizes() {
+    for seed in 31..=42 {
+        let found = found(seed, Some(("contact.foot.conductance", "\"200 W/(m2 K)\"")));
+        assert!(found.verdict != Verdict::Explained || found.level.what.contains("contact conductance at foot"), "{:?}", found.level);
+    }
 }
 
 #[test]

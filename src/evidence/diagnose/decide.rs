@@ -3,7 +3,7 @@
 use super::probability::Posterior;
 use super::screen::Screened;
 use super::{Cause, Explanation, Gain, Misfit, SET_95};
-use crate::evidence::discrepancy;
+use crate::evidence::discrepancy::ErrorParts;
 use crate::evidence::identify::chi_square_tail;
 
 /// False alarms allowed: by the whole misfit, and by the best cause with the look-elsewhere effect paid for.
@@ -136,22 +136,28 @@ impl Answer {
     }
 
     /// The same where the misfit at the level of the best explanation is `misfit`: without an alarm there, causes explain no more than a
-    /// discrepancy does.
-    pub fn beside(self, misfit: &Misfit, unexplained: &discrepancy::Level) -> Self {
+    /// discrepancy does, whose size is usual or not.
+    pub fn beside(self, misfit: &Misfit, is_usual: bool) -> Self {
         if misfit.look_elsewhere < ALARM_CAUSE {
             return self;
         }
-        Self { verdict: if unexplained.is_usual() { Verdict::Consistent } else { Verdict::SomethingElse }, ..self }
+        Self { verdict: if is_usual { Verdict::Consistent } else { Verdict::SomethingElse }, ..self }
     }
 
     /// The same after data kept out have been predicted, with the best explanation taking a share of the squared residual; `by_itself` says
     /// what it gains without what was refitted beside it.
-    pub fn vetoed(self, explanations: &[Explanation], gain: Option<&Gain>, by_itself: impl FnOnce() -> Option<Gain>, share: f64) -> Self {
+    pub fn vetoed(
+        self,
+        (explanations, errors): (&[Explanation], &ErrorParts),
+        gain: Option<&Gain>,
+        by_itself: impl FnOnce() -> Option<Gain>,
+        share: f64,
+    ) -> Self {
         if !self.names_causes() {
             return self;
         }
         let is_certain = |gain: Option<&Gain>| gain.is_some_and(|gain| gain.low > 0.0);
-        let is_unusual = || explanations.first().is_some_and(|e| !e.level.is_usual());
+        let is_unusual = || explanations.first().is_some_and(|e| !errors.is_usual(&e.level));
         if share < LEAST_SHARE && is_unusual() && !is_certain(gain) && !is_certain(by_itself().as_ref()) {
             return Self { verdict: Verdict::SomethingElse, level: region(explanations, 0.0), ..self };
         }
@@ -169,6 +175,11 @@ impl Answer {
         let is_certain = level.certainty.names_the_cause();
         let verdict = if is_certain { Verdict::Explained } else { Verdict::CannotTell };
         Self { verdict, level, is_open_by_numbers: !is_certain, ..self }
+    }
+
+    /// The same where numbers of the file that are all a little off explain more than causes do: no contradiction.
+    pub fn by_numbers(self, probability: f64) -> Self {
+        Self { verdict: Verdict::Consistent, level: Level::nothing(probability), set: Vec::new(), is_open_by_numbers: false }
     }
 
     /// Without what is named.

@@ -162,7 +162,8 @@ impl Finalists<'_> {
         let base = now.view.clone();
         now.fitted = self.solve(&chosen, &now.fitted, &base);
         // What bends has the benefit of the doubt once: it must explain what slopes do not, but for a usual discrepancy.
-        now.fitted.extend(self.solve(&doubted, &now.fitted, &base).into_iter().filter(|(_, fitted)| fitted.level.is_usual()));
+        now.fitted
+            .extend(self.solve(&doubted, &now.fitted, &base).into_iter().filter(|(_, fitted)| self.base.errors.is_usual(&fitted.level)));
         self.keep(&mut now);
         self.weigh(&mut now);
         for round in 0..ROUNDS {
@@ -255,7 +256,7 @@ impl Finalists<'_> {
     pub fn leaves_much(&self, now: &Outcome) -> bool {
         let least = now.fitted.iter().min_by(|a, b| a.1.deviance.total_cmp(&b.1.deviance));
         least.is_some_and(|(_, f)| {
-            !f.level.is_usual() || chi_square_tail(f.misfit, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
+            !self.base.errors.is_usual(&f.level) || chi_square_tail(f.misfit, self.base.readings.len().saturating_sub(1).max(1)) < LEFT
         })
     }
 

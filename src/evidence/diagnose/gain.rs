@@ -314,7 +314,7 @@ impl<'a> Folds<'a> {
     /// What the best of the causes that a fold points to changes.
     fn change(&self, part: &Part<'_>, begun: &[Begun<'_>]) -> Option<Change> {
         let Named { explanation, joint, shared, view } = self.named;
-        let level = joint.map_or(explanation.level, |joint| joint.level);
+        let level = joint.map_or(explanation.level, |joint| joint.fitted.level);
         let readings: Vec<f64> = part.kept.iter().map(|i| view.readings[*i]).collect();
         let places = self.places(part.kept);
         let used = FitData {

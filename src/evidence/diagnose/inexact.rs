@@ -13,11 +13,19 @@ use super::effects::Effect;
 use super::finalists::{Entry, Finalists, Outcome};
 use super::probability::Posterior;
 use crate::error::Result;
-use crate::evidence::discrepancy::Level;
+use crate::evidence::discrepancy::{Level, PRICE};
 use crate::evidence::measurement::Whitener;
 
 /// Standard deviation of the logarithm of every number: of sizes that are off by up to 5 %.
 const OFF: f64 = 0.03;
+
+/// What a table comes to where numbers are a little off.
+pub(super) struct Inexact {
+    /// Everything with the probability that it has then.
+    pub posterior: Posterior,
+    /// The discrepancy of the machine as it is, with these numbers.
+    pub level: Level,
+}
 
 impl Finalists<'_> {
     /// Everything with the probability that it has in a steady table where every number of the file may be off, and paths be attached anywhere:
@@ -25,8 +33,10 @@ impl Finalists<'_> {
     ///
     /// # Errors
     /// What the place of a path changes cannot be solved.
-    pub(super) fn where_numbers_are_off(&self, now: &Outcome) -> Result<Posterior> {
+    pub(super) fn where_numbers_are_off(&self, now: &Outcome) -> Result<Inexact> {
         let off = |level: Level| Level { numbers: OFF, ..level };
+        // How far they are off is known here, and has no prior of its own.
+        let price = |level: Level| level.price() + PRICE;
         let all: Vec<usize> = (0..now.view.readings.len()).collect();
         let whitener = |level: Level| now.view.errors.whitener(&level, &all);
         let attached = Attached::new(self.predictor.study, &self.problem.data, self.predictor.fields)?;
@@ -51,13 +61,16 @@ impl Finalists<'_> {
             }
             let as_named = self.deviance(entry, exact, &[]) + level.price();
             let elsewhere = if open.is_empty() { as_named } else { self.deviance(entry, exact, &open) + level.price() };
-            let with_numbers = self.deviance(entry, inexact, &open) + off(level).price();
+            let with_numbers = self.deviance(entry, inexact, &open) + price(level);
             better.push((members, (0.5 * (as_named - elsewhere.min(with_numbers))).max(0.0)));
         }
-        let usual = [Level::NONE, self.unexplained].into_iter().filter(Level::is_usual);
-        let ground = usual.map(|level| self.base.ground(&off(level))).fold(f64::INFINITY, f64::min);
+        let usual = [Level::NONE, self.unexplained].into_iter().filter(|level| self.base.errors.is_usual(level));
+        let ground = |level| (self.base.ground(&off(level)) - off(level).price() + price(level), off(level));
+        let least = usual.map(ground).min_by(|a, b| a.0.total_cmp(&b.0));
+        let (ground, level) = least.unwrap_or((f64::INFINITY, off(Level::NONE)));
         let nothing = (0.5 * (self.ground.usual - ground)).max(0.0);
-        Ok(now.posterior.raised(nothing, |members| better.iter().find(|(own, _)| *own == members).map_or(0.0, |(_, by)| *by)))
+        let raised = |members: &[usize]| better.iter().find(|(own, _)| *own == members).map_or(0.0, |(_, by)| *by);
+        Ok(Inexact { posterior: now.posterior.raised(nothing, raised), level })
     }
 
     /// Minus twice the logarithm of the evidence of a fit under some covariance, as its slopes have it, but for the price of a level; with

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 use super::Cause;
 use super::effects::{Hypothesis, Number};
 use super::finalists::{Entry, Finalists};
-use super::refine::{FitData, Fitted, Origin, fit, fit_again};
+use super::refine::{FitData, Fitted, fit, fit_again};
 use super::view::Comparison;
 use crate::error::Result;
 use crate::evidence::discrepancy::{ErrorParts, Level};
@@ -47,20 +47,18 @@ pub struct Joint {
     pub causes: Vec<Cause>,
     /// Numbers of the file that moved with them.
     pub others: Vec<Cause>,
-    /// Correlations of the causes, and behind them of these numbers.
-    pub correlations: Vec<Vec<f64>>,
-    /// Predictions, K.
-    pub values: Vec<f64>,
     /// All that was fitted.
     pub members: Vec<Hypothesis>,
-    /// Where the machine was last solved with it.
-    pub origin: Origin,
+    /// Which of it are causes or numbers that moved.
+    kept: Vec<bool>,
+    /// How it was fitted.
+    pub fitted: Fitted,
+    /// Whether numbers are among it that nobody called uncertain: they do what a common factor does.
+    pub has_pulled: bool,
     /// Covariance without what was fitted.
     errors: ErrorParts,
     /// How many times more readings there are than they are worth, where what wanders was taken as new in each of them.
     worth: Option<f64>,
-    /// The discrepancy left.
-    pub level: Level,
 }
 
 impl Joint {
@@ -74,7 +72,14 @@ impl Joint {
 
     /// The whitening of some readings by which it was found.
     pub fn whitener(&self, readings: &[usize]) -> Whitener {
-        whitener(&self.errors, &self.level, self.worth, readings)
+        whitener(&self.errors, &self.fitted.level, self.worth, readings)
+    }
+
+    /// The rows and columns of causes, of numbers that moved, and of whatever stands behind all that was fitted.
+    pub fn among_kept(&self, correlations: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let is_kept = |k: usize| self.kept.get(k).is_none_or(|kept| *kept);
+        let keep = |row: &Vec<f64>| row.iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, c)| *c).collect();
+        correlations.iter().enumerate().filter(|(k, _)| is_kept(*k)).map(|(_, row)| keep(row)).collect()
     }
 }
 
@@ -115,9 +120,7 @@ pub fn joint(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison,
     }
     let mut found = together(finals, &causes, &beside, best, view, weights)?;
     let is_known = |c: &Cause| c.deviation < UNKNOWN * c.hypothesis.scale || c.amplitude.abs() > STILL * c.hypothesis.scale;
-    let kept: Vec<bool> = found.causes.iter().map(|_| true).chain(found.others.iter().map(is_known)).collect();
-    let keep = |row: &Vec<f64>| row.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(c, _)| *c).collect();
-    found.correlations = found.correlations.iter().zip(&kept).filter(|(_, kept)| **kept).map(|(row, _)| keep(row)).collect();
+    found.kept = found.causes.iter().map(|_| true).chain(found.others.iter().map(is_known)).collect();
     found.others.retain(is_known);
     Ok(Some(found))
 }
@@ -172,19 +175,17 @@ fn together(
         worth = worth_of(&fitted.slopes, &learnt);
         fitted = fitted_from(Some(&fitted), worth, learnt)?;
     }
-    let Fitted { amplitudes, deviations, correlations, values, origin, level, slopes, .. } = fitted;
-    let (deviations, correlations) = match worth {
-        Some(_) => {
-            let prior = free.iter().zip(&guess).map(|(h, a)| information(h, *a)).collect();
-            let weights = whitener(&errors, &level, worth, &all);
-            spread(&Sandwich::of(&slopes, &weights, &errors, &level, prior).covariance(), &free)
-        }
-        None => (deviations, correlations),
-    };
-    let cause = |j: usize| Cause::new(free[j].clone(), amplitudes[j], deviations[j]);
+    if worth.is_some() {
+        let prior = free.iter().zip(&guess).map(|(h, a)| information(h, *a)).collect();
+        let weights = whitener(&errors, &fitted.level, worth, &all);
+        let covariance = Sandwich::of(&fitted.slopes, &weights, &errors, &fitted.level, prior).covariance();
+        (fitted.deviations, fitted.correlations) = spread(&covariance, &free);
+    }
+    let cause = |j: usize| Cause::new(free[j].clone(), fitted.amplitudes[j], fitted.deviations[j]);
     let (own, others) = ((0..causes.len()).map(cause).collect(), (causes.len()..free.len()).map(cause).collect());
+    let (kept, has_pulled) = (vec![true; free.len()], beside.iter().any(|b| b.number.is_some()));
     let members = free.into_iter().cloned().collect();
-    Ok(Joint { causes: own, others, correlations, values, members, origin, errors, worth, level })
+    Ok(Joint { causes: own, others, members, kept, fitted, has_pulled, errors, worth })
 }
 
 /// Inverse variance of an amplitude's prior, which has tails where the hypothesis has.

@@ -49,7 +49,9 @@ pub fn settled<'p>(problem: &'p Problem, progress: &dyn Progress) -> Result<(Cow
     progress.say(&format!("again without {} readings that causes do not explain", problem.data.count() - without.data.count()));
     // The first answer stands where there is no better one.
     match diagnose(&without, progress) {
-        Ok(again) if again.leaves_noise() => Ok((Cow::Owned(without), Diagnosis { seconds: found.seconds + again.seconds, ..again })),
+        Ok(again) if again.leaves_noise(problem.data.is_transient()) => {
+            Ok((Cow::Owned(without), Diagnosis { seconds: found.seconds + again.seconds, ..again }))
+        }
         Ok(_) => Ok((Cow::Borrowed(problem), found)),
         Err(e) => {
             progress.say(&format!("without them the machine could not be diagnosed: {e}"));

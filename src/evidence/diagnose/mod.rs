@@ -423,13 +423,13 @@ pub struct Diagnosis {
 
 impl Diagnosis {
     /// Whether what is left needs no further explanation, but for a usual discrepancy.
-    fn leaves_noise(&self) -> bool {
+    fn leaves_noise(&self, is_log: bool) -> bool {
         match self.verdict {
             Verdict::Consistent => true,
             Verdict::SomethingElse => false,
             Verdict::Explained | Verdict::CannotTell => self.explanations.first().is_some_and(|best| {
                 let freedom = self.misfit.freedom.saturating_sub(best.causes.len());
-                best.level.is_usual() && freedom > 0 && chi_square_tail(best.misfit, freedom) > NOISE
+                best.level.is_usual(is_log) && freedom > 0 && chi_square_tail(best.misfit, freedom) > NOISE
             }),
         }
     }

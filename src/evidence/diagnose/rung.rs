@@ -4,6 +4,7 @@ use super::attached::Attached;
 use super::effects::{Hypothesis, Scales, hypotheses};
 use super::finalists::{Entry, Finalists, Outcome};
 use super::gain::KeptOut;
+use super::inexact::Inexact;
 use super::joint::{Joint, JointWeights, joint};
 use super::numbers::{self, Settled};
 use super::predictor::{KnownSlopes, Predictor};
@@ -152,14 +153,19 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         if let Some(best) = explanations.first().filter(|e| e.level != Level::NONE && answer.verdict != Verdict::Consistent) {
             // The alarm must hold beside the discrepancy that the cause is named with.
             let at_its_level = decide::misfit_of(&finals.screened_by(&base.at(best.level)), problem.seed);
-            answer = answer.beside(&at_its_level, &unexplained);
+            answer = answer.beside(&at_its_level, base.errors.is_usual(&unexplained));
         }
-        if let Some(best) = explanations.first().filter(|_| answer.verdict == Verdict::Explained && !data.is_transient()) {
-            let posterior = finals.where_numbers_are_off(outcome)?;
-            answer = answer.beside_numbers(best, &finals.explanations(outcome, &posterior, MOST_EXPLANATIONS));
+        let mut unexplained = unexplained;
+        if let Some(best) = explanations.first().filter(|_| answer.verdict != Verdict::Consistent && !data.is_transient()) {
+            let Inexact { posterior, level } = finals.where_numbers_are_off(outcome)?;
+            if posterior.nothing > 0.5 {
+                (answer, unexplained) = (answer.by_numbers(posterior.nothing), level);
+            } else if answer.verdict == Verdict::Explained {
+                answer = answer.beside_numbers(best, &finals.explanations(outcome, &posterior, MOST_EXPLANATIONS));
+            }
         }
         let extension = extension(&finals, outcome, explanations.first().filter(|_| answer.names_causes()), progress);
-        Ok(Answered { explanations, answer, extension })
+        Ok(Answered { explanations, answer, unexplained, extension })
     };
     let mut found = answered(&outcome)?;
     if data.is_transient() && found.names_two() {
@@ -171,12 +177,12 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
             (outcome, found) = (singles, alone);
         }
     }
-    let Answered { mut explanations, answer, extension: Extension { joint, gain } } = found;
+    let Answered { mut explanations, answer, unexplained, extension: Extension { joint, gain } } = found;
     let started_from = residuals(&base, &screened);
     let explained = |predicted: &[f64]| 1.0 - square(predicted, problem) / square(&started_from.predicted, problem).max(1e-300);
     let share = outcome.leading_predictions().map_or(0.0, |values| explained(&values));
     let by_itself = || joint.as_ref().and_then(|_| gained(&finals, &outcome, explanations.first(), None, KeptOut::Tests));
-    let answer = answer.vetoed(&explanations, gain.as_ref(), by_itself, share);
+    let answer = answer.vetoed((&explanations, &base.errors), gain.as_ref(), by_itself, share);
     if let Some(best) = explanations.first_mut() {
         if let Some(joint) = &joint {
             best.causes.clone_from(&joint.causes);
@@ -190,8 +196,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     }
     let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref())) {
         Some(best) => {
-            let shared = || outcome.leading().map(|entry| shared::shared(&finals, entry, &outcome.view)).unwrap_or_default();
-            let shared = if joint.is_some() { Shared::default() } else { shared() };
+            let shared = drawn(&finals, &outcome, joint.as_ref());
             rung(problem, &predictor, best, (joint.as_ref(), &shared), &outcome, gain.clone())?
         }
         None => None,
@@ -207,7 +212,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         progress.say("the end result in full");
         let named = explanations.first().filter(|_| answer.names_causes());
         match (named, &joint, outcome.leading()) {
-            (Some(_), Some(Joint { members, origin, .. }), _) => {
+            (Some(_), Some(Joint { members, fitted: Fitted { origin, .. }, .. }), _) => {
                 let members: Vec<_> = members.iter().zip(origin.amplitudes.iter().copied()).collect();
                 predictor.off_in_full(&members, &origin.machine)
             }
@@ -263,6 +268,8 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
 struct Answered {
     explanations: Vec<Explanation>,
     answer: decide::Answer,
+    /// The discrepancy of the machine as it is.
+    unexplained: Level,
     extension: Extension,
 }
 
@@ -330,10 +337,9 @@ fn gained(
     joint: Option<&Joint>,
     kept_out: KeptOut,
 ) -> Option<Gain> {
-    // Where numbers of the file are fitted beside the cause, no common factor is drawn.
-    let causes = |named: &Explanation| named.causes.iter().map(|c| c.hypothesis.clone()).collect::<Vec<_>>();
-    let causes = named.filter(|_| joint.is_none()).map(causes).unwrap_or_default();
-    let factors = if causes.is_empty() { Vec::new() } else { shared::beside(finals, &causes.iter().collect::<Vec<_>>(), &outcome.view) };
+    let causes: Vec<&Hypothesis> = named.iter().flat_map(|named| &named.causes).map(|c| &c.hypothesis).collect();
+    let has_none = causes.is_empty() || joint.is_some_and(|joint| joint.has_pulled);
+    let factors = if has_none { Vec::new() } else { shared::beside(finals, &causes, &outcome.view) };
     let shared: Vec<Vec<f64>> = factors.into_iter().map(|(_, column)| column.clone()).collect();
     let named = named.map(|explanation| gain::Named { explanation, joint, shared: &shared, view: &outcome.view });
     gain::gain(finals.problem, finals.predictor, finals.catalogue, finals.base, named, kept_out)
@@ -343,7 +349,7 @@ fn gained(
 fn levels(base: &Comparison) -> (Level, Level) {
     let residual = &base.found.residual;
     let any = base.errors.learn(residual, &[], Level::NONE, None);
-    let usual = if any.is_usual() { any } else { base.errors.learn_usual(residual) };
+    let usual = if base.errors.is_usual(&any) { any } else { base.errors.learn_usual(residual) };
     (any, usual)
 }
 
@@ -365,21 +371,28 @@ fn rung(
     outcome: &Outcome,
     gain: Option<Gain>,
 ) -> Result<Option<Rung>> {
-    let Split { causes, mut refitted, mut correlations } = split(problem, best, joint);
+    let Split { causes, mut refitted, order } = split(problem, best, joint);
+    let correlations_of = |all: &[Vec<f64>]| -> Vec<Vec<f64>> {
+        let kept = joint.map_or_else(|| all.to_vec(), |joint| joint.among_kept(all));
+        let order: Vec<usize> = order.iter().copied().chain(order.len()..kept.len()).collect();
+        order.iter().map(|i| order.iter().map(|j| kept[*i][*j]).collect()).collect()
+    };
+    let mut correlations = joint.map_or_else(Vec::new, |joint| correlations_of(&joint.fitted.correlations));
     let with_mesh = |values: &[f64]| -> Vec<f64> { values.iter().zip(&outcome.view.mesh).map(|(v, m)| v + m).collect() };
     let mut predicted = match joint {
-        Some(joint) => with_mesh(&joint.values),
+        Some(joint) => with_mesh(&joint.fitted.values),
         None => outcome.leading_predictions().unwrap_or_default(),
     };
     if !shared.factors.is_empty() {
-        let members: Vec<(&Hypothesis, f64)> = shared.factors.iter().chain(&causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
+        let all = refitted.iter().chain(&shared.factors).chain(&causes);
+        let members: Vec<(&Hypothesis, f64)> = all.map(|c| (&c.hypothesis, c.amplitude)).collect();
         // They were drawn by slopes.
         let with = predictor.predict(&members).map(|values| with_mesh(&values)).ok();
         let with = with.filter(|with| square(with, problem) < square(&predicted, problem));
         if let (Ok(Some(_)), Some(with)) = (predictor.written(&members), with) {
             predicted = with;
             refitted.extend(shared.factors.iter().cloned());
-            correlations.clone_from(&shared.correlations);
+            correlations = correlations_of(&shared.correlations);
         }
     }
     // Numbers of the file first: a cause may take their place.
@@ -398,7 +411,7 @@ fn rung(
         rms: (square / left.len().max(1) as f64).sqrt(),
         share: 0.0,
         alone: Vec::new(),
-        left: joint.map_or(best.level, |joint| joint.level),
+        left: joint.map_or(best.level, |joint| joint.fitted.level),
         probability_left: chi_square_tail(best.misfit, left.len().saturating_sub(named).max(1)),
         look_beside: 1.0,
         where_left: most.map(|k| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(1e-300) }),
@@ -408,16 +421,35 @@ fn rung(
     }))
 }
 
-/// Causes of a rung, numbers refitted beside them, and the correlations of all in that order.
+/// The common factors that the residual draws beside what is named. Numbers that nobody called uncertain take their place.
+fn drawn(finals: &Finalists<'_>, outcome: &Outcome, joint: Option<&Joint>) -> Shared {
+    let all: Vec<usize> = (0..outcome.view.readings.len()).collect();
+    match (joint, outcome.leading()) {
+        (Some(joint), _) if joint.has_pulled => Shared::default(),
+        (Some(joint), _) => {
+            let members: Vec<&Hypothesis> = joint.members.iter().collect();
+            shared::shared(finals, &members, &joint.fitted, &joint.whitener(&all), &outcome.view)
+        }
+        (None, Some((members, best))) => {
+            let causes: Vec<&Hypothesis> = members.iter().map(|j| finals.of(*j)).collect();
+            shared::shared(finals, &causes, best, &outcome.view.errors.whitener(&best.level, &all), &outcome.view)
+        }
+        (None, None) => Shared::default(),
+    }
+}
+
+/// Causes of a rung, numbers refitted beside them, and where each of them stands among those of a fit.
 struct Split {
     causes: Vec<Cause>,
     refitted: Vec<Cause>,
-    correlations: Vec<Vec<f64>>,
+    order: Vec<usize>,
 }
 
 /// A number of the file that is pulled far beyond what files are off by, and for certain, is a cause itself.
 fn split(problem: &Problem, best: &Explanation, joint: Option<&Joint>) -> Split {
-    let Some(joint) = joint else { return Split { causes: best.causes.clone(), refitted: Vec::new(), correlations: Vec::new() } };
+    let Some(joint) = joint else {
+        return Split { causes: best.causes.clone(), refitted: Vec::new(), order: (0..best.causes.len()).collect() };
+    };
     let network = &problem.study.model.network;
     let is_cause = |c: &Cause| {
         c.hypothesis.of_a_number(network).is_some()
@@ -428,11 +460,7 @@ fn split(problem: &Problem, best: &Explanation, joint: Option<&Joint>) -> Split 
     let (pulled, others): (Vec<usize>, Vec<usize>) = (0..joint.others.len()).partition(|k| is_cause(&joint.others[*k]));
     let order: Vec<usize> = (0..own).chain(pulled.iter().chain(&others).map(|k| own + k)).collect();
     let of = |which: &[usize]| which.iter().map(|k| joint.others[*k].clone()).collect::<Vec<_>>();
-    Split {
-        causes: best.causes.iter().cloned().chain(of(&pulled)).collect(),
-        refitted: of(&others),
-        correlations: order.iter().map(|i| order.iter().map(|j| joint.correlations[*i][*j]).collect()).collect(),
-    }
+    Split { causes: best.causes.iter().cloned().chain(of(&pulled)).collect(), refitted: of(&others), order }
 }
 
 /// Predictions with each of two causes by itself in force, K; none where the machine cannot be solved so.

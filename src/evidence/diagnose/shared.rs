@@ -8,8 +8,10 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Cause;
 use super::effects::{Common, CommonFactor, Effect, Hypothesis};
-use super::finalists::{Entry, Finalists};
+use super::finalists::Finalists;
+use super::refine::Fitted;
 use super::view::Comparison;
+use crate::evidence::measurement::Whitener;
 
 /// A factor that the residual draws by less than this share of its standard deviation stays where it is.
 const DRAWN: f64 = 0.3;
@@ -19,7 +21,7 @@ const DRAWN: f64 = 0.3;
 pub struct Shared {
     /// Each, with how far.
     pub factors: Vec<Cause>,
-    /// Correlations of the causes, and behind them of the factors; none where there is no factor.
+    /// Correlations of all that was fitted, and behind it of the factors; none where there is no factor.
     pub correlations: Vec<Vec<f64>>,
 }
 
@@ -44,14 +46,11 @@ pub fn beside<'v>(finals: &Finalists<'_>, causes: &[&Hypothesis], view: &'v Comp
     CommonFactor::ALL.into_iter().zip(&view.factors).filter_map(of).collect()
 }
 
-/// What the residual left by a fit of causes draws of them.
-pub fn shared(finals: &Finalists<'_>, (members, best): &Entry, view: &Comparison) -> Shared {
-    let causes: Vec<&Hypothesis> = members.iter().map(|j| finals.of(*j)).collect();
-    let all: Vec<usize> = (0..best.left.len()).collect();
-    let whitener = view.errors.whitener(&best.level, &all);
+/// What the residual left by a fit of causes draws of them, under the covariance that the fit was made with.
+pub fn shared(finals: &Finalists<'_>, causes: &[&Hypothesis], best: &Fitted, whitener: &Whitener, view: &Comparison) -> Shared {
     let left = DVector::from_vec(whitener.apply(&best.left));
     let whitened = |column: &Vec<f64>| DVector::from_vec(whitener.apply(column));
-    let drawn: Vec<(Hypothesis, DVector<f64>, f64)> = beside(finals, &causes, view)
+    let drawn: Vec<(Hypothesis, DVector<f64>, f64)> = beside(finals, causes, view)
         .into_iter()
         .map(|(h, column)| (h, whitened(column)))
         .map(|(h, column)| (column.dot(&left), h, column))

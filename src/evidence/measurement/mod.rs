@@ -4,6 +4,7 @@
 //! `time [s]` each test is a log. An empty cell is a missing reading. Beside `DATA.csv` may stand `DATA.toml`, which says
 //! how uncertain readings and conditions are ([`Uncertainty`]).
 
+mod beyond;
 pub mod faults;
 pub mod filter;
 mod thin;
@@ -221,6 +222,7 @@ impl Data {
         if !missing.is_empty() {
             notes.push(format!("no column for {}: taken at the machine's default", missing.join(", ")));
         }
+        notes.extend(beyond::remarks(&rows, machine));
         let sensors: Vec<usize> = sensors.into_iter().map(|(s, _)| s).collect();
         let names = sensors.iter().map(|s| machine.sensors[*s].name.clone()).collect();
         Self { source: source.to_string(), sensors, names, rows, notes }.checked()

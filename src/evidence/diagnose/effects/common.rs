@@ -100,7 +100,7 @@ impl Family for Common {
 
     fn sentence(&self, told: &Told<'_>) -> String {
         match self {
-            Self::Inlets => format!("the water enters all circuits warmer than stated by {}: the chiller and its line", told.range(" K")),
+            Self::Inlets => format!("the water enters all circuits {}: the chiller and its line", told.warmer()),
             _ => format!("{} are {} times what the machine file says", self.name(), told.range("")),
         }
     }

@@ -158,7 +158,7 @@ impl Family for Flow {
             Self::Scale(_) => format!("scale covers the wall of channel {place}: {} in series with the film", told.range(" m2 K/W")),
             Self::Split(_) => format!("channel {place} is narrowed and gets less of the flow: a loss coefficient of {number} more"),
             Self::Rate(_) => format!("the flow through {place} is {number} times what is stated{when}"),
-            Self::Inlet(_) => format!("the water enters {place} warmer than stated by {kelvin}{when}"),
+            Self::Inlet(_) => format!("the water enters {place} {}{when}", told.warmer()),
             Self::Line(_) => format!("the line to {place} warms the water by {kelvin} at the middle flow, less at more flow"),
             Self::BoundaryFilm(_) => format!("the film of the boundary {place} is {number} times the model's{when}"),
         }

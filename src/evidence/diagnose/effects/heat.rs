@@ -112,9 +112,11 @@ impl Family for Heat {
         let (place, law) = (told.place(), told.law());
         match self {
             Self::Into(_) if told.amplitude >= 0.0 => {
-                format!("heat enters at {place} that the model lacks: {}{law}", told.range(" W"))
+                format!("heat enters at {place} that the model lacks: {}{}{law}", told.range(" W"), told.where_stated())
             }
-            Self::Into(_) => format!("less heat enters at {place} than the model has: {}{law}", told.range(" W")),
+            Self::Into(_) => {
+                format!("less heat enters at {place} than the model has: {}{}{law}", told.range(" W"), told.where_stated())
+            }
             Self::Source(_) if told.is_constant() => format!("the heat of {place} is {} times what the model has", told.range("")),
             Self::Source(_) if told.hypothesis.is_drift() => {
                 let range = told.range("");
@@ -124,8 +126,7 @@ impl Family for Heat {
                 format!("the heat of {place} is {} times what the model has{law}", told.range(""))
             }
             Self::Source(_) => {
-                let full = if matches!(told.hypothesis.law, Law::Of(..)) { "where that is most" } else { "at full speed" };
-                format!("the heat of {place} follows another law: {full} {} times the model's{law}", told.range(""))
+                format!("the heat of {place} follows another law:{} {} times the model's{law}", told.where_stated(), told.range(""))
             }
         }
     }

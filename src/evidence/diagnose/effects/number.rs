@@ -4,6 +4,7 @@ use super::words::Quantity;
 use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
 use crate::error::Result;
 use crate::solve::sensitivity::{Disturbance, UncertainNumber};
+use crate::units::si_unit;
 
 /// A number of the file, SI more than it says; the place of its hypothesis is its key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -12,7 +13,8 @@ pub struct Number;
 impl Number {
     /// A number that may be off by its standard deviation.
     pub fn of(uncertain: &UncertainNumber) -> Hypothesis {
-        Hypothesis::signed(Self, &uncertain.parameter.name, Vec::new(), uncertain.deviation, "SI")
+        let unit = si_unit(uncertain.parameter.dimension.of_differences()).unwrap_or("SI");
+        Hypothesis::signed(Self, &uncertain.parameter.name, Vec::new(), uncertain.deviation, unit)
     }
 }
 
@@ -43,6 +45,7 @@ impl Family for Number {
     }
 
     fn sentence(&self, told: &Told<'_>) -> String {
-        format!("{} is off by {} (SI)", told.place(), told.range(""))
+        let unit = Some(told.hypothesis.unit).filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+        format!("{} is off by {}", told.place(), told.range(&unit))
     }
 }

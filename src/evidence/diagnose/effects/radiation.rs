@@ -160,7 +160,7 @@ impl Family for Radiation {
 
     fn sentence(&self, told: &Told<'_>) -> String {
         match self {
-            Self::Chamber => format!("the chamber wall is warmer than stated by {}", told.range(" K")),
+            Self::Chamber => format!("the chamber wall is {}", told.warmer()),
             Self::Gas => format!("the chamber holds more residual gas than the model has: {}", told.range(" Pa")),
             Self::Emissivity(_) => format!("the emissivity of {} is {} times the model's", told.place(), told.range("")),
             Self::Exchange(..) => {

@@ -1,6 +1,6 @@
 //! Sentences that a test engineer reads, and the numbers in them.
 
-use super::{Hypothesis, Law};
+use super::{Hypothesis, Law, LawForm};
 use crate::evidence::diagnose::Cause;
 
 /// How a reader counts an amplitude.
@@ -89,6 +89,26 @@ impl Told<'_> {
         if self.hypothesis.law.says_when() { self.law() } else { String::new() }
     }
 
+    /// Where a number holds that follows a law; nothing of one that says where itself.
+    pub fn where_stated(&self) -> &'static str {
+        match self.hypothesis.law {
+            Law::Speed | Law::SpeedSquared => " at full speed",
+            Law::InverseFlow => " at the middle flow",
+            Law::Of(_, LawForm::Proportional | LawForm::Squared | LawForm::Power(_)) => " where that is most",
+            Law::Of(_, LawForm::Inverse) => " where that is in the middle",
+            Law::Constant | Law::Temperature | Law::Of(..) => "",
+        }
+    }
+
+    /// "warmer than stated by 0.21 K (0.10 to 0.32)", or colder.
+    pub fn warmer(&self) -> String {
+        let Self { amplitude, interval: (low, high), .. } = *self;
+        if amplitude >= 0.0 {
+            return format!("warmer than stated by {}", self.range(" K"));
+        }
+        format!("colder than stated by {}", Self { amplitude: -amplitude, interval: (-high, -low), ..*self }.range(" K"))
+    }
+
     /// The number with its unit and 90 % interval.
     pub fn range(&self, unit: &str) -> String {
         let (x, y) = (self.form.of(self.interval.0), self.form.of(self.interval.1));
@@ -97,7 +117,10 @@ impl Told<'_> {
 }
 
 fn number(v: f64) -> String {
-    if v != 0.0 && v.abs() < 1e-3 {
+    if v == 0.0 {
+        return "0".into();
+    }
+    if v.abs() < 1e-3 {
         return format!("{v:.2e}");
     }
     let digits = match v.abs() {
