@@ -7,13 +7,14 @@ use super::text::table;
 use crate::error::Result;
 use crate::foundation::numbers::{compact, significant};
 use crate::pipeline::info::{
-    ColumnInfo, Fact, HeldInfo, Info, JournalInfo, MachineInfo, ParameterInfo, PointInfo, RangeInfo, SurrogateInfo, SweepInfo, TableInfo,
+    ColumnInfo, Fact, HeldInfo, Info, JournalInfo, MachineInfo, ParameterInfo, PointInfo, RangeInfo, ReducedInfo, SurrogateInfo, SweepInfo,
+    TableInfo,
 };
 
-/// What is in a file: a surrogate, a machine, a sweep, its journal, or a table
+/// What is in a file: a surrogate, a reduced model, a machine, a sweep, its journal, or a table
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Surrogate (.cps), machine or sweep file (.toml), journal, or table (.csv, .parquet)
+    /// Surrogate (.cps), reduced model (.cpr), machine or sweep file (.toml), journal, or table (.csv, .parquet)
     file: PathBuf,
 }
 
@@ -27,6 +28,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         Info::Surrogate(found) => surrogate(found),
         Info::Machine(found) => machine(found),
         Info::Sweep(found) => sweep(found),
+        Info::Reduced(found) => reduced(found),
         Info::Journal(found) => journal(found),
         Info::Table(found) => a_table(found),
     };
@@ -122,6 +124,28 @@ fn sweep(found: &SweepInfo) -> String {
         table(&["design", "conditions", "kind"], &groups),
         table(&["variable", "from", "to", "unit"], &variables)
     )
+}
+
+fn reduced(found: &ReducedInfo) -> String {
+    let variables: Vec<Vec<String>> = found.variables.iter().map(range).collect();
+    let [coarse, fine] = found.modes;
+    let over_time = if found.in_time { "steady states and histories" } else { "steady states" };
+    let field = if found.field { ", and the temperatures of all cells" } else { "" };
+    let mut text = format!("reduced model of '{}', {} bytes, machine hash {}\n\n", found.machine, found.bytes, found.hash);
+    text += &table(&["variable", "from", "to", "unit"], &variables);
+    text += &format!("\n{coarse} and {fine} modes for {} cells; {over_time}{field}\n", found.cells);
+    text += &format!(
+        "at {} random conditions off by {} K at most, within a bound of {} K\n{} sensors: {}\n",
+        found.checks,
+        significant(found.largest_error_K, 2),
+        significant(found.largest_bound_K, 2),
+        found.sensors.len(),
+        found.sensors.join(", ")
+    );
+    if !found.parameters.is_empty() {
+        text += &format!("{} parameters: {}\n", found.parameters.len(), found.parameters.join(", "));
+    }
+    text
 }
 
 fn journal(found: &JournalInfo) -> String {

@@ -16,10 +16,12 @@ use crate::units::{Dimension, parse};
 /// The table, or the measurements that stand in the machine file.
 ///
 /// # Errors
-/// As [`Data::read`] and [`Data::of_machine`].
+/// As [`Data::read`] and [`Data::of_machine`]; there is neither.
 pub fn data(table: Option<&Path>, machine: &Machine) -> Result<Data> {
     match table {
         Some(path) => Data::read(path, machine),
+        None if machine.measurements.is_empty() => Err(Error::input("no readings are given, and the machine file states none")
+            .help("name a table of readings behind the machine file: MACHINE.toml DATA.csv")),
         None => Data::of_machine(machine),
     }
 }

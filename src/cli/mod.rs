@@ -117,7 +117,8 @@ enum Command {
 
 /// Runs the program on the process's arguments.
 pub fn main() -> ExitCode {
-    let cli = Cli::from_arg_matches(&help::command().get_matches()).unwrap_or_else(|error| error.exit());
+    let matches = help::command().try_get_matches().unwrap_or_else(|error| refused(&error));
+    let cli = Cli::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
     let out = Output { json: cli.json, quiet: cli.quiet };
     if cli.progress {
         Output::progress_as_lines();
@@ -159,4 +160,14 @@ pub fn main() -> ExitCode {
             ExitCode::from(error.exit_status())
         }
     }
+}
+
+/// Ends the program where arguments are refused; variables of a machine's own have no option of their own.
+fn refused(error: &clap::Error) -> ! {
+    if error.kind() == clap::error::ErrorKind::UnknownArgument {
+        let _ = error.print();
+        eprintln!("\n  tip: a variable of the machine's own is stated as --at NAME=\"VALUE UNIT\"");
+        std::process::exit(error.exit_code());
+    }
+    error.exit()
 }

@@ -1,5 +1,8 @@
 //! Plain-text tables for readers.
 
+/// A rule is no wider than a page, however long its sentences are.
+const WIDEST_RULE: usize = 118;
+
 /// A table with a heading row; columns are as wide as their widest cell, numbers stand to the right.
 pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
     let columns = heading.len();
@@ -29,7 +32,7 @@ pub fn table(heading: &[&str], rows: &[Vec<String>]) -> String {
         text.trim_end().to_string() + "\n"
     };
     let mut text = line(&mut heading.iter().copied());
-    text += &format!("  {}\n", "-".repeat(widths.iter().sum::<usize>() + 2 * (columns - 1)));
+    text += &format!("  {}\n", "-".repeat((widths.iter().sum::<usize>() + 2 * (columns - 1)).min(WIDEST_RULE)));
     for row in rows {
         text += &line(&mut row.iter().map(String::as_str));
     }

@@ -1,4 +1,4 @@
-//! What is in a file: of a surrogate, a machine, a sweep, a journal or a table, each recognised by its content or its ending.
+//! What is in a file: of a surrogate, a reduced model, a machine, a sweep, a journal or a table, each recognised by its content or its ending.
 //! Every field is a key of `coldplate info --json`.
 
 use std::path::Path;
@@ -8,13 +8,14 @@ use schemars::JsonSchema;
 use serde::Serialize;
 
 use super::model_text;
-use crate::describe::machine::Machine;
+use crate::describe::machine::{Machine, Variable};
 use crate::error::{Error, Result};
 use crate::explore::sweep::journal::{self, Seen};
 use crate::explore::sweep::{Definition, Plan};
 use crate::foundation::document::Document;
 use crate::foundation::input;
 use crate::foundation::table::Table;
+use crate::reduce::ReducedModel;
 use crate::surrogate::fit::file;
 use crate::surrogate::fit::model;
 use crate::surrogate::verdict::{self, LimitAnswer, LimitKind, Surrogate};
@@ -28,6 +29,7 @@ pub enum Info {
     Surrogate(SurrogateInfo),
     Machine(MachineInfo),
     Sweep(SweepInfo),
+    Reduced(ReducedInfo),
     Journal(JournalInfo),
     Table(TableInfo),
 }
@@ -180,6 +182,32 @@ pub struct GroupInfo {
     pub conditions: usize,
 }
 
+/// A reduced model.
+#[derive(Debug, Clone, Serialize, JsonSchema)]
+#[allow(missing_docs, non_snake_case)]
+pub struct ReducedInfo {
+    pub machine: String,
+    pub hash: String,
+    pub bytes: usize,
+    /// Ranges that it was made for.
+    pub variables: Vec<RangeInfo>,
+    /// Numbers that may be given other values than the file's.
+    pub parameters: Vec<String>,
+    pub sensors: Vec<String>,
+    /// Modes of the coarser and of the finer network.
+    pub modes: [usize; 2],
+    /// Cells of the full model.
+    pub cells: usize,
+    /// Random conditions that the bound was calibrated on, with the largest error and the largest bound there.
+    pub checks: usize,
+    pub largest_error_K: f64,
+    pub largest_bound_K: f64,
+    /// Whether it follows temperatures over time.
+    pub in_time: bool,
+    /// Whether it holds the temperatures of all cells.
+    pub field: bool,
+}
+
 /// The journal of a sweep.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
 #[allow(missing_docs)]
@@ -237,6 +265,11 @@ impl Info {
         if bytes.starts_with(&format::MAGIC) {
             return Self::of_surrogate(&bytes).map_err(|e| e.in_file(path));
         }
+        if bytes.starts_with(ReducedModel::FAMILY) {
+            return ReducedModel::from_bytes(&bytes)
+                .map(|model| Self::Reduced(reduced_info(&model, bytes.len())))
+                .map_err(|e| e.in_file(path));
+        }
         if bytes.starts_with(journal::MAGIC.as_bytes()) {
             return journal::seen(path, &bytes).map(|seen| Self::Journal(journal_info(seen)));
         }
@@ -244,10 +277,33 @@ impl Info {
         match ending.as_str() {
             "csv" | "parquet" => Table::read(path).map(|table| Self::Table(table_info(&table))),
             "toml" => document(path),
-            _ => Err(Error::input("this is no surrogate, and its name does not say what it is")
-                .in_file(path)
-                .help("known are surrogates, journals of sweeps, machine and sweep files (.toml) and tables (.csv, .parquet)")),
+            _ => Err(Error::input("this is no surrogate, and its name does not say what it is").in_file(path).help(
+                "known are surrogates, reduced models, journals of sweeps, machine and sweep files (.toml) and tables (.csv, .parquet)",
+            )),
         }
+    }
+}
+
+fn reduced_info(model: &ReducedModel, bytes: usize) -> ReducedInfo {
+    let range = |(v, (low, high)): (&Variable, &(f64, f64))| {
+        let shown = |si: f64| express(si, &v.unit, v.dimension).ok();
+        RangeInfo { name: v.name.clone(), unit: v.unit.clone(), low: shown(*low), high: shown(*high) }
+    };
+    let made = &model.made;
+    ReducedInfo {
+        machine: model.machine.name.clone(),
+        hash: model.machine.hash.clone(),
+        bytes,
+        variables: model.machine.variables.iter().zip(&model.ranges).map(range).collect(),
+        parameters: model.parameters.iter().map(|p| p.name.clone()).collect(),
+        sensors: model.machine.sensors.iter().map(|s| s.name.clone()).collect(),
+        modes: [model.coarse.len(), model.fine.len()],
+        cells: made.cells,
+        checks: made.checks,
+        largest_error_K: made.largest_error,
+        largest_bound_K: made.largest_bound,
+        in_time: model.in_time.is_some(),
+        field: model.field.is_some(),
     }
 }
 

@@ -5,13 +5,14 @@ use std::path::Path;
 use super::adaptive::Adaptation;
 use super::figures as figures_of;
 use super::gallery::Gallery;
+use super::reduced::USUAL;
 use super::{Material, SURROGATE, TARGET};
 use crate::describe::machine::Machine;
 use crate::error::Result;
 use crate::figures::chart::page::fixed_conditions;
 use crate::figures::chart::style::Quantity;
 use crate::figures::report::{Align, Cell, KeyFigure, Report, Section, Table, Tone};
-use crate::foundation::numbers::significant;
+use crate::foundation::numbers::{compact, significant};
 use crate::solve::meshed::Inventory;
 use crate::surrogate::fit::file;
 use crate::surrogate::verdict::{self, Acceptability, indices};
@@ -56,7 +57,7 @@ pub(super) fn write(path: &Path, material: &Material<'_>) -> Result<()> {
     if let Some(study) = material.sweep.study() {
         assumptions(report.section("What was assumed"), &study.model.machine);
     }
-    provenance(report.section("Where the numbers come from"), material);
+    provenance(report.section("Where the numbers come from"), material)?;
     report.write(path)
 }
 
@@ -417,10 +418,21 @@ fn assumptions(section: &mut Section, machine: &Machine) {
     section.table(table);
 }
 
-fn provenance(section: &mut Section, material: &Material<'_>) {
+fn provenance(section: &mut Section, material: &Material<'_>) -> Result<()> {
     let groups = material.swept.plan.groups.iter().map(|g| (g.name.clone(), g.description.clone()));
     section.facts(groups);
     section.facts(material.swept.table.provenance.iter().cloned());
     section.paragraph(format!("In this folder: sweep.csv and sweep.parquet with every condition, {SURROGATE} for queries and embedding, charts/ with every figure."));
-    section.code(format!("coldplate query {SURROGATE} --coolant-flow \"9.42 L/min\" --coolant-temperature \"20 degC\" --motor-speed \"1500 rpm\" --ambient-temperature \"22 degC\""));
+    if let Some(fitted) = material.fitted {
+        let surrogate = file::open(&fitted.bytes)?;
+        let flag = |v: coldplate_runtime::Variable<'_>| {
+            let value = format!("{} {}", compact(f64::midpoint(v.low, v.high), 4), v.unit);
+            match USUAL.contains(&v.name) {
+                true => format!("--{} \"{value}\"", v.name.replace('_', "-")),
+                false => format!("--at {}=\"{value}\"", v.name),
+            }
+        };
+        section.code(format!("coldplate query {SURROGATE} {}", surrogate.variables().map(flag).collect::<Vec<_>>().join(" ")));
+    }
+    Ok(())
 }

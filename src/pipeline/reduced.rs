@@ -12,7 +12,7 @@ use crate::solve::meshed::{LimitState, limit_states};
 use crate::units::{self, Measurand, celsius};
 
 /// Variables that vary where nothing else is said.
-const USUAL: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
+pub(super) const USUAL: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
 
 /// The range of every variable of a machine, SI; those that do not vary have one value. `vary` names those that do, with commas, or
 /// is `all`; `stated` has ranges by name, `"2 L/min .. 18 L/min"`.

@@ -13,8 +13,12 @@ pub struct Block {
     pub is_part: bool,
 }
 
+/// Says of a page that all its commands are run, in their order: later ones need what earlier ones wrote.
+const EVERY: &str = "<!-- every command is run -->";
+
 /// All of them.
 pub fn of(page: &str) -> Vec<Block> {
+    let every = page.contains(EVERY);
     let mut found = Vec::new();
     let mut named: Option<(String, bool)> = None;
     let mut fence: Option<(usize, String, Vec<&str>)> = None;
@@ -26,7 +30,7 @@ pub fn of(page: &str) -> Vec<Block> {
             } else if let Some((command, is_part)) = named.take() {
                 found.push(Block { line: start, command, shown: inside.join("\n"), is_part });
             } else if language == "console" {
-                console(start, &inside, &mut found);
+                console(start, &inside, every, &mut found);
             }
         } else if let Some(language) = line.strip_prefix("```") {
             fence = Some((at + 1, language.trim().to_string(), Vec::new()));
@@ -40,7 +44,7 @@ pub fn of(page: &str) -> Vec<Block> {
 }
 
 /// Commands behind `$ `, continued behind a `\`, each with the lines below it.
-fn console(start: usize, lines: &[&str], found: &mut Vec<Block>) {
+fn console(start: usize, lines: &[&str], every: bool, found: &mut Vec<Block>) {
     let mut i = 0;
     while i < lines.len() {
         let Some(first) = lines[i].strip_prefix("$ ") else {
@@ -55,7 +59,7 @@ fn console(start: usize, lines: &[&str], found: &mut Vec<Block>) {
         let below: Vec<&str> = lines[i + 1..].iter().take_while(|l| !l.starts_with("$ ")).copied().collect();
         i += 1 + below.len();
         let cheap = ["coldplate solve ", "coldplate check "].iter().any(|c| command.starts_with(c));
-        if cheap && below.iter().any(|l| !l.trim().is_empty()) {
+        if every || cheap && below.iter().any(|l| !l.trim().is_empty()) {
             found.push(Block { line, command, shown: below.join("\n"), is_part: false });
         }
     }

@@ -2,7 +2,7 @@
 //!
 //! A block behind `<!-- prints: coldplate ... -->` is held against what that command prints, one behind
 //! `<!-- prints part of: coldplate ... -->` against a part of it; `solve` and `check` in a `console` block against what
-//! stands below them. A line `...` leaves lines out. Numbers agree to the digits shown, give or take one in the last; times
+//! stands below them, and every command of a page that says so. A line `...` leaves lines out. Numbers agree to the digits shown, give or take one in the last; times
 //! are not compared. Pictures in `docs/images` named as a chart definition are held against what that draws.
 
 mod blocks;

@@ -31,11 +31,11 @@ pub(super) fn text(found: &Findings<'_>) -> String {
         let rows: Vec<Vec<String>> = found
             .ranked(12)
             .map(|(i, e)| {
-                let open = if diagnosis.set.contains(&i) { "" } else { "refuted or improbable" };
-                vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), words(e), open.to_string()]
+                let open = if diagnosis.set.contains(&i) { "yes" } else { "no" };
+                vec![format!("{:.3}", e.probability), format!("{:.1}", e.misfit), open.to_string(), words(e)]
             })
             .collect();
-        text += &table(&["probability", "misfit left", "cause", ""], &rows);
+        text += &table(&["probability", "misfit left", "in the set", "cause"], &rows);
         text += "\n";
         for level in &diagnosis.certainties {
             text += &format!("  probability of the {}: {} ({})\n", level.certainty.code(), probability(level.probability), level.what);

@@ -12,7 +12,10 @@ use super::variables::formula;
 use super::{Limit, LimitKind, LumpedNode, Measurement, Reading, Sensor, SensorResponse, Variable};
 use crate::error::Result;
 use crate::foundation::document::{Section, suggestion};
-use crate::units::Dimension;
+use crate::units::{Dimension, celsius};
+
+/// A temperature below this is a difference that was meant, K.
+const COLDEST: f64 = 150.0;
 
 /// Reads `[node.NAME]`.
 pub(super) fn nodes(root: &Section<'_>, symbols: &Symbols) -> Result<Vec<LumpedNode>> {
@@ -96,7 +99,15 @@ pub(super) fn limits(root: &Section<'_>, points: &[(String, Dimension)], variabl
         let (kind, maximum) = match section.one_of(&["maximum", "magnitude", "rise", "difference", "spread"])? {
             Some("maximum") => {
                 let point = lookup(&section.value("sensor")?, sensors, "sensor")?;
-                (LimitKind::Maximum { point }, section.quantity("maximum", points[point].1)?)
+                let maximum = section.quantity("maximum", points[point].1)?;
+                if points[point].1 == Dimension::TEMPERATURE && maximum < COLDEST {
+                    let error =
+                        section.error_at("maximum", format!("a maximum of {:.0} degC is colder than any machine", celsius(maximum)));
+                    return Err(error.help(format!(
+                        "write it in degC; what may not rise by more above another temperature is a rise: rise = \"{maximum} K\""
+                    )));
+                }
+                (LimitKind::Maximum { point }, maximum)
             }
             Some("magnitude") => {
                 let (value, maximum) = (section.value("sensor")?, section.positive("magnitude", Dimension::LENGTH)?);
