@@ -10,10 +10,11 @@ use super::cubature::{Sample, sample};
 use super::family::Family;
 use super::level::{Level, ReducedContact};
 use super::split::Split;
-use crate::discretise::mesh::path::Station;
-use crate::discretise::network::{ContactFactors, HeatSource, Joint, Load, NONE, Network, Reach, SensorTerm, Stream, StreamState};
+use super::stations::Groups;
+use crate::discretise::network::{ContactFactors, HeatSource, Joint, Load, NONE, Network, Reach, SensorTerm, StreamState};
 use crate::foundation::random::Random;
 use crate::solve::csr::dot;
+use crate::solve::entering_temperature;
 
 /// Most conductors among which the sample is chosen.
 const CANDIDATES: usize = 12_000;
@@ -31,8 +32,10 @@ pub struct Snapshot {
     pub tangents: Vec<Conductor>,
     /// What the heat of each deviates from that of its tangent, W.
     pub beyond: Vec<f64>,
-    /// Exchange of every station of every stream, W/K.
-    pub exchange: Vec<Vec<f64>>,
+    /// Its streams.
+    pub streams: Vec<StreamState>,
+    /// Temperature of the water that enters each of them, K.
+    pub entering: Vec<f64>,
     /// Readings of all sensors, K.
     pub readings: Vec<f64>,
 }
@@ -50,7 +53,14 @@ impl Snapshot {
         let tangents = conductors(rest, load, &middle);
         let now = conductors(rest, load, temperatures);
         let beyond = now.iter().zip(&tangents).map(|(now, tangent)| now.beyond(tangent));
-        Self { beyond: beyond.collect(), rise, tangents, exchange: streams.iter().map(|s| s.exchange.clone()).collect(), readings }
+        Self {
+            beyond: beyond.collect(),
+            rise,
+            tangents,
+            entering: (0..streams.len()).map(|s| entering_temperature(network, load, streams, s, temperatures)).collect(),
+            streams: streams.to_vec(),
+            readings,
+        }
     }
 }
 
@@ -65,14 +75,25 @@ pub struct Assembly<'a> {
     pub load: &'a Load,
     /// Temperatures of all nodes there, K.
     pub center: &'a [f64],
+    /// What is wanted of the readings, K.
+    pub accuracy: f64,
+}
+
+/// How closely a reduced network samples what it does not reduce.
+#[derive(Debug, Clone, Copy)]
+pub struct Sampling {
+    /// Share of what the conductors deviate from their tangents that may be left.
+    pub tolerance: f64,
+    /// Share of the accuracy that may be lost by putting stations of channels together.
+    pub together: f64,
 }
 
 impl Assembly<'_> {
-    /// The reduced network on these modes, trained on these states; `tolerance` of the sampled heats.
-    pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], tolerance: f64) -> Level {
+    /// The reduced network on these modes, trained on these states.
+    pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], sampling: Sampling) -> Level {
         let (network, rest, n) = (self.network, &self.split.rest, modes.len());
         let ends = ends(rest);
-        let chosen = self.sample(modes, snapshots, &ends, tolerance);
+        let chosen = self.sample(modes, snapshots, &ends, sampling.tolerance);
         let mut tangents = self.tangents(modes, snapshots, &ends);
         // Conductors stand in the sampled network in their own order.
         let mut all: Vec<usize> = chosen.chosen.iter().copied().chain(tangents.iter().flat_map(|f| f.points.clone())).collect();
@@ -82,8 +103,9 @@ impl Assembly<'_> {
         tangents.iter_mut().for_each(|f| f.points = f.points.iter().map(place).collect());
         let mut weights = vec![0.0; all.len()];
         chosen.chosen.iter().zip(&chosen.weights).for_each(|(c, w)| weights[place(c)] = *w);
-        let (sampled, rows, center) = self.sampled(modes, &all);
         let (readings, base) = self.readings(modes);
+        let along = self.along(modes, snapshots, &readings, sampling.together * self.accuracy);
+        let (sampled, rows, center) = self.sampled(modes, &all, &along);
         let column = |wide: &[f64]| -> Vec<f64> {
             let image = self.split.conduction(wide, self.load);
             modes.iter().map(|other| dot(other, &image[..network.solids])).collect()
@@ -112,11 +134,13 @@ impl Assembly<'_> {
             held: self.held(modes),
             sources: self.sources(modes),
             contacts: self.contacts(modes),
-            rings: self.rings(modes, snapshots),
+            rings: self.rings(modes, snapshots, &along),
             tangents,
             patterns: DMatrix::from_fn(n, all.len(), pattern),
             ends: at_ends,
             walls: DMatrix::from_fn(n, walls.len(), |i, k| rows[(walls[k], i)]),
+            tilts: self.tilts(modes, &along),
+            drifts: self.drifts(modes, snapshots, &along),
             network: sampled,
             center,
             rows,
@@ -156,7 +180,7 @@ impl Assembly<'_> {
         ]
     }
 
-    fn at(&self, modes: &[Vec<f64>], node: u32) -> DVector<f64> {
+    pub(super) fn at(&self, modes: &[Vec<f64>], node: u32) -> DVector<f64> {
         DVector::from_iterator(modes.len(), modes.iter().map(|m| m[node as usize]))
     }
 
@@ -229,33 +253,6 @@ impl Assembly<'_> {
         self.split.contacts.par_iter().map(one).collect()
     }
 
-    /// Within the ring of cells that a station touches the heat is shared by their own temperatures, not by their mean.
-    fn rings(&self, modes: &[Vec<f64>], snapshots: &[Snapshot]) -> Vec<Family> {
-        let n = modes.len();
-        let one = |(s, stream): (usize, &Stream)| {
-            let samples = DMatrix::from_fn(stream.stations.len(), snapshots.len(), |k, column| snapshots[column].exchange[s][k]);
-            let operator = |weights: &[f64]| {
-                let mut sum = DMatrix::zeros(n, n + 1);
-                for (station, weight) in stream.stations.iter().zip(weights) {
-                    let wall = self.wall(modes, station);
-                    let mean: f64 = station.cells.iter().map(|(cell, share)| share * self.center[*cell]).sum();
-                    for (cell, share) in &station.cells {
-                        let apart = self.at(modes, *cell as u32) - &wall;
-                        sum.columns_mut(0, n).ger(weight * share, &apart, &apart, 1.0);
-                        sum.column_mut(n).axpy(weight * share * (self.center[*cell] - mean), &apart, 1.0);
-                    }
-                }
-                sum
-            };
-            Family::new(&samples, operator)
-        };
-        self.network.streams.par_iter().enumerate().map(one).collect()
-    }
-
-    fn wall(&self, modes: &[Vec<f64>], station: &Station) -> DVector<f64> {
-        station.cells.iter().fold(DVector::zeros(modes.len()), |sum, (cell, share)| sum + self.at(modes, *cell as u32) * *share)
-    }
-
     /// Modes in the readings, and what the solids' temperatures of the middle give them, K.
     fn readings(&self, modes: &[Vec<f64>]) -> (DMatrix<f64>, Vec<f64>) {
         let is_held: std::collections::HashSet<u32> = self.network.fixed.iter().map(|(node, _)| *node).collect();
@@ -318,7 +315,7 @@ impl Assembly<'_> {
     }
 
     /// The network of the chosen conductors, the channels' walls and the water, and the modes at its solid nodes.
-    fn sampled(&self, modes: &[Vec<f64>], chosen: &[usize]) -> (Network, DMatrix<f64>, DVector<f64>) {
+    fn sampled(&self, modes: &[Vec<f64>], chosen: &[usize], along: &[Groups]) -> (Network, DMatrix<f64>, DVector<f64>) {
         let rest = &self.split.rest;
         let mut nodes = Nodes { from: Vec::new(), to: HashMap::new() };
         let mut own = Network {
@@ -375,12 +372,13 @@ impl Assembly<'_> {
         own.capacity = vec![0.0; nodes.from.len()];
         let mut rows: Vec<DVector<f64>> = nodes.from.iter().map(|n| self.at(modes, *n)).collect();
         let mut center: Vec<f64> = nodes.from.iter().map(|n| self.center[*n as usize]).collect();
-        // One node per station of channel wall, then the water.
+        // One node per group of stations of channel wall, then the water.
         let mut streams = rest.streams.clone();
-        for stream in &mut streams {
+        for (stream, groups) in streams.iter_mut().zip(along) {
+            (stream.stations, stream.water) = (groups.stations.clone(), groups.water.clone());
             for station in &mut stream.stations {
                 rows.push(self.wall(modes, station));
-                center.push(station.cells.iter().map(|(cell, share)| share * self.center[*cell]).sum());
+                center.push(self.middle(station));
                 own.group.push(station.cells.first().map_or(NONE, |(cell, _)| rest.group[*cell]));
                 own.capacity.push(0.0);
                 station.cells = vec![(rows.len() - 1, 1.0)];
@@ -388,9 +386,9 @@ impl Assembly<'_> {
         }
         own.solids = rows.len();
         own.nodes = own.solids;
-        for stream in &mut streams {
-            for k in 0..stream.stations.len() {
-                nodes.to.insert(stream.first_node + k as u32, (own.nodes + k) as u32);
+        for (stream, groups) in streams.iter_mut().zip(along) {
+            for g in 0..groups.len() {
+                nodes.to.insert(stream.first_node + groups.last(g) as u32, (own.nodes + g) as u32);
             }
             stream.first_node = own.nodes as u32;
             own.nodes += stream.stations.len();

@@ -2,8 +2,10 @@
 
 use super::model::{Answer, ReducedModel};
 use crate::describe::machine::Condition;
+use crate::discretise::network::stream::members;
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
+use crate::solve::entering_temperature;
 
 impl ReducedModel {
     /// Temperatures of all nodes of the full network (K) in an answer at a condition.
@@ -15,8 +17,7 @@ impl ReducedModel {
             return Err(Error::input("this reduced model knows its sensors, not its field").help("make it with `coldplate reduce --field`"));
         };
         let sampled = &self.fine.network;
-        let is_same = network.solids == field.center.len() && network.streams.len() == sampled.streams.len();
-        if !is_same || network.streams.iter().zip(&sampled.streams).any(|(a, b)| a.stations.len() != b.stations.len()) {
+        if network.solids != field.center.len() || network.streams.len() != sampled.streams.len() {
             let error = Error::input("the mesh of this machine is not the one that the model was made on");
             return Err(error.read(format!("{} nodes then, {} now", field.center.len(), network.solids)).help("make the model anew"));
         }
@@ -27,9 +28,23 @@ impl ReducedModel {
         for (node, held) in &network.fixed {
             temperatures[*node as usize] = load.fixed[*held as usize];
         }
+        // Films follow the mean temperatures of a channel, which are known; the water then follows its wall.
         for (full, own) in network.streams.iter().zip(&sampled.streams) {
-            let (to, from, count) = (full.first_node as usize, own.first_node as usize, full.stations.len());
-            temperatures[to..to + count].copy_from_slice(&answer.state.temperatures[from..from + count]);
+            let (_, water) = own.mean_temperatures(&answer.state.temperatures);
+            temperatures[full.first_node as usize..=full.outlet() as usize].fill(water);
+        }
+        let states = network.stream_states(&load, &temperatures)?;
+        for s in network.circuits.iter().flat_map(|tree| members(&tree.layout)) {
+            let (stream, state) = (&network.streams[s], &states[s]);
+            let mut water = entering_temperature(network, &load, &states, s, &temperatures);
+            for (k, station) in stream.stations.iter().enumerate() {
+                let wall: f64 = station.cells.iter().map(|(cell, share)| share * temperatures[*cell]).sum();
+                water = match state.capacity_rate > 0.0 {
+                    true => water + (state.exchange[k] * (wall - water) + state.dissipation * station.length) / state.capacity_rate,
+                    false => wall,
+                };
+                temperatures[stream.first_node as usize + k] = water;
+            }
         }
         Ok(temperatures)
     }

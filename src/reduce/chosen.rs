@@ -60,7 +60,7 @@ pub fn answers(
     if count <= first + CHECKS + ROUND.0 {
         return Ok(found);
     }
-    let ground = Ground::new(machine, network, Load::at(machine, middle)?, center);
+    let ground = Ground::new(machine, network, Load::at(machine, middle)?, center, asked.accuracy);
     let snapshot = |row: usize, temperatures: &[f64]| -> Result<Snapshot> {
         let load = Load::at(machine, &asked.conditions[row])?;
         Ok(ground.snapshot(&load, &network.stream_states(&load, temperatures)?, temperatures))

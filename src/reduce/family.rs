@@ -25,12 +25,17 @@ impl Family {
     /// From coefficients (a row per member, a column per state that was seen); `operator` sums the members' operators with given
     /// weights.
     pub fn new(samples: &DMatrix<f64>, operator: impl Fn(&[f64]) -> DMatrix<f64>) -> Self {
-        // The members that differ most, one after the other, each without what those before it explain.
-        let mut left = samples.clone();
+        Self::told(samples, samples, operator)
+    }
+
+    /// The same of members whose coefficients follow others, some of which are evaluated in their place.
+    pub fn told(by: &DMatrix<f64>, samples: &DMatrix<f64>, operator: impl Fn(&[f64]) -> DMatrix<f64>) -> Self {
+        // Those that differ most, one after the other, each without what those before it explain.
+        let mut left = by.clone();
         let mut points = Vec::new();
         let mut directions: Vec<RowDVector<f64>> = Vec::new();
         let mut largest = 0.0;
-        while points.len() < MOST.min(samples.nrows()) {
+        while points.len() < MOST.min(by.nrows()) {
             let norms = DVector::from_iterator(left.nrows(), left.row_iter().map(|row| row.norm()));
             let point = norms.imax();
             largest = f64::max(largest, norms[point]);
@@ -46,11 +51,11 @@ impl Family {
         if points.is_empty() {
             return Self { points, operators: Vec::new() };
         }
-        let amplitudes = samples * DMatrix::from_rows(&directions).transpose();
-        let Some(inverse) = amplitudes.select_rows(&points).try_inverse() else {
+        let directions = DMatrix::from_rows(&directions).transpose();
+        let Some(inverse) = (by.select_rows(&points) * &directions).try_inverse() else {
             return Self { points: Vec::new(), operators: Vec::new() };
         };
-        let weights = amplitudes * inverse;
+        let weights = samples * directions * inverse;
         let operators = weights.column_iter().map(|column| operator(column.as_slice())).collect();
         Self { points, operators }
     }

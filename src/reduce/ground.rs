@@ -1,6 +1,6 @@
 //! What all reduced models of a machine are made from: its network taken apart, and the state in the middle of the ranges.
 
-use super::assemble::{Assembly, Snapshot};
+use super::assemble::{Assembly, Sampling, Snapshot};
 use super::basis::Basis;
 use super::model::{Answer, Made, ReducedModel};
 use super::split::Split;
@@ -13,8 +13,8 @@ use crate::solve::{Solution, Symmetric, System};
 const MODES_PER_STATE: f64 = 0.7;
 /// Modes of the network that answers, of those of the finer one.
 pub(super) const COARSE: f64 = 0.75;
-/// Share of what the sampled conductors deviate from their tangents that may be left, in the two networks.
-pub(super) const TOLERANCES: [f64; 2] = [1e-3, 1e-4];
+/// How closely the two networks sample.
+pub(super) const SAMPLING: [Sampling; 2] = [Sampling { tolerance: 1e-3, together: 0.05 }, Sampling { tolerance: 1e-4, together: 0.01 }];
 /// The margin of the bound over the largest that was needed where it was calibrated, and the least.
 const SAFETY: f64 = 3.0;
 /// The least margin.
@@ -36,12 +36,14 @@ pub(super) struct Ground<'a> {
     load: Load,
     /// The steady state there.
     center: Solution,
+    /// What is wanted of the readings, K.
+    accuracy: f64,
 }
 
 impl<'a> Ground<'a> {
-    /// Around a steady state of the network.
-    pub(super) fn new(machine: &'a Machine, network: &'a Network, load: Load, center: Solution) -> Self {
-        Self { machine, network, system: System::new(network), split: Split::of(network), load, center }
+    /// Around a steady state of the network, for readings to within `accuracy` (K).
+    pub(super) fn new(machine: &'a Machine, network: &'a Network, load: Load, center: Solution, accuracy: f64) -> Self {
+        Self { machine, network, system: System::new(network), split: Split::of(network), load, center, accuracy }
     }
 
     /// Temperatures of the middle, K.
@@ -55,7 +57,7 @@ impl<'a> Ground<'a> {
     }
 
     pub(super) fn assembly(&self) -> Assembly<'_> {
-        Assembly { network: self.network, split: &self.split, load: &self.load, center: &self.center.temperatures }
+        Assembly { network: self.network, split: &self.split, load: &self.load, center: &self.center.temperatures, accuracy: self.accuracy }
     }
 
     /// A steady state of this very network with what is learnt from it.
@@ -83,8 +85,8 @@ impl<'a> Ground<'a> {
             parameters: Vec::new(),
             left_out: Vec::new(),
             ranges: ranges.to_vec(),
-            coarse: assembly.level(&basis.modes[..coarse], snapshots, TOLERANCES[0]),
-            fine: assembly.level(&basis.modes, snapshots, TOLERANCES[1]),
+            coarse: assembly.level(&basis.modes[..coarse], snapshots, SAMPLING[0]),
+            fine: assembly.level(&basis.modes, snapshots, SAMPLING[1]),
             margin: LEAST_MARGIN,
             floor: FLOOR,
             in_time: None,

@@ -4,14 +4,15 @@
 //! (Galerkin): Vᵀ R(C + V a) = 0 for the residual R of the network. Linear conduction is one small matrix. A contact, and the heat
 //! within a ring of channel wall, is one small matrix for each of a few coefficients ([`Family`]); so are open faces and all else
 //! that follows the temperature, linearised at C. What they deviate from their tangents is that of a weighted few of themselves
-//! ([`super::cubature`]), evaluated by their own laws. Water is no part of the modes: it follows the wall station by station, as in
-//! the full network, and is eliminated exactly.
+//! ([`super::cubature`]), evaluated by their own laws. Water is no part of the modes: it follows the wall along stations that stand
+//! for a few of the full network's each ([`super::stations`]), by its laws, and is eliminated exactly.
 
 use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::conductors::{Conductor, conductors};
 use super::family::Family;
+use super::water::{drift, firsts};
 use crate::discretise::network::stream::members;
 use crate::discretise::network::{Joint, Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
@@ -19,7 +20,7 @@ use crate::solve::entering_temperature;
 
 /// No temperature may move by more than this in the step that would come next, were it shorter than the last as that was than the one
 /// before, K.
-const STEP_TOLERANCE: f64 = 1e-7;
+const STEP_TOLERANCE: f64 = 1e-6;
 const MOST_STEPS: usize = 60;
 /// A step that is not this much shorter than the last one asks for new derivatives.
 const SLOW: f64 = 0.5;
@@ -60,6 +61,11 @@ pub struct Level {
     pub ends: [DMatrix<f64>; 2],
     /// Modes at the walls of all stations: n x stations.
     pub walls: DMatrix<f64>,
+    /// How they rise along each station, then the temperatures of the middle there, K, and the length along which its dissipation
+    /// warms the water before it meets the wall, m: (n + 2) x stations. Water that is warmed on its way takes less heat further down.
+    pub tilts: DMatrix<f64>,
+    /// By stream, what the water brings from wall to wall within a station: n x (n + 1), for exchange² over capacity rate.
+    pub drifts: Vec<Family>,
     /// Modes in each sensor's reading: sensors x n.
     pub readings: DMatrix<f64>,
     /// What the solids' temperatures of the middle give each sensor, K.
@@ -126,6 +132,7 @@ impl Level {
             let stations = s.stations.iter().all(|k| k.cells.len() == 1 && k.cells[0].0 < solids);
             stations
                 && !s.stations.is_empty()
+                && s.water.len() == s.stations.len()
                 && last <= net.nodes
                 && s.circuit < circuits
                 && s.upstream.iter().all(|u| *u < net.streams.len())
@@ -145,10 +152,12 @@ impl Level {
             && square(&self.patterns, count)
             && self.ends.iter().all(|e| square(e, count))
             && square(&self.walls, stations)
+            && self.tilts.shape() == (n + 2, stations)
             && self.readings.shape() == (net.sensors.len(), n)
             && self.base.len() == net.sensors.len()
             && self.rings.len() == net.streams.len()
-            && self.rings.iter().zip(&net.streams).all(|(f, s)| family(f, s.stations.len(), n + 1))
+            && self.drifts.len() == net.streams.len()
+            && [&self.rings, &self.drifts].iter().all(|all| all.iter().zip(&net.streams).all(|(f, s)| family(f, s.stations.len(), n + 1)))
             && self.tangents.iter().zip([1, n, n]).all(|(f, columns)| family(f, count, columns))
             && self.contacts.iter().all(|c| c.joints.len() == c.family.points.len() && c.family.is_of((n, n + 1)))
             && self
@@ -175,17 +184,21 @@ impl Level {
         let mut a = start.clone();
         let mut t = self.temperatures(network, load, &a, None);
         let (mut last, mut before_last) = (f64::INFINITY, f64::INFINITY);
+        let mut shrank = 1.0;
         let mut factors = None;
         for steps in 0..=MOST_STEPS {
             let streams = network.stream_states(load, &t)?;
-            self.follow(network, load, &streams, &mut t);
+            let felt = self.felt(&streams, &a, &t);
+            self.follow(network, load, &streams, &felt, &mut t);
+            // One step may be small by chance, so the slower of the last two ratios counts.
             let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
-            if last * shrinks <= STEP_TOLERANCE {
+            if last * f64::max(shrinks, shrank) <= STEP_TOLERANCE {
                 network.check_coolant(load, &t)?;
                 return Ok(Reduced { amplitudes: a, temperatures: t, streams, steps });
             }
+            shrank = shrinks;
             let now = conductors(network, load, &t);
-            let residual = self.residual(network, load, &streams, &given, &now, &t, &a);
+            let residual = self.residual(network, load, &streams, &given, &now, (&felt, &t), &a);
             let lu = match factors.take() {
                 Some(lu) if last < SLOW * before_last || before_last.is_infinite() => lu,
                 _ => self.jacobian(network, &streams, &given, &now).lu(),
@@ -226,16 +239,6 @@ impl Level {
         t
     }
 
-    /// Sets the walls of all stations in temperatures of the sampled network.
-    pub(super) fn set_walls(&self, a: &DVector<f64>, t: &mut [f64]) {
-        let rises = self.walls.tr_mul(a);
-        let stations = self.network.streams.iter().flat_map(|s| &s.stations);
-        for (station, rise) in stations.zip(rises.iter()) {
-            let node = station.cells[0].0;
-            t[node] = self.center[node] + rise;
-        }
-    }
-
     /// What does not change while a condition is solved.
     pub(super) fn given(&self, network: &Network, load: &Load) -> Given {
         let n = self.len();
@@ -262,25 +265,6 @@ impl Level {
         Given { linear, constant, tangents }
     }
 
-    /// Water temperatures that follow from those of the wall, by one pass downstream.
-    pub(super) fn follow(&self, network: &Network, load: &Load, streams: &[StreamState], t: &mut [f64]) {
-        for tree in &network.circuits {
-            for s in members(&tree.layout) {
-                let (stream, state) = (&network.streams[s], &streams[s]);
-                let mut above = entering_temperature(network, load, streams, s, t);
-                for (k, station) in stream.stations.iter().enumerate() {
-                    let wall = t[station.cells[0].0];
-                    above = if state.capacity_rate > 0.0 {
-                        above + (state.exchange[k] * (wall - above) + state.dissipation * station.length) / state.capacity_rate
-                    } else {
-                        wall
-                    };
-                    t[stream.first_node as usize + k] = above;
-                }
-            }
-        }
-    }
-
     /// What leaves the modes, W.
     #[allow(clippy::too_many_arguments)]
     fn residual(
@@ -290,24 +274,27 @@ impl Level {
         streams: &[StreamState],
         given: &Given,
         now: &[Conductor],
-        t: &[f64],
+        (felt, t): (&[f64], &[f64]),
         a: &DVector<f64>,
     ) -> DVector<f64> {
         let mut residual = self.solid_residual(given, now, a);
         for (ring, state) in self.rings.iter().zip(streams) {
             ring.apply(ring.points.iter().map(|k| state.exchange[*k]), a, &mut residual);
         }
+        for (family, state) in self.drifts.iter().zip(streams) {
+            family.apply(drift(family, state, &state.exchange), a, &mut residual);
+        }
         let mut heats = DVector::zeros(self.walls.ncols());
         let mut at = 0;
         for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
             let mut above = entering_temperature(network, load, streams, s, t);
-            for (k, station) in stream.stations.iter().enumerate() {
-                heats[at] = state.exchange[k] * (t[station.cells[0].0] - above);
+            for k in 0..stream.stations.len() {
+                heats[at] = state.exchange[k] * (felt[at] - above);
                 above = t[stream.first_node as usize + k];
                 at += 1;
             }
         }
-        residual.gemv(1.0, &self.walls, &heats, 1.0);
+        self.take(streams, &heats, 1.0, &mut residual);
         residual
     }
 
@@ -329,6 +316,9 @@ impl Level {
         for (ring, state) in self.rings.iter().zip(streams) {
             ring.add(ring.points.iter().map(|k| state.exchange[*k]), &mut wide);
         }
+        for (family, state) in self.drifts.iter().zip(streams) {
+            family.add(drift(family, state, &state.exchange), &mut wide);
+        }
         jacobian += wide.columns(0, n);
         let mut slopes = DMatrix::zeros(n, now.len());
         for (e, (now, tangent)) in now.iter().zip(&given.tangents).enumerate() {
@@ -339,7 +329,8 @@ impl Level {
         jacobian.gemm(1.0, &self.patterns, &slopes.transpose(), 1.0);
         // How the heat into the water at every station follows the walls: its own and, through the water, those upstream.
         let mut slopes = DMatrix::zeros(n, self.walls.ncols());
-        let first: Vec<usize> = network.streams.iter().scan(0, |at, s| Some(std::mem::replace(at, *at + s.stations.len()))).collect();
+        let first = firsts(network);
+        let mut takes = self.walls.clone();
         let mut leaving: Vec<DVector<f64>> = vec![DVector::zeros(n); network.streams.len()];
         for tree in &network.circuits {
             for s in members(&tree.layout) {
@@ -350,17 +341,20 @@ impl Level {
                 }
                 for (k, exchange) in state.exchange.iter().enumerate() {
                     let share = if state.capacity_rate > 0.0 { exchange / state.capacity_rate } else { 1.0 };
-                    let (wall, mut column) = (self.walls.column(first[s] + k), slopes.column_mut(first[s] + k));
-                    for ((slope, wall), own) in slope.as_mut_slice().iter_mut().zip(wall.as_slice()).zip(column.as_mut_slice()) {
-                        let apart = wall - *slope;
+                    let (at, moves) = (first[s] + k, if state.capacity_rate > 0.0 { share } else { 0.0 });
+                    let (tilt, mut column, mut take) = (self.tilts.column(at), slopes.column_mut(at), takes.column_mut(at));
+                    let all = slope.as_mut_slice().iter_mut().zip(take.as_mut_slice()).zip(tilt.as_slice()).zip(column.as_mut_slice());
+                    for (((slope, wall), tilt), own) in all {
+                        let apart = *wall + moves * tilt - *slope;
                         *own = exchange * apart;
                         *slope += share * apart;
+                        *wall -= moves * tilt;
                     }
                 }
                 leaving[s] = slope;
             }
         }
-        jacobian.gemm(1.0, &self.walls, &slopes.transpose(), 1.0);
+        jacobian.gemm(1.0, &takes, &slopes.transpose(), 1.0);
         jacobian
     }
 

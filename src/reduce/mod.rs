@@ -18,7 +18,10 @@ mod offline;
 mod slow;
 mod split;
 mod spread;
+mod stations;
 mod stored;
+mod walls;
+mod water;
 
 pub use chosen::{Asked, InFull, answers};
 pub use course::{Beginning, Course, Stretch};

@@ -1,5 +1,5 @@
 //! A reduced network over time: TR-BDF2 on the amplitudes of the modes, as the full network is integrated. Water moves as parcels
-//! along the walls of all stations, by the very law of the full network: it is not reduced.
+//! along the walls of all stations, by the law of the full network.
 
 use std::rc::Rc;
 
@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
 use super::level::{Given, Level, Reduced};
+use super::water::drift;
 use crate::discretise::network::{Load, Network, SensorTerm};
 use crate::error::{Error, Result, Stop};
 use crate::solve::transient::parcels::Parcels;
@@ -320,20 +321,23 @@ impl<'a> Motion<'a> {
         for (s, ring) in level.rings.iter().enumerate() {
             ring.add(ring.points.iter().map(|k| streams.weight(s)[*k]), &mut rings);
         }
+        for (s, family) in level.drifts.iter().enumerate() {
+            family.add(drift(family, &states[s], streams.weight(s)), &mut rings);
+        }
         let known = rings.column(level.len()) - &level.capacity * &self.amplitudes + &stage.earlier;
         let mut a = guess;
         let mut t = temperatures(&a);
         let (mut last, mut before_last) = (f64::INFINITY, f64::INFINITY);
         for iterations in 0..MOST_ITERATIONS {
             let along = effective(&a);
-            level.set_walls(&along, &mut walls);
+            level.set_walls(&states, &along, &mut walls);
             let passed = streams.carry(&|n| walls[n]);
             let leaving = self.leaving(&a, &t, stage.now);
             let mut open = &known + &leaving * stage.own;
             open.gemv(1.0, &level.capacity, &a, 1.0);
             open.gemv(1.0, &rings.columns(0, level.len()), &along, 1.0);
-            let heats = DVector::from_iterator(level.walls.ncols(), passed.iter().flat_map(|p| p.heat.iter().copied()));
-            open.gemv(-1.0, &level.walls, &heats, 1.0);
+            let heats = DVector::from_iterator(level.walls.ncols(), passed.iter().flat_map(|p| p.heat.iter().map(|heat| -heat)));
+            level.take(&states, &heats, stage.duration, &mut open);
             // What is left shrinks as it did in the last step.
             let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
             if last * shrinks < SOLVED * self.tolerance {

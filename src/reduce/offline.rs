@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::assemble::Snapshot;
 use super::basis::Basis;
 use super::field::Field;
-use super::ground::{COARSE, Calibrated, Ground, TOLERANCES};
+use super::ground::{COARSE, Calibrated, Ground, SAMPLING};
 use super::histories::{Plan, Run, calibrated};
 use super::model::{Answer, Made, ReducedModel};
 use crate::describe::machine::Condition;
@@ -91,7 +91,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     let load = Load::at(machine, &middle.condition)?;
     let solver = Solver::heard(network, &load, progress)?;
     let center = solver.steady(&load)?;
-    let ground = Ground::new(machine, network, load, center);
+    let ground = Ground::new(machine, network, load, center, settings.accuracy);
     let full = |place: &Place| offline.full(place, &solver, &ground);
     let mut random = Random::new(settings.seed);
     let mut draw = |count: usize| -> Vec<Place> {
@@ -289,7 +289,7 @@ impl Past {
         let fine = enriched(basis.modes, MODES_IN_TIME);
         let all: Vec<Snapshot> = steady.iter().chain(&self.snapshots).cloned().collect();
         progress.at(&format!("{} states in all, {} modes: choosing conductors", all.len(), fine.len()));
-        let levels = (assembly.level(&coarse, &all, TOLERANCES[0]), assembly.level(&fine, &all, TOLERANCES[1]));
+        let levels = (assembly.level(&coarse, &all, SAMPLING[0]), assembly.level(&fine, &all, SAMPLING[1]));
         (ReducedModel { coarse: levels.0, fine: levels.1, ..model }, fine)
     }
 }

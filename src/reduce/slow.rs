@@ -100,7 +100,8 @@ impl ReducedModel {
         let jacobian = level.jacobian(network, &state.streams, &given, &acting);
         let read = |a: &DVector<f64>| {
             let mut t = level.temperatures(network, &load, a, Some(&state.temperatures));
-            level.follow(network, &load, &state.streams, &mut t);
+            let felt = level.felt(&state.streams, a, &t);
+            level.follow(network, &load, &state.streams, &felt, &mut t);
             DVector::from_vec(level.readings_of(network, &load, a, &t))
         };
         let here = read(&state.amplitudes);

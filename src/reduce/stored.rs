@@ -1,4 +1,4 @@
-//! The file of a reduced model: `COLDPLATE-REDUCED 4`, SHA-256 of what follows, and that in postcard's encoding.
+//! The file of a reduced model: `COLDPLATE-REDUCED 5`, SHA-256 of what follows, and that in postcard's encoding.
 //!
 //! Laws are not stored but read from the machine file's text, which is part of it: materials, contact laws, channels, circuits and
 //! sources of the sampled network are the machine's own.
@@ -75,6 +75,7 @@ struct StoredContact {
 struct StoredStream {
     circuit: usize,
     stations: Vec<Station>,
+    water: Vec<f64>,
     first_node: u32,
     upstream: Vec<usize>,
     property: u32,
@@ -85,7 +86,7 @@ impl ReducedModel {
     /// First bytes of the file, whatever its version.
     pub const FAMILY: &[u8] = b"COLDPLATE-REDUCED ";
     /// First bytes of the file.
-    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 4\n";
+    pub const MAGIC: &[u8] = b"COLDPLATE-REDUCED 5\n";
 
     /// The file's bytes; `document` is the machine file the model was made of.
     ///
@@ -166,6 +167,7 @@ impl StoredNetwork {
         let stream = |s: &Stream| StoredStream {
             circuit: s.circuit,
             stations: s.stations.clone(),
+            water: s.water.clone(),
             first_node: s.first_node,
             upstream: s.upstream.clone(),
             property: s.property,
@@ -202,6 +204,7 @@ impl StoredNetwork {
             name: channel.name.clone(),
             circuit: s.circuit,
             stations: s.stations,
+            water: s.water,
             first_node: s.first_node,
             upstream: s.upstream,
             property: s.property,

@@ -1,0 +1,146 @@
+//! Stations of a channel put together. A fine mesh cuts a channel into far more of them than a few dozen modes can tell apart, and
+//! water, which is not reduced, costs by the station.
+//!
+//! Only neighbours with the same wall are put together, so that their conductances add: the film between water and wall stays that of
+//! the full network. What is lost is how wall and water vary along the group, to second order in its length.
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+use crate::discretise::mesh::path::Station;
+use crate::discretise::network::{Network, Stream, StreamState};
+
+/// Shape factors that differ by less belong to one wall.
+const ALIKE: f64 = 1e-3;
+
+/// The stations of one stream in groups.
+#[derive(Debug)]
+pub(super) struct Groups {
+    groups: Vec<Range<usize>>,
+    /// A station for each group.
+    pub(super) stations: Vec<Station>,
+    /// Weight of the water that leaves each group in the stream's mean, m.
+    pub(super) water: Vec<f64>,
+}
+
+impl Groups {
+    /// Of every stream of a network, none longer than a share of its channel. The water that a sensor reads leaves a group.
+    pub(super) fn of(network: &Network, longest: f64) -> Vec<Self> {
+        let read: HashSet<u32> = network.sensors.iter().flat_map(|sensor| &sensor.weights).map(|(node, _)| *node).collect();
+        network.streams.iter().map(|stream| Self::of_stream(stream, longest, &read)).collect()
+    }
+
+    fn of_stream(stream: &Stream, longest: f64, read: &HashSet<u32>) -> Self {
+        let all = &stream.stations;
+        let is_cut = |k: usize| {
+            let (before, after) = (&all[k - 1], &all[k]);
+            // What enters the channel is no node, so the first station stands alone.
+            k == 1
+                || (before.shape - after.shape).abs() > ALIKE
+                || before.across != after.across
+                || read.contains(&(stream.first_node + k as u32 - 1))
+        };
+        let mut groups = Vec::new();
+        let mut first = 0;
+        for end in 1..=all.len() {
+            if end == all.len() || is_cut(end) {
+                split(all, first..end, longest * stream.length, &mut groups);
+                first = end;
+            }
+        }
+        let stations = groups.iter().map(|group| together(&all[group.clone()])).collect();
+        let water = water(all, &groups);
+        Self { groups, stations, water }
+    }
+
+    /// The stations of each group.
+    pub(super) fn members(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        self.groups.iter().cloned()
+    }
+
+    /// Groups.
+    pub(super) fn len(&self) -> usize {
+        self.groups.len()
+    }
+
+    /// Last station of a group.
+    pub(super) fn last(&self, group: usize) -> usize {
+        self.groups[group].end - 1
+    }
+
+    /// Weights of the cells of a group's stations in how the wall rises along it: its covariance with the way, as a share of the group.
+    pub(super) fn tilts<'s>(&self, stream: &'s Stream, group: Range<usize>) -> impl Iterator<Item = (usize, f64)> + 's {
+        let stations = &stream.stations[group];
+        let length: f64 = stations.iter().map(|s| s.length).sum();
+        let middles = shares(stations).zip(stations).map(move |(end, station)| (station, end - 0.5 * station.length / length));
+        middles.flat_map(move |(station, middle)| {
+            station.cells.iter().map(move |(cell, share)| (*cell, share * station.length / length * (middle - 0.5)))
+        })
+    }
+
+    /// Length (m) along which dissipation has warmed the water that meets the walls of a group's stations, in their mean.
+    pub(super) fn delay(&self, stream: &Stream, group: Range<usize>) -> f64 {
+        let stations = &stream.stations[group];
+        let length: f64 = stations.iter().map(|s| s.length).sum();
+        0.5 * (length - stations.iter().map(|s| s.length * s.length).sum::<f64>() / length)
+    }
+
+    /// Exchange of every group (W/K) in a state of the stream's own stations.
+    pub(super) fn exchange(&self, state: &StreamState) -> Vec<f64> {
+        let rate = state.capacity_rate;
+        let of = |group: &Range<usize>| match &state.exchange[group.clone()] {
+            [one] => *one,
+            _ if rate <= 0.0 => 0.0,
+            some => rate * (1.0 - some.iter().map(|exchange| 1.0 - exchange / rate).product::<f64>()),
+        };
+        self.groups.iter().map(of).collect()
+    }
+}
+
+/// Cuts a run of stations into the fewest groups of about equal length that are no longer than `longest` (m).
+fn split(all: &[Station], run: Range<usize>, longest: f64, groups: &mut Vec<Range<usize>>) {
+    let length: f64 = all[run.clone()].iter().map(|s| s.length).sum();
+    let pieces = (length / longest).ceil().max(1.0);
+    let mut first = run.start;
+    let (mut passed, mut cuts) = (0.0, 1.0);
+    for k in run.clone() {
+        passed += all[k].length;
+        if k + 1 == run.end || passed >= cuts * length / pieces * (1.0 - 1e-9) {
+            groups.push(first..k + 1);
+            first = k + 1;
+            cuts += 1.0;
+        }
+    }
+}
+
+/// One station in place of some.
+fn together(stations: &[Station]) -> Station {
+    let length: f64 = stations.iter().map(|s| s.length).sum();
+    let cells = stations.iter().flat_map(|s| s.cells.iter().map(move |(cell, share)| (*cell, share * s.length / length)));
+    let shape = stations.iter().map(|s| s.shape * s.length / length).sum();
+    Station { length, cells: cells.collect(), shape, across: stations[0].across }
+}
+
+/// How far along its group the water is after each station, as a share of the group.
+fn shares(stations: &[Station]) -> impl Iterator<Item = f64> + '_ {
+    let length: f64 = stations.iter().map(|s| s.length).sum();
+    stations.iter().scan(0.0, move |passed, station| {
+        *passed += station.length / length;
+        Some(*passed)
+    })
+}
+
+/// Weights of the water after every group such that its mean is that over all stations.
+fn water(all: &[Station], groups: &[Range<usize>]) -> Vec<f64> {
+    let mut weights = vec![0.0; groups.len()];
+    for (g, group) in groups.iter().enumerate() {
+        let stations = &all[group.clone()];
+        for (station, share) in stations.iter().zip(shares(stations)) {
+            weights[g] += station.length * share;
+            if g > 0 {
+                weights[g - 1] += station.length * (1.0 - share);
+            }
+        }
+    }
+    weights
+}

@@ -1,0 +1,163 @@
+//! What reduced networks know of the walls along their channels: a station for each group of the full network's
+//! ([`super::stations`]), and what is lost by that, to second order.
+
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::assemble::{Assembly, Snapshot};
+use super::family::Family;
+use super::stations::Groups;
+use crate::discretise::mesh::path::Station;
+use crate::discretise::network::Stream;
+
+/// Longest groups of stations that are tried, as shares of their channel, from the longest on; at last all stations stand alone.
+const LONGEST: [f64; 8] = [1.0 / 6.0, 1.0 / 12.0, 1.0 / 24.0, 1.0 / 36.0, 1.0 / 48.0, 1.0 / 72.0, 1.0 / 96.0, 0.0];
+
+impl Assembly<'_> {
+    /// The longest groups of stations by which no reading of these states loses more than `allowed` (K).
+    pub(super) fn along(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], readings: &DMatrix<f64>, allowed: f64) -> Vec<Groups> {
+        let walls = |stream: &Stream| stream.stations.iter().map(|station| self.wall(modes, station)).collect();
+        let walls: Vec<Vec<DVector<f64>>> = self.network.streams.par_iter().map(walls).collect();
+        let groups = LONGEST.iter().map(|longest| Groups::of(self.network, *longest));
+        let lost = |along: &Vec<Groups>| snapshots.par_iter().map(|shot| self.lost(shot, along, &walls, readings)).reduce(|| 0.0, f64::max);
+        groups.into_iter().find(|along| lost(along) <= allowed).unwrap_or_else(|| Groups::of(self.network, 0.0))
+    }
+
+    /// What a state loses where stations are put together, K: in the water that leaves a stream, and by what its heat moves the
+    /// readings. Modes are such that a watt moves them by a kelvin.
+    fn lost(&self, shot: &Snapshot, along: &[Groups], walls: &[Vec<DVector<f64>>], readings: &DMatrix<f64>) -> f64 {
+        let n = readings.ncols();
+        let (mut apart, mut water): (DVector<f64>, f64) = (DVector::zeros(n), 0.0);
+        for (s, (groups, stream)) in along.iter().zip(&self.network.streams).enumerate() {
+            let (state, rate) = (&shot.streams[s], shot.streams[s].capacity_rate);
+            if rate <= 0.0 || groups.len() == stream.stations.len() {
+                continue;
+            }
+            let wall = |station: &Station| -> f64 {
+                station.cells.iter().map(|(cell, share)| share * (self.center[*cell] + shot.rise[*cell])).sum()
+            };
+            let (mut above, mut above_group) = (shot.entering[s], shot.entering[s]);
+            for ((group, all), exchange) in groups.stations.iter().zip(groups.members()).zip(groups.exchange(state)) {
+                let mean = wall(group);
+                let mean_modes =
+                    all.clone().fold(DVector::zeros(n), |sum, k| sum + &walls[s][k] * (stream.stations[k].length / group.length));
+                let (mut tilt, mut tilt_modes, mut taken, mut passed) = (0.0, DVector::zeros(n), 0.0, 0.0);
+                for k in all.clone() {
+                    let (station, own) = (&stream.stations[k], state.exchange[k]);
+                    let share = station.length / group.length;
+                    let (warmer, modes) = (wall(station) - mean, &walls[s][k] - &mean_modes);
+                    let heat = own * (mean + warmer - above);
+                    apart.axpy(heat, &walls[s][k], 1.0);
+                    above += (heat + state.dissipation * station.length) / rate;
+                    apart.axpy(exchange * exchange / rate * share * taken - own * warmer, &modes, 1.0);
+                    tilt += share * (passed + 0.5 * share - 0.5) * warmer;
+                    tilt_modes.axpy(share * (passed + 0.5 * share - 0.5), &modes, 1.0);
+                    taken += share * warmer;
+                    passed += share;
+                }
+                let transfer = exchange / rate;
+                let delay = state.dissipation / rate * groups.delay(stream, all);
+                let heat = exchange * (mean + transfer * tilt - delay - above_group);
+                let warmer = (heat + state.dissipation * group.length) / rate;
+                apart.axpy(-heat, &mean_modes, 1.0);
+                apart.axpy(exchange * warmer, &tilt_modes, 1.0);
+                above_group += warmer;
+            }
+            water = water.max((above - above_group).abs());
+        }
+        (readings * apart).amax().max(water)
+    }
+
+    /// Within the ring of cells that a group of stations touches the heat is shared by their own temperatures, not by their mean.
+    pub(super) fn rings(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Vec<Family> {
+        let n = modes.len();
+        let one = |(s, groups): (usize, &Groups)| {
+            let exchange: Vec<Vec<f64>> = snapshots.iter().map(|shot| groups.exchange(&shot.streams[s])).collect();
+            let of_groups = DMatrix::from_fn(groups.len(), snapshots.len(), |g, column| exchange[column][g]);
+            let stations = &self.network.streams[s].stations;
+            let of_stations = DMatrix::from_fn(stations.len(), snapshots.len(), |k, column| snapshots[column].streams[s].exchange[k]);
+            let operator = |weights: &[f64]| {
+                let mut sum = DMatrix::zeros(n, n + 1);
+                for (group, all) in groups.stations.iter().zip(groups.members()) {
+                    let wall = self.wall(modes, group);
+                    let mean = self.middle(group);
+                    for (station, weight) in stations[all.clone()].iter().zip(&weights[all]) {
+                        for (cell, share) in &station.cells {
+                            let apart = self.at(modes, *cell as u32) - &wall;
+                            sum.columns_mut(0, n).ger(weight * share, &apart, &apart, 1.0);
+                            sum.column_mut(n).axpy(weight * share * (self.center[*cell] - mean), &apart, 1.0);
+                        }
+                    }
+                }
+                sum
+            };
+            Family::told(&of_groups, &of_stations, operator)
+        };
+        along.par_iter().enumerate().map(one).collect()
+    }
+
+    /// Within a group of stations the water brings heat from walls further up to those further down.
+    pub(super) fn drifts(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Vec<Family> {
+        let n = modes.len();
+        let one = |(s, groups): (usize, &Groups)| {
+            let of_state = |shot: &Snapshot| -> Vec<f64> {
+                let state = &shot.streams[s];
+                let inverse = if state.capacity_rate > 0.0 { 1.0 / state.capacity_rate } else { 0.0 };
+                groups.exchange(state).iter().map(|x| x * x * inverse).collect()
+            };
+            let columns: Vec<Vec<f64>> = snapshots.iter().map(of_state).collect();
+            let samples = DMatrix::from_fn(groups.len(), snapshots.len(), |g, column| columns[column][g]);
+            let operator = |weights: &[f64]| {
+                let mut sum = DMatrix::zeros(n, n + 1);
+                for ((group, all), weight) in groups.stations.iter().zip(groups.members()).zip(weights) {
+                    let wall = self.wall(modes, group);
+                    let mean = self.middle(group);
+                    // What the stations so far have taken from where the walls are warmer than their mean.
+                    let mut taken = DVector::zeros(n + 1);
+                    for station in &self.network.streams[s].stations[all] {
+                        let share = station.length / group.length;
+                        let apart = self.wall(modes, station) - &wall;
+                        sum.ger(-weight * share, &apart, &taken, 1.0);
+                        taken.rows_mut(0, n).axpy(share, &apart, 1.0);
+                        taken[n] += share * (self.middle(station) - mean);
+                    }
+                }
+                sum
+            };
+            Family::new(&samples, operator)
+        };
+        along.par_iter().enumerate().map(one).collect()
+    }
+
+    /// How the modes and the temperatures of the middle rise along each group of stations, and how far its dissipation has warmed the
+    /// water that meets the wall: (n + 2) x groups.
+    pub(super) fn tilts(&self, modes: &[Vec<f64>], along: &[Groups]) -> DMatrix<f64> {
+        let n = modes.len();
+        let of = |(groups, stream): (&Groups, &Stream)| -> Vec<DVector<f64>> {
+            let tilt = |group: Range<usize>| {
+                let delay = groups.delay(stream, group.clone());
+                let mut tilt = groups.tilts(stream, group).fold(DVector::zeros(n + 2), |mut sum: DVector<f64>, (cell, weight)| {
+                    sum.rows_mut(0, n).axpy(weight, &self.at(modes, cell as u32), 1.0);
+                    sum[n] += weight * self.center[cell];
+                    sum
+                });
+                tilt[n + 1] = delay;
+                tilt
+            };
+            groups.members().map(tilt).collect()
+        };
+        let columns: Vec<DVector<f64>> = along.iter().zip(&self.network.streams).flat_map(of).collect();
+        DMatrix::from_fn(n + 2, columns.len(), |i, at| columns[at][i])
+    }
+
+    pub(super) fn wall(&self, modes: &[Vec<f64>], station: &Station) -> DVector<f64> {
+        station.cells.iter().fold(DVector::zeros(modes.len()), |sum, (cell, share)| sum + self.at(modes, *cell as u32) * *share)
+    }
+
+    /// Mean temperature of a station's wall in the middle of the ranges, K.
+    pub(super) fn middle(&self, station: &Station) -> f64 {
+        station.cells.iter().map(|(cell, share)| share * self.center[*cell]).sum()
+    }
+}
