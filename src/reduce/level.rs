@@ -22,6 +22,8 @@ use crate::solve::entering_temperature;
 /// before, K.
 const STEP_TOLERANCE: f64 = 1e-6;
 const MOST_STEPS: usize = 60;
+/// What a step is at least, as a share of the one before.
+const QUICKEST: f64 = 0.05;
 /// A step that is not this much shorter than the last one asks for new derivatives.
 const SLOW: f64 = 0.5;
 /// Steps of the power iteration for the slowest time constant, of which two digits are wanted.
@@ -190,9 +192,9 @@ impl Level {
             let streams = network.stream_states(load, &t)?;
             let felt = self.felt(&streams, &a, &t);
             self.follow(network, load, &streams, &felt, &mut t);
-            // One step may be small by chance, so the slower of the last two ratios counts.
+            // A step may be small by chance, so the slower of the last two ratios counts, and no ratio is trusted to be tiny.
             let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
-            if last * f64::max(shrinks, shrank) <= STEP_TOLERANCE {
+            if last * shrinks.max(shrank).max(QUICKEST) <= STEP_TOLERANCE {
                 network.check_coolant(load, &t)?;
                 return Ok(Reduced { amplitudes: a, temperatures: t, streams, steps });
             }
