@@ -89,8 +89,9 @@ pub struct Sampling {
 }
 
 impl Assembly<'_> {
-    /// The reduced network on these modes, trained on these states.
-    pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], sampling: Sampling) -> Level {
+    /// The reduced network on these modes, trained on these states, the first `steady` of which are steady: over time less is wanted
+    /// than what stations put together lose there.
+    pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], steady: usize, sampling: Sampling) -> Level {
         let (network, rest, n) = (self.network, &self.split.rest, modes.len());
         let ends = ends(rest);
         let chosen = self.sample(modes, snapshots, &ends, sampling.tolerance);
@@ -104,7 +105,7 @@ impl Assembly<'_> {
         let mut weights = vec![0.0; all.len()];
         chosen.chosen.iter().zip(&chosen.weights).for_each(|(c, w)| weights[place(c)] = *w);
         let (readings, base) = self.readings(modes);
-        let along = self.along(modes, snapshots, &readings, sampling.together * self.accuracy);
+        let along = self.along(modes, &snapshots[..steady], &readings, sampling.together * self.accuracy);
         let (sampled, rows, center) = self.sampled(modes, &all, &along);
         let column = |wide: &[f64]| -> Vec<f64> {
             let image = self.split.conduction(wide, self.load);

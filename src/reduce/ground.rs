@@ -18,7 +18,7 @@ pub(super) const SAMPLING: [Sampling; 2] = [Sampling { tolerance: 1e-3, together
 /// The margin of the bound over the largest that was needed where it was calibrated, and the least.
 const SAFETY: f64 = 3.0;
 /// The least margin.
-pub(super) const LEAST_MARGIN: f64 = 0.5;
+pub(super) const LEAST_MARGIN: f64 = 1.0;
 /// What the full solver itself leaves open, K.
 const FLOOR: f64 = 1e-5;
 /// The same as a share of the largest error where the bound was calibrated.
@@ -85,8 +85,8 @@ impl<'a> Ground<'a> {
             parameters: Vec::new(),
             left_out: Vec::new(),
             ranges: ranges.to_vec(),
-            coarse: assembly.level(&basis.modes[..coarse], snapshots, SAMPLING[0]),
-            fine: assembly.level(&basis.modes, snapshots, SAMPLING[1]),
+            coarse: assembly.level(&basis.modes[..coarse], snapshots, snapshots.len(), SAMPLING[0]),
+            fine: assembly.level(&basis.modes, snapshots, snapshots.len(), SAMPLING[1]),
             margin: LEAST_MARGIN,
             floor: FLOOR,
             in_time: None,

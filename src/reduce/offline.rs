@@ -289,7 +289,7 @@ impl Past {
         let fine = enriched(basis.modes, MODES_IN_TIME);
         let all: Vec<Snapshot> = steady.iter().chain(&self.snapshots).cloned().collect();
         progress.at(&format!("{} states in all, {} modes: choosing conductors", all.len(), fine.len()));
-        let levels = (assembly.level(&coarse, &all, SAMPLING[0]), assembly.level(&fine, &all, SAMPLING[1]));
+        let levels = (assembly.level(&coarse, &all, steady.len(), SAMPLING[0]), assembly.level(&fine, &all, steady.len(), SAMPLING[1]));
         (ReducedModel { coarse: levels.0, fine: levels.1, ..model }, fine)
     }
 }
