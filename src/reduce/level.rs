@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 
 use super::conductors::{Conductor, conductors};
 use super::family::Family;
-use super::water::{drift, firsts};
 use crate::discretise::network::stream::members;
 use crate::discretise::network::{Joint, Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
@@ -402,4 +401,15 @@ impl Level {
         }
         Ok(time)
     }
+}
+
+/// Where each stream's stations begin among those of all.
+pub(super) fn firsts(network: &Network) -> Vec<usize> {
+    network.streams.iter().scan(0, |at, s| Some(std::mem::replace(at, *at + s.stations.len()))).collect()
+}
+
+/// Exchange as a share of the heat capacity rate, times `of` the station, at the points of a family; nothing where water stands.
+pub(super) fn drift<'s>(family: &'s Family, state: &'s StreamState, of: &'s [f64]) -> impl Iterator<Item = f64> + 's {
+    let inverse = if state.capacity_rate > 0.0 { 1.0 / state.capacity_rate } else { 0.0 };
+    family.points.iter().map(move |k| of[*k] * state.exchange[*k] * inverse)
 }

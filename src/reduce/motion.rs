@@ -6,8 +6,7 @@ use std::rc::Rc;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
-use super::level::{Given, Level, Reduced};
-use super::water::drift;
+use super::level::{Given, Level, Reduced, drift};
 use crate::discretise::network::{Load, Network, SensorTerm};
 use crate::error::{Error, Result, Stop};
 use crate::solve::transient::parcels::Parcels;

@@ -3,8 +3,7 @@
 
 use nalgebra::DVector;
 
-use super::family::Family;
-use super::level::Level;
+use super::level::{Level, firsts};
 use crate::discretise::mesh::path::Station;
 use crate::discretise::network::stream::members;
 use crate::discretise::network::{Load, Network, StreamState};
@@ -75,11 +74,6 @@ impl Level {
     }
 }
 
-/// Where each stream's stations begin among those of all.
-pub(super) fn firsts(network: &Network) -> Vec<usize> {
-    network.streams.iter().scan(0, |at, s| Some(std::mem::replace(at, *at + s.stations.len()))).collect()
-}
-
 /// What water takes along through a station; nothing where it stands.
 struct Onward {
     /// Exchange, W/K.
@@ -96,10 +90,4 @@ fn onward(streams: &[StreamState]) -> impl Iterator<Item = Onward> + '_ {
         let warming = state.dissipation * inverse;
         state.exchange.iter().map(move |exchange| Onward { exchange: *exchange, transfer: exchange * inverse, warming })
     })
-}
-
-/// Exchange as a share of the heat capacity rate, times `of` the station, at the points of a family; nothing where water stands.
-pub(super) fn drift<'s>(family: &'s Family, state: &'s StreamState, of: &'s [f64]) -> impl Iterator<Item = f64> + 's {
-    let inverse = if state.capacity_rate > 0.0 { 1.0 / state.capacity_rate } else { 0.0 };
-    family.points.iter().map(move |k| of[*k] * state.exchange[*k] * inverse)
 }
