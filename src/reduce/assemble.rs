@@ -376,7 +376,7 @@ impl Assembly<'_> {
         // One node per group of stations of channel wall, then the water.
         let mut streams = rest.streams.clone();
         for (stream, groups) in streams.iter_mut().zip(along) {
-            (stream.stations, stream.water) = (groups.stations.clone(), groups.water.clone());
+            (stream.stations, stream.water_weights) = (groups.stations.clone(), groups.water_weights.clone());
             for station in &mut stream.stations {
                 rows.push(self.wall(modes, station));
                 center.push(self.middle(station));

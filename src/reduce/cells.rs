@@ -1,11 +1,11 @@
 //! The temperatures of all cells in an answer.
 
+use super::level::follow;
 use super::model::{Answer, ReducedModel};
 use crate::describe::machine::Condition;
-use crate::discretise::network::stream::members;
+use crate::discretise::mesh::path::Station;
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
-use crate::solve::entering_temperature;
 
 impl ReducedModel {
     /// Temperatures of all nodes of the full network (K) in an answer at a condition.
@@ -34,18 +34,10 @@ impl ReducedModel {
             temperatures[full.first_node as usize..=full.outlet() as usize].fill(water);
         }
         let states = network.stream_states(&load, &temperatures)?;
-        for s in network.circuits.iter().flat_map(|tree| members(&tree.layout)) {
-            let (stream, state) = (&network.streams[s], &states[s]);
-            let mut water = entering_temperature(network, &load, &states, s, &temperatures);
-            for (k, station) in stream.stations.iter().enumerate() {
-                let wall: f64 = station.cells.iter().map(|(cell, share)| share * temperatures[*cell]).sum();
-                water = match state.capacity_rate > 0.0 {
-                    true => water + (state.exchange[k] * (wall - water) + state.dissipation * station.length) / state.capacity_rate,
-                    false => wall,
-                };
-                temperatures[stream.first_node as usize + k] = water;
-            }
-        }
+        let stations = network.streams.iter().flat_map(|stream| &stream.stations);
+        let wall = |station: &Station| station.cells.iter().map(|(cell, share)| share * temperatures[*cell]).sum();
+        let walls: Vec<f64> = stations.map(wall).collect();
+        follow(network, &load, &states, &walls, &mut temperatures);
         Ok(temperatures)
     }
 }

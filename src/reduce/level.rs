@@ -17,8 +17,8 @@ use crate::discretise::network::{Joint, Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
 use crate::solve::entering_temperature;
 
-/// No temperature may move by more than this in the step that would come next, were it shorter than the last as that was than the one
-/// before, K.
+/// No temperature may move by more than this in the step that would come next, K, were it shorter than the last by the slower of the
+/// last two ratios.
 const STEP_TOLERANCE: f64 = 1e-6;
 const MOST_STEPS: usize = 60;
 /// What a step is at least, as a share of the one before.
@@ -133,7 +133,7 @@ impl Level {
             let stations = s.stations.iter().all(|k| k.cells.len() == 1 && k.cells[0].0 < solids);
             stations
                 && !s.stations.is_empty()
-                && s.water.len() == s.stations.len()
+                && s.water_weights.len() == s.stations.len()
                 && last <= net.nodes
                 && s.circuit < circuits
                 && s.upstream.iter().all(|u| *u < net.streams.len())
@@ -190,7 +190,7 @@ impl Level {
         for steps in 0..=MOST_STEPS {
             let streams = network.stream_states(load, &t)?;
             let felt = self.felt(&streams, &a, &t);
-            self.follow(network, load, &streams, &felt, &mut t);
+            follow(network, load, &streams, &felt, &mut t);
             // A step may be small by chance, so the slower of the last two ratios counts, and no ratio is trusted to be tiny.
             let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
             if last * shrinks.max(shrank).max(QUICKEST) <= STEP_TOLERANCE {
@@ -403,8 +403,28 @@ impl Level {
     }
 }
 
+/// Water temperatures that follow from those of the walls of all stations (K), by one pass downstream.
+pub(super) fn follow(network: &Network, load: &Load, streams: &[StreamState], walls: &[f64], t: &mut [f64]) {
+    let first = firsts(network);
+    for tree in &network.circuits {
+        for s in members(&tree.layout) {
+            let (stream, state) = (&network.streams[s], &streams[s]);
+            let mut above = entering_temperature(network, load, streams, s, t);
+            for (k, station) in stream.stations.iter().enumerate() {
+                let wall = walls[first[s] + k];
+                above = if state.capacity_rate > 0.0 {
+                    above + (state.exchange[k] * (wall - above) + state.dissipation * station.length) / state.capacity_rate
+                } else {
+                    wall
+                };
+                t[stream.first_node as usize + k] = above;
+            }
+        }
+    }
+}
+
 /// Where each stream's stations begin among those of all.
-pub(super) fn firsts(network: &Network) -> Vec<usize> {
+fn firsts(network: &Network) -> Vec<usize> {
     network.streams.iter().scan(0, |at, s| Some(std::mem::replace(at, *at + s.stations.len()))).collect()
 }
 

@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 use super::conductors::conductors;
-use super::level::{Level, Reduced};
+use super::level::{Level, Reduced, follow};
 use super::model::ReducedModel;
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
@@ -101,7 +101,7 @@ impl ReducedModel {
         let read = |a: &DVector<f64>| {
             let mut t = level.temperatures(network, &load, a, Some(&state.temperatures));
             let felt = level.felt(&state.streams, a, &t);
-            level.follow(network, &load, &state.streams, &felt, &mut t);
+            follow(network, &load, &state.streams, &felt, &mut t);
             DVector::from_vec(level.readings_of(network, &load, a, &t))
         };
         let here = read(&state.amplitudes);

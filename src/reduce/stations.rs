@@ -20,7 +20,7 @@ pub(super) struct Groups {
     /// A station for each group.
     pub(super) stations: Vec<Station>,
     /// Weight of the water that leaves each group in the stream's mean, m.
-    pub(super) water: Vec<f64>,
+    pub(super) water_weights: Vec<f64>,
 }
 
 impl Groups {
@@ -32,25 +32,25 @@ impl Groups {
 
     fn of_stream(stream: &Stream, longest: f64, read: &HashSet<u32>) -> Self {
         let all = &stream.stations;
-        let is_cut = |k: usize| {
-            let (before, after) = (&all[k - 1], &all[k]);
+        let is_cut = |first: usize, k: usize| {
+            let (begun, after) = (&all[first], &all[k]);
             // What enters the channel is no node, so the first station stands alone.
             k == 1
-                || (before.shape - after.shape).abs() > ALIKE
-                || before.across != after.across
+                || (begun.shape - after.shape).abs() > ALIKE
+                || begun.across != after.across
                 || read.contains(&(stream.first_node + k as u32 - 1))
         };
         let mut groups = Vec::new();
         let mut first = 0;
         for end in 1..=all.len() {
-            if end == all.len() || is_cut(end) {
+            if end == all.len() || is_cut(first, end) {
                 split(all, first..end, longest * stream.length, &mut groups);
                 first = end;
             }
         }
         let stations = groups.iter().map(|group| together(&all[group.clone()])).collect();
-        let water = water(all, &groups);
-        Self { groups, stations, water }
+        let water_weights = water_weights(all, &groups);
+        Self { groups, stations, water_weights }
     }
 
     /// The stations of each group.
@@ -131,7 +131,7 @@ fn shares(stations: &[Station]) -> impl Iterator<Item = f64> + '_ {
 }
 
 /// Weights of the water after every group such that its mean is that over all stations.
-fn water(all: &[Station], groups: &[Range<usize>]) -> Vec<f64> {
+fn water_weights(all: &[Station], groups: &[Range<usize>]) -> Vec<f64> {
     let mut weights = vec![0.0; groups.len()];
     for (g, group) in groups.iter().enumerate() {
         let stations = &all[group.clone()];

@@ -75,7 +75,7 @@ struct StoredContact {
 struct StoredStream {
     circuit: usize,
     stations: Vec<Station>,
-    water: Vec<f64>,
+    water_weights: Vec<f64>,
     first_node: u32,
     upstream: Vec<usize>,
     property: u32,
@@ -167,7 +167,7 @@ impl StoredNetwork {
         let stream = |s: &Stream| StoredStream {
             circuit: s.circuit,
             stations: s.stations.clone(),
-            water: s.water.clone(),
+            water_weights: s.water_weights.clone(),
             first_node: s.first_node,
             upstream: s.upstream.clone(),
             property: s.property,
@@ -204,7 +204,7 @@ impl StoredNetwork {
             name: channel.name.clone(),
             circuit: s.circuit,
             stations: s.stations,
-            water: s.water,
+            water_weights: s.water_weights,
             first_node: s.first_node,
             upstream: s.upstream,
             property: s.property,

@@ -3,11 +3,9 @@
 
 use nalgebra::DVector;
 
-use super::level::{Level, firsts};
+use super::level::Level;
 use crate::discretise::mesh::path::Station;
-use crate::discretise::network::stream::members;
-use crate::discretise::network::{Load, Network, StreamState};
-use crate::solve::entering_temperature;
+use crate::discretise::network::StreamState;
 
 impl Level {
     /// Sets the walls of all stations in temperatures of the sampled network, as water feels them that is warmed by its dissipation
@@ -51,26 +49,6 @@ impl Level {
         let late = all.map(|((heat, station), on)| on.transfer * heat + duration * on.exchange * on.warming * station.length);
         let late = DVector::from_iterator(heats.len(), late);
         to.gemv(-1.0, &self.tilts.rows(0, self.len()), &late, 1.0);
-    }
-
-    /// Water temperatures that follow from those of the wall, by one pass downstream.
-    pub(super) fn follow(&self, network: &Network, load: &Load, streams: &[StreamState], felt: &[f64], t: &mut [f64]) {
-        let first = firsts(network);
-        for tree in &network.circuits {
-            for s in members(&tree.layout) {
-                let (stream, state) = (&network.streams[s], &streams[s]);
-                let mut above = entering_temperature(network, load, streams, s, t);
-                for (k, station) in stream.stations.iter().enumerate() {
-                    let wall = felt[first[s] + k];
-                    above = if state.capacity_rate > 0.0 {
-                        above + (state.exchange[k] * (wall - above) + state.dissipation * station.length) / state.capacity_rate
-                    } else {
-                        wall
-                    };
-                    t[stream.first_node as usize + k] = above;
-                }
-            }
-        }
     }
 }
 

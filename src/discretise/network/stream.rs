@@ -25,7 +25,7 @@ pub struct Stream {
     /// Stations from inlet to outlet.
     pub stations: Vec<Station>,
     /// Weight of the water after each station in the mean along the channel, m; none: the stations' lengths.
-    pub water: Vec<f64>,
+    pub water_weights: Vec<f64>,
     /// Node of the water leaving the first station; the others follow.
     pub first_node: u32,
     /// Streams whose mixed outflow enters, of this circuit or of those that feed it; empty means the circuit's inlet.
@@ -96,7 +96,7 @@ impl Stream {
         for (k, station) in self.stations.iter().enumerate() {
             let cells: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
             wall += station.length * cells;
-            water += self.water.get(k).unwrap_or(&station.length) * temperatures[self.first_node as usize + k];
+            water += self.water_weights.get(k).unwrap_or(&station.length) * temperatures[self.first_node as usize + k];
             length += station.length;
         }
         (wall / length, water / length)

@@ -172,7 +172,7 @@ impl Builder<'_> {
                 circuit,
                 length: stations.iter().map(|s| s.length).sum(),
                 stations,
-                water: Vec::new(),
+                water_weights: Vec::new(),
                 first_node,
                 upstream: Vec::new(),
                 property: self.property(channel.part, 0),
