@@ -21,6 +21,10 @@ const SLOW: usize = 6;
 const SOLVED: f64 = 1e-2;
 /// No step is tried again shorter than this, s.
 const SHORTEST: f64 = 1e-6;
+/// No step leads to an instant nearer than this, s: it is reached.
+const SAME_INSTANT: f64 = 1e-9;
+/// A last step that is a smaller share of the next one tells nothing about how it bends.
+const TELLING: f64 = 0.1;
 /// First step, s, at most.
 const FIRST: f64 = 60.0;
 
@@ -171,7 +175,10 @@ impl<'a> Motion<'a> {
         path.push((self.time, self.read(&now.load)));
         let residence = |load: &Load| residence(self.network, load, &self.temperatures, &self.water);
         let even = self.time + residence(&now.load)?.max(residence(&load(until)?)?);
-        while self.time < until {
+        while until - self.time > SAME_INSTANT {
+            while let Some(time) = outputs.get(readings.len()).filter(|time| **time - self.time <= SAME_INSTANT) {
+                readings.push(self.read(&seen(*time)?));
+            }
             let output = outputs.get(readings.len()).copied();
             let goal = output.filter(|_| self.lands || self.time < even).unwrap_or(until);
             let left = goal - self.time;
@@ -225,6 +232,7 @@ impl<'a> Motion<'a> {
         for time in &outputs[readings.len()..] {
             readings.push(self.read(&seen(*time)?));
         }
+        self.time = until;
         self.now = Some(now);
         Ok(readings)
     }
@@ -367,17 +375,17 @@ impl<'a> Motion<'a> {
         if rate > 0.0 { (5.0 * self.tolerance / rate).clamp(SHORTEST, FIRST) } else { FIRST }
     }
 
-    /// As that of the full network: from the third divided difference, or a tenth of the second where only three states are known.
+    /// As that of the full network: from the third divided difference, or a tenth of the second where no state before tells of it.
     fn local_error(&self, h: f64, between: &DVector<f64>, after: &DVector<f64>) -> f64 {
         let (a, b) = (GAMMA * h, h);
         let (d1, d2) = ((between - &self.amplitudes) / a, (after - between) / (b - a));
         let second = (&d2 - &d1) / b;
         let error = match &self.before {
-            Some((before, last)) => {
+            Some((before, last)) if *last >= TELLING * h => {
                 let d0 = (&self.amplitudes - before) / *last;
                 (second - (&d1 - d0) / (a + last)) * (LOCAL_ERROR * 6.0 * h * h * h / (b + last))
             }
-            None => second * (0.1 * h * h),
+            _ => second * (0.1 * h * h),
         };
         self.level.largest(&error)
     }
