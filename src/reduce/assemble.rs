@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::conductors::{Conductor, End, conductors, ends};
 use super::cubature::{Sample, sample};
-use super::family::Family;
+use super::family::{EXACT, Family};
 use super::level::{Level, ReducedContact};
 use super::split::Split;
 use super::stations::Groups;
@@ -126,15 +126,21 @@ impl Assembly<'_> {
             let columns: Vec<DVector<f64>> = all.iter().map(|c| self.end(modes, ends[*c][side])).collect();
             DMatrix::from_fn(n, all.len(), |i, e| columns[e][i])
         });
+        let mut conduction = DMatrix::from_fn(n, n + 1, |i, j| columns[j][i]);
+        let mut contacts = self.contacts(modes);
+        for contact in &mut contacts {
+            contact.usual = contact.conductances(network, self.load).collect();
+            contact.family.add(contact.usual.iter().copied(), &mut conduction);
+        }
         let walls: Vec<usize> = sampled.streams.iter().flat_map(|s| s.stations.iter().map(|k| k.cells[0].0)).collect();
         Level {
             center_held: self.load.fixed.clone(),
-            conduction: DMatrix::from_fn(n, n + 1, |i, j| columns[j][i]),
+            conduction,
             capacity: self.capacity(modes),
             stored: self.stored(modes),
             held: self.held(modes),
             sources: self.sources(modes),
-            contacts: self.contacts(modes),
+            contacts,
             rings: self.rings(modes, snapshots, &along),
             tangents,
             patterns: DMatrix::from_fn(n, all.len(), pattern),
@@ -175,9 +181,9 @@ impl Assembly<'_> {
             sum
         };
         [
-            Family::new(&samples(|c| c.heat), heats),
-            Family::new(&samples(|c| c.slope_a), slopes(0)),
-            Family::new(&samples(|c| c.slope_b), slopes(1)),
+            Family::new(&samples(|c| c.heat), EXACT, heats),
+            Family::new(&samples(|c| c.slope_a), EXACT, slopes(0)),
+            Family::new(&samples(|c| c.slope_b), EXACT, slopes(1)),
         ]
     }
 
@@ -247,9 +253,9 @@ impl Assembly<'_> {
                 }
                 sum
             };
-            let family = Family::new(&conductances(self.network, *contact, joints), operator);
+            let family = Family::new(&conductances(self.network, *contact, joints), EXACT, operator);
             let joints = family.points.iter().map(|p| Joint { reach: [NONE; 2], ..joints[*p] }).collect();
-            ReducedContact { joints, family }
+            ReducedContact { joints, usual: Vec::new(), family }
         };
         self.split.contacts.par_iter().map(one).collect()
     }

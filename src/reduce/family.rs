@@ -1,35 +1,36 @@
-//! Coefficients that change together: the conductances of one contact's joints, the exchange of one channel's stations.
+//! Coefficients that change together: the conductances of one contact's joints, the exchange of the stations of all channels.
 //!
 //! All of them follow few numbers (a factor, a film), so that the vector of coefficients stays close to a space of two or three
 //! dimensions whatever the condition is. In that space a few of its entries determine the rest (empirical interpolation: Barrault
 //! et al., C. R. Acad. Sci. Paris 339 (2004) 667; its greedy choice of entries likewise), and the operator that they multiply is a sum of as many small matrices.
 
 use nalgebra::{DMatrix, DVector, RowDVector};
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 /// Members that differ from a combination of the chosen ones by less than this share of the largest are not chosen.
-const CUTOFF: f64 = 1e-8;
+pub(super) const EXACT: f64 = 1e-8;
 /// Most entries that are evaluated.
-const MOST: usize = 16;
+const MOST: usize = 64;
 
 /// Operators whose coefficients are found from a few of them.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Family {
     /// The coefficients that are evaluated.
     pub points: Vec<usize>,
-    /// The operator that each of them multiplies.
-    operators: Vec<DMatrix<f64>>,
+    /// The operator that each of them multiplies, whose seventh digit nobody sees: half the bytes to read and to move.
+    operators: Vec<DMatrix<f32>>,
 }
 
 impl Family {
     /// From coefficients (a row per member, a column per state that was seen); `operator` sums the members' operators with given
-    /// weights.
-    pub fn new(samples: &DMatrix<f64>, operator: impl Fn(&[f64]) -> DMatrix<f64>) -> Self {
-        Self::told(samples, samples, operator)
+    /// weights. Coefficients that differ from a combination of the evaluated ones by less than `cutoff` of the largest are not evaluated.
+    pub fn new(samples: &DMatrix<f64>, cutoff: f64, operator: impl Fn(&[f64]) -> DMatrix<f64> + Sync) -> Self {
+        Self::told(samples, samples, cutoff, operator)
     }
 
     /// The same of members whose coefficients follow others, some of which are evaluated in their place.
-    pub fn told(by: &DMatrix<f64>, samples: &DMatrix<f64>, operator: impl Fn(&[f64]) -> DMatrix<f64>) -> Self {
+    pub fn told(by: &DMatrix<f64>, samples: &DMatrix<f64>, cutoff: f64, operator: impl Fn(&[f64]) -> DMatrix<f64> + Sync) -> Self {
         // Those that differ most, one after the other, each without what those before it explain.
         let mut left = by.clone();
         let mut points = Vec::new();
@@ -39,7 +40,7 @@ impl Family {
             let norms = DVector::from_iterator(left.nrows(), left.row_iter().map(|row| row.norm()));
             let point = norms.imax();
             largest = f64::max(largest, norms[point]);
-            if norms[point] <= CUTOFF * largest {
+            if norms[point] <= cutoff * largest {
                 break;
             }
             let direction = left.row(point) / norms[point];
@@ -56,7 +57,8 @@ impl Family {
             return Self { points: Vec::new(), operators: Vec::new() };
         };
         let weights = samples * directions * inverse;
-        let operators = weights.column_iter().map(|column| operator(column.as_slice())).collect();
+        let columns: Vec<_> = weights.column_iter().collect();
+        let operators = columns.par_iter().map(|column| operator(column.as_slice()).map(|o| o as f32)).collect();
         Self { points, operators }
     }
 
@@ -65,18 +67,10 @@ impl Family {
         (self.operators.is_empty() || self.operators.len() == self.points.len()) && self.operators.iter().all(|o| o.shape() == shape)
     }
 
-    /// Adds the operator at these coefficients, applied to `a` and one: operators have a column more than `a` has numbers.
-    pub fn apply(&self, coefficients: impl Iterator<Item = f64>, a: &DVector<f64>, to: &mut DVector<f64>) {
-        for (operator, c) in self.operators.iter().zip(coefficients) {
-            to.gemv(c, &operator.columns(0, a.len()), a, 1.0);
-            to.axpy(c, &operator.column(a.len()), 1.0);
-        }
-    }
-
     /// Adds the operator at the coefficients of [`Family::points`].
     pub fn add(&self, coefficients: impl Iterator<Item = f64>, to: &mut DMatrix<f64>) {
         for (operator, c) in self.operators.iter().zip(coefficients) {
-            to.zip_apply(operator, |own, o| *own += c * o);
+            to.zip_apply(operator, |own, o| *own += c * f64::from(o));
         }
     }
 }

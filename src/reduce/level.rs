@@ -7,11 +7,14 @@
 //! ([`super::cubature`]), evaluated by their own laws. Water is no part of the modes: it follows the wall along stations that stand
 //! for a few of the full network's each ([`super::stations`]), by its laws, and is eliminated exactly.
 
-use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+use nalgebra::{DMatrix, DVector, DVectorViewMut};
 use serde::{Deserialize, Serialize};
 
 use super::conductors::{Conductor, conductors};
 use super::family::Family;
+use super::water::Alongside;
 use crate::discretise::network::stream::members;
 use crate::discretise::network::{Joint, Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
@@ -35,7 +38,8 @@ pub struct Level {
     pub center: DVector<f64>,
     /// Held temperatures in the middle of the ranges, K.
     pub center_held: Vec<f64>,
-    /// Linear conduction: n x (n + 1), the last column for the temperatures of the middle. W/K and W.
+    /// Linear conduction, and that of the contacts at their usual conductances: n x (n + 1), the last column for the temperatures of the
+    /// middle. W/K and W.
     pub conduction: DMatrix<f64>,
     /// Heat capacity, J/K: n x n.
     pub capacity: DMatrix<f64>,
@@ -47,8 +51,8 @@ pub struct Level {
     pub sources: DMatrix<f64>,
     /// Contacts of constant laws.
     pub contacts: Vec<ReducedContact>,
-    /// By stream, the heat that a station's ring of cells moves around the channel.
-    pub rings: Vec<Family>,
+    /// The heat that a station's ring of cells moves around the channel: n x (n + 1), for the exchange of all stations.
+    pub rings: Family,
     /// What follows the temperature, at that of the middle: heats (n x 1), slopes at the first and at the second end (n x n).
     pub tangents: [Family; 3],
     /// The sampled network: chosen conductors, a node per station of channel wall, water.
@@ -65,8 +69,8 @@ pub struct Level {
     /// How they rise along each station, then the temperatures of the middle there, K, and the length along which its dissipation
     /// warms the water before it meets the wall, m: (n + 2) x stations. Water that is warmed on its way takes less heat further down.
     pub tilts: DMatrix<f64>,
-    /// By stream, what the water brings from wall to wall within a station: n x (n + 1), for exchange² over capacity rate.
-    pub drifts: Vec<Family>,
+    /// What the water brings from wall to wall within a station: n x (n + 1), for exchange² over capacity rate of all stations.
+    pub drifts: Family,
     /// Modes in each sensor's reading: sensors x n.
     pub readings: DMatrix<f64>,
     /// What the solids' temperatures of the middle give each sensor, K.
@@ -78,8 +82,17 @@ pub struct Level {
 pub struct ReducedContact {
     /// The joints whose conductances are evaluated.
     pub joints: Vec<Joint>,
+    /// Their usual conductances, W/K.
+    pub usual: Vec<f64>,
     /// Its operators: n x (n + 1).
     pub family: Family,
+}
+
+impl ReducedContact {
+    /// Conductances of its joints, W/K.
+    pub(super) fn conductances<'c>(&'c self, network: &'c Network, load: &'c Load) -> impl Iterator<Item = f64> + 'c {
+        self.joints.iter().map(|joint| network.joint_state(joint, 300.0, 300.0, &load.contacts).conductance)
+    }
 }
 
 /// A solved reduced network.
@@ -98,9 +111,9 @@ pub struct Reduced {
 /// What does not change while a condition is solved.
 pub(super) struct Given {
     /// All that is linear: n x n, W/K.
-    linear: DMatrix<f64>,
+    pub(super) linear: DMatrix<f64>,
     /// What leaves the modes at the temperatures of the middle, W.
-    constant: DVector<f64>,
+    pub(super) constant: DVector<f64>,
     /// The chosen conductors at the temperatures of the middle.
     tangents: Vec<Conductor>,
 }
@@ -130,8 +143,8 @@ impl Level {
         let circuits = net.circuits.len();
         let is_stream = |s: &crate::discretise::network::Stream| {
             let last = s.first_node as usize + s.stations.len();
-            let stations = s.stations.iter().all(|k| k.cells.len() == 1 && k.cells[0].0 < solids);
-            stations
+            let walls = s.stations.iter().all(|k| k.cells.len() == 1 && (solids.saturating_sub(stations)..solids).contains(&k.cells[0].0));
+            walls
                 && !s.stations.is_empty()
                 && s.water_weights.len() == s.stations.len()
                 && last <= net.nodes
@@ -144,6 +157,7 @@ impl Level {
         self.rows.nrows() == solids
             && self.center.len() == solids
             && net.group.len() == solids
+            && stations <= solids
             && conductors == count
             && square(&self.conduction, n + 1)
             && square(&self.capacity, n)
@@ -156,11 +170,9 @@ impl Level {
             && self.tilts.shape() == (n + 2, stations)
             && self.readings.shape() == (net.sensors.len(), n)
             && self.base.len() == net.sensors.len()
-            && self.rings.len() == net.streams.len()
-            && self.drifts.len() == net.streams.len()
-            && [&self.rings, &self.drifts].iter().all(|all| all.iter().zip(&net.streams).all(|(f, s)| family(f, s.stations.len(), n + 1)))
+            && [&self.rings, &self.drifts].iter().all(|f| family(f, stations, n + 1))
             && self.tangents.iter().zip([1, n, n]).all(|(f, columns)| family(f, count, columns))
-            && self.contacts.iter().all(|c| c.joints.len() == c.family.points.len() && c.family.is_of((n, n + 1)))
+            && self.contacts.iter().all(|c| [c.family.points.len(), c.usual.len()] == [c.joints.len(); 2] && c.family.is_of((n, n + 1)))
             && self
                 .contacts
                 .iter()
@@ -171,7 +183,7 @@ impl Level {
             && net.reaches.iter().all(|r| r.nodes.iter().all(|n| solid(*n)))
             && net.radiative.iter().all(|(a, b, _)| solid(*a) && solid(*b))
             && net.sources.iter().all(|s| s.shares.iter().all(|(i, _)| solid(*i)))
-            && net.fixed.iter().all(|(i, held)| solid(*i) && (*held as usize) < self.center_held.len())
+            && net.fixed.iter().all(|(i, held)| (*i as usize) + stations < solids && (*held as usize) < self.center_held.len())
             && net.sensors.iter().all(|s| s.weights.iter().all(|(i, _)| node(i)) && s.inlet.is_none_or(|(c, _)| c < circuits))
             && net.streams.iter().all(is_stream)
     }
@@ -189,8 +201,9 @@ impl Level {
         let mut factors = None;
         for steps in 0..=MOST_STEPS {
             let streams = network.stream_states(load, &t)?;
-            let felt = self.felt(&streams, &a, &t);
-            follow(network, load, &streams, &felt, &mut t);
+            let water = self.alongside(&streams);
+            let felt = water.walls_of_steps(&a);
+            follow(network, load, &streams, felt.as_slice(), &mut t);
             // A step may be small by chance, so the slower of the last two ratios counts, and no ratio is trusted to be tiny.
             let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
             if last * shrinks.max(shrank).max(QUICKEST) <= STEP_TOLERANCE {
@@ -199,10 +212,10 @@ impl Level {
             }
             shrank = shrinks;
             let now = conductors(network, load, &t);
-            let residual = self.residual(network, load, &streams, &given, &now, (&felt, &t), &a);
+            let residual = self.residual(network, load, (&streams, &water), &given, &now, (felt.as_slice(), &t), &a);
             let lu = match factors.take() {
                 Some(lu) if last < SLOW * before_last || before_last.is_infinite() => lu,
-                _ => self.jacobian(network, &streams, &given, &now).lu(),
+                _ => self.jacobian(network, &streams, &water, &given, &now).lu(),
             };
             let Some(step) = lu.solve(&(-residual)).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
             factors = Some(lu);
@@ -231,13 +244,28 @@ impl Level {
                 t
             }
         };
-        let mut solids = self.center.clone();
-        solids.gemv(1.0, &self.rows, a, 1.0);
-        t[..network.solids].copy_from_slice(solids.as_slice());
+        self.set_outside(network, load, a, &mut t);
+        self.set_walls(network, a, &mut t);
+        t
+    }
+
+    /// Sets the temperatures of the sampled network's solids but for the walls of channels, which are the last of them.
+    pub(super) fn set_outside(&self, network: &Network, load: &Load, a: &DVector<f64>, t: &mut [f64]) {
+        self.set(0..network.solids - self.walls.ncols(), a, t);
         for (node, index) in &network.fixed {
             t[*node as usize] = load.fixed[*index as usize];
         }
-        t
+    }
+
+    /// Sets the temperatures of the walls of channels.
+    pub(super) fn set_walls(&self, network: &Network, a: &DVector<f64>, t: &mut [f64]) {
+        self.set(network.solids - self.walls.ncols()..network.solids, a, t);
+    }
+
+    fn set(&self, nodes: Range<usize>, a: &DVector<f64>, t: &mut [f64]) {
+        let mut own = DVectorViewMut::from_slice(&mut t[nodes.clone()], nodes.len());
+        own.copy_from(&self.center.rows_range(nodes.clone()));
+        own.gemv(1.0, &self.rows.rows_range(nodes), a, 1.0);
     }
 
     /// What does not change while a condition is solved.
@@ -245,8 +273,10 @@ impl Level {
         let n = self.len();
         let mut wide = self.conduction.clone();
         for contact in &self.contacts {
-            let at = |joint: &Joint| network.joint_state(joint, 300.0, 300.0, &load.contacts).conductance;
-            contact.family.add(contact.joints.iter().map(at), &mut wide);
+            let beyond: Vec<f64> = contact.conductances(network, load).zip(&contact.usual).map(|(now, usual)| now - usual).collect();
+            if beyond.iter().any(|c| *c != 0.0) {
+                contact.family.add(beyond.into_iter(), &mut wide);
+            }
         }
         let middle = self.temperatures(network, load, &DVector::zeros(n), None);
         let tangents = conductors(network, load, &middle);
@@ -272,19 +302,15 @@ impl Level {
         &self,
         network: &Network,
         load: &Load,
-        streams: &[StreamState],
+        (streams, water): (&[StreamState], &Alongside),
         given: &Given,
         now: &[Conductor],
         (felt, t): (&[f64], &[f64]),
         a: &DVector<f64>,
     ) -> DVector<f64> {
         let mut residual = self.solid_residual(given, now, a);
-        for (ring, state) in self.rings.iter().zip(streams) {
-            ring.apply(ring.points.iter().map(|k| state.exchange[*k]), a, &mut residual);
-        }
-        for (family, state) in self.drifts.iter().zip(streams) {
-            family.apply(drift(family, state, &state.exchange), a, &mut residual);
-        }
+        residual.gemv(1.0, &water.around.columns(0, self.len()), a, 1.0);
+        residual += water.around.column(self.len());
         let mut heats = DVector::zeros(self.walls.ncols());
         let mut at = 0;
         for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
@@ -295,32 +321,35 @@ impl Level {
                 at += 1;
             }
         }
-        self.take(streams, &heats, 1.0, &mut residual);
+        water.take(&heats, 1.0, &mut residual);
         residual
     }
 
     /// The same without the water and what it moves around its channels.
     pub(super) fn solid_residual(&self, given: &Given, now: &[Conductor], a: &DVector<f64>) -> DVector<f64> {
-        let mut residual = given.constant.clone();
+        let mut residual = self.beyond(given, now);
         residual.gemv(1.0, &given.linear, a, 1.0);
-        // What the chosen conductors deviate from their tangents.
-        let beyond = now.iter().zip(&given.tangents).map(|(now, tangent)| now.beyond(tangent));
-        residual.gemv(1.0, &self.patterns, &DVector::from_iterator(now.len(), beyond), 1.0);
+        residual += &given.constant;
         residual
     }
 
+    /// What the chosen conductors deviate from their tangents, W.
+    pub(super) fn beyond(&self, given: &Given, now: &[Conductor]) -> DVector<f64> {
+        let beyond = now.iter().zip(&given.tangents).map(|(now, tangent)| now.beyond(tangent));
+        &self.patterns * DVector::from_iterator(now.len(), beyond)
+    }
+
     /// Its derivatives with respect to the amplitudes, the streams' coefficients held as they are, W/K.
-    pub(super) fn jacobian(&self, network: &Network, streams: &[StreamState], given: &Given, now: &[Conductor]) -> DMatrix<f64> {
+    pub(super) fn jacobian(
+        &self,
+        network: &Network,
+        streams: &[StreamState],
+        water: &Alongside,
+        given: &Given,
+        now: &[Conductor],
+    ) -> DMatrix<f64> {
         let n = self.len();
-        let mut jacobian = given.linear.clone();
-        let mut wide = DMatrix::zeros(n, n + 1);
-        for (ring, state) in self.rings.iter().zip(streams) {
-            ring.add(ring.points.iter().map(|k| state.exchange[*k]), &mut wide);
-        }
-        for (family, state) in self.drifts.iter().zip(streams) {
-            family.add(drift(family, state, &state.exchange), &mut wide);
-        }
-        jacobian += wide.columns(0, n);
+        let mut jacobian = &given.linear + water.around.columns(0, n);
         let mut slopes = DMatrix::zeros(n, now.len());
         for (e, (now, tangent)) in now.iter().zip(&given.tangents).enumerate() {
             let mut column = slopes.column_mut(e);
@@ -331,7 +360,6 @@ impl Level {
         // How the heat into the water at every station follows the walls: its own and, through the water, those upstream.
         let mut slopes = DMatrix::zeros(n, self.walls.ncols());
         let first = firsts(network);
-        let mut takes = self.walls.clone();
         let mut leaving: Vec<DVector<f64>> = vec![DVector::zeros(n); network.streams.len()];
         for tree in &network.circuits {
             for s in members(&tree.layout) {
@@ -342,20 +370,18 @@ impl Level {
                 }
                 for (k, exchange) in state.exchange.iter().enumerate() {
                     let share = if state.capacity_rate > 0.0 { exchange / state.capacity_rate } else { 1.0 };
-                    let (at, moves) = (first[s] + k, if state.capacity_rate > 0.0 { share } else { 0.0 });
-                    let (tilt, mut column, mut take) = (self.tilts.column(at), slopes.column_mut(at), takes.column_mut(at));
-                    let all = slope.as_mut_slice().iter_mut().zip(take.as_mut_slice()).zip(tilt.as_slice()).zip(column.as_mut_slice());
-                    for (((slope, wall), tilt), own) in all {
-                        let apart = *wall + moves * tilt - *slope;
+                    let (felt, mut column) = (water.felt.column(first[s] + k), slopes.column_mut(first[s] + k));
+                    let all = slope.as_mut_slice().iter_mut().zip(felt.as_slice()).zip(column.as_mut_slice());
+                    for ((slope, wall), own) in all {
+                        let apart = *wall - *slope;
                         *own = exchange * apart;
                         *slope += share * apart;
-                        *wall -= moves * tilt;
                     }
                 }
                 leaving[s] = slope;
             }
         }
-        jacobian.gemm(1.0, &takes, &slopes.transpose(), 1.0);
+        jacobian.gemm(1.0, &water.takes, &slopes.transpose(), 1.0);
         jacobian
     }
 
@@ -392,7 +418,7 @@ impl Level {
         let state = self.steady(&self.network, load, &DVector::zeros(self.len()))?;
         let given = self.given(&self.network, load);
         let acting = conductors(&self.network, load, &state.temperatures);
-        let lu = self.jacobian(&self.network, &state.streams, &given, &acting).lu();
+        let lu = self.jacobian(&self.network, &state.streams, &self.alongside(&state.streams), &given, &acting).lu();
         let mut a = DVector::from_element(self.len(), 1.0);
         let mut time = 0.0;
         for _ in 0..POWER_STEPS {
@@ -426,10 +452,4 @@ pub(super) fn follow(network: &Network, load: &Load, streams: &[StreamState], wa
 /// Where each stream's stations begin among those of all.
 fn firsts(network: &Network) -> Vec<usize> {
     network.streams.iter().scan(0, |at, s| Some(std::mem::replace(at, *at + s.stations.len()))).collect()
-}
-
-/// Exchange as a share of the heat capacity rate, times `of` the station, at the points of a family; nothing where water stands.
-pub(super) fn drift<'s>(family: &'s Family, state: &'s StreamState, of: &'s [f64]) -> impl Iterator<Item = f64> + 's {
-    let inverse = if state.capacity_rate > 0.0 { 1.0 / state.capacity_rate } else { 0.0 };
-    family.points.iter().map(move |k| of[*k] * state.exchange[*k] * inverse)
 }

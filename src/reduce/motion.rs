@@ -6,7 +6,8 @@ use std::rc::Rc;
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
-use super::level::{Given, Level, Reduced, drift};
+use super::level::{Given, Level, Reduced};
+use crate::discretise::mesh::path::Station;
 use crate::discretise::network::{Load, Network, SensorTerm};
 use crate::error::{Error, Result, Stop};
 use crate::solve::transient::parcels::Parcels;
@@ -17,6 +18,8 @@ use crate::solve::transient::{EARLIER, GAMMA, LOCAL_ERROR, OWN, even_water, para
 const MOST_ITERATIONS: usize = 25;
 /// A matrix that takes more of them is found anew.
 const SLOW: usize = 6;
+/// By how much less than where it was seen an iteration may converge.
+const WORSE: f64 = 3.0;
 /// How far a stage is solved, as a share of the tolerance.
 const SOLVED: f64 = 1e-2;
 /// No step is tried again shorter than this, s.
@@ -35,6 +38,17 @@ struct Factors {
     lu: LU<f64, Dyn, Dyn>,
     /// Derivatives of what leaves the modes, W/K, that it was made with.
     slopes: DMatrix<f64>,
+    /// What a step of the iteration leaves of the one before, at most.
+    shrinks: f64,
+}
+
+impl Factors {
+    /// How quickly the iteration of a stage converged.
+    fn saw(&mut self, taken: &Taken) {
+        if let Some(shrank) = taken.shrank {
+            self.shrinks = (WORSE * shrank).min(1.0);
+        }
+    }
 }
 
 /// A load with what follows from it alone.
@@ -69,6 +83,8 @@ struct Taken {
     water: Vec<Parcels>,
     /// Steps of its iteration.
     iterations: usize,
+    /// What the last of them left of the one before, where there were two.
+    shrank: Option<f64>,
 }
 
 /// A step.
@@ -78,6 +94,13 @@ struct Tried {
     taken: Taken,
     /// The load at its end.
     end: Rc<Now>,
+}
+
+/// A step that was taken: amplitudes at its beginning and between, and its length, s.
+struct Before {
+    begin: DVector<f64>,
+    between: DVector<f64>,
+    length: f64,
 }
 
 /// Readings of all sensors (K) at ascending times (s).
@@ -109,8 +132,8 @@ pub struct Motion<'a> {
     factors: Option<Factors>,
     /// Whether readings of water were far from straight in the last step.
     lands: bool,
-    /// Amplitudes before the last step, and its length.
-    before: Option<(DVector<f64>, f64)>,
+    /// The last step.
+    before: Option<Before>,
     /// Steps taken.
     pub steps: usize,
 }
@@ -222,9 +245,9 @@ impl<'a> Motion<'a> {
                 let t: Vec<f64> = states.map(|((begin, between), end)| first * begin + second * between + third * end).collect();
                 readings.push(self.level.readings_of(self.network, &seen(*time)?, &a, &t));
             }
-            self.before = Some((amplitudes, h));
+            self.before = Some(Before { begin: amplitudes, between: between.0, length: h });
             self.steps += 1;
-            let grown = if growth > 1.2 { h * growth.min(2.5) } else { h * growth.clamp(0.5, 1.0) };
+            let grown = if growth > 1.05 { h * growth.min(2.5) } else { h * growth.clamp(0.5, 1.0) };
             self.step = if is_last { self.step.max(grown) } else { grown };
             now = end;
             path.push((self.time, self.read(&now.load)));
@@ -270,14 +293,13 @@ impl<'a> Motion<'a> {
         let (early, middle) = (load(self.time + 0.5 * GAMMA * h)?, load(self.time + 0.5 * h)?);
         let start = &self.amplitudes;
         // One matrix for both stages: half of the first one's duration is the weight of either's own heat.
-        let factors = match self.factors.take() {
+        let mut factors = match self.factors.take() {
             Some(known) if known.length == h => known,
             known => {
-                let slopes = known.map_or_else(|| self.slopes(now), |known| Ok(known.slopes))?;
-                Factors { length: h, lu: (&self.level.capacity + &slopes * (OWN * h)).lu(), slopes }
+                let (slopes, shrinks) = known.map_or_else(|| Ok((self.slopes(now)?, 1.0)), |known| Ok((known.slopes, known.shrinks)))?;
+                Factors { length: h, lu: (&self.level.capacity + &slopes * (OWN * h)).lu(), slopes, shrinks }
             }
         };
-        let lu = &factors.lu;
         let begin = match &self.leaving {
             Some(known) => known.clone(),
             None => self.leaving(start, &self.temperatures, now),
@@ -291,7 +313,9 @@ impl<'a> Motion<'a> {
             middle: &early,
             now: &between,
         };
-        let Taken { amplitudes: first, temperatures, leaving, .. } = self.stage(lu, &first, self.ahead(GAMMA * h))?;
+        let middle_states = self.stage(&factors, &first, self.ahead(h))?;
+        factors.saw(&middle_states);
+        let Taken { amplitudes: first, temperatures, leaving, .. } = middle_states;
         let second = Stage {
             duration: h,
             own: OWN * h,
@@ -301,8 +325,9 @@ impl<'a> Motion<'a> {
             middle: &middle,
             now: &end,
         };
-        let taken = self.stage(lu, &second, start + (&first - start) / GAMMA)?;
-        let error = self.local_error(h, &first, &taken.amplitudes);
+        let taken = self.stage(&factors, &second, self.onward(h, &first))?;
+        factors.saw(&taken);
+        let error = self.local_error(&factors, &first, &taken.amplitudes);
         // A matrix that has become slow is found anew.
         self.factors = (taken.iterations <= SLOW).then_some(factors);
         Ok((Tried { between: (first, temperatures), taken, end }, error))
@@ -312,59 +337,84 @@ impl<'a> Motion<'a> {
     fn slopes(&self, now: &Now) -> Result<DMatrix<f64>> {
         let acting = conductors(self.network, &now.load, &self.temperatures);
         let streams = self.network.stream_states(&now.load, &self.temperatures)?;
-        Ok(self.level.jacobian(self.network, &streams, &now.given, &acting))
+        let water = self.level.alongside(&streams);
+        Ok(self.level.jacobian(self.network, &streams, &water, &now.given, &acting))
     }
 
     /// Solves M (a - start) + earlier + own R(a) = heat from the water.
-    fn stage(&self, lu: &LU<f64, Dyn, Dyn>, stage: &Stage<'_>, guess: DVector<f64>) -> Result<Taken> {
+    fn stage(&self, factors: &Factors, stage: &Stage<'_>, guess: DVector<f64>) -> Result<Taken> {
         let (level, network, load) = (self.level, self.network, &stage.now.load);
         let effective = |a: &DVector<f64>| a * stage.effective.0 + &stage.effective.1;
-        let temperatures = |a: &DVector<f64>| level.temperatures(network, load, a, Some(&self.temperatures));
         // Films from the temperatures expected halfway, as in the full network.
-        let mut walls = temperatures(&effective(&guess));
+        let mut walls = self.temperatures.clone();
+        level.set_walls(network, &effective(&guess), &mut walls);
         let states = network.stream_states(stage.middle, &walls)?;
         let streams = Streams::new(network, &states, stage.duration, &self.water, inflows(stage.begin, load));
-        let mut rings = DMatrix::zeros(level.len(), level.len() + 1);
-        for (s, ring) in level.rings.iter().enumerate() {
-            ring.add(ring.points.iter().map(|k| streams.weight(s)[*k]), &mut rings);
-        }
-        for (s, family) in level.drifts.iter().enumerate() {
-            family.add(drift(family, &states[s], streams.weight(s)), &mut rings);
-        }
-        let known = rings.column(level.len()) - &level.capacity * &self.amplitudes + &stage.earlier;
+        let weights: Vec<f64> = (0..states.len()).flat_map(|s| streams.weight(s)).copied().collect();
+        let water = level.alongside_over(&states, &weights);
+        // All that is linear in the amplitudes, and what they do not change.
+        let given = &stage.now.given;
+        let around = water.around.columns(0, level.len());
+        let linear = &level.capacity + &given.linear * stage.own + around * stage.effective.0;
+        let mut known = &stage.earlier + &given.constant * stage.own + water.around.column(level.len());
+        known.gemv(-1.0, &level.capacity, &self.amplitudes, 1.0);
+        known.gemv(1.0, &around, &stage.effective.1, 1.0);
+        let outside = network.solids - level.walls.ncols();
         let mut a = guess;
-        let mut t = temperatures(&a);
+        let mut t = self.temperatures.clone();
+        level.set_outside(network, load, &a, &mut t);
+        let mut felt = water.walls(&effective(&a));
         let (mut last, mut before_last) = (f64::INFINITY, f64::INFINITY);
         for iterations in 0..MOST_ITERATIONS {
-            let along = effective(&a);
-            level.set_walls(&states, &along, &mut walls);
+            stations(network).zip(felt.iter()).for_each(|(station, felt)| walls[station.cells[0].0] = *felt);
             let passed = streams.carry(&|n| walls[n]);
-            let leaving = self.leaving(&a, &t, stage.now);
-            let mut open = &known + &leaving * stage.own;
-            open.gemv(1.0, &level.capacity, &a, 1.0);
-            open.gemv(1.0, &rings.columns(0, level.len()), &along, 1.0);
-            let heats = DVector::from_iterator(level.walls.ncols(), passed.iter().flat_map(|p| p.heat.iter().map(|heat| -heat)));
-            level.take(&states, &heats, stage.duration, &mut open);
+            let beyond = level.beyond(given, &conductors(network, load, &t));
             // What is left shrinks as it did in the last step.
-            let shrinks = if before_last.is_finite() { (last / before_last).min(1.0) } else { 1.0 };
-            if last * shrinks < SOLVED * self.tolerance {
+            let shrank = before_last.is_finite().then(|| (last / before_last).min(1.0));
+            if last * shrank.unwrap_or(factors.shrinks) < SOLVED * self.tolerance {
+                let mut leaving = beyond + &given.constant;
+                leaving.gemv(1.0, &given.linear, &a, 1.0);
+                level.set_walls(network, &a, &mut t);
                 let water = streams.moved(&passed, &mut t).parcels;
-                return Ok(Taken { amplitudes: a, temperatures: t, leaving, water, iterations });
+                return Ok(Taken { amplitudes: a, temperatures: t, leaving, water, iterations, shrank });
             }
-            let Some(step) = lu.solve(&open).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
+            let mut open = &known + beyond * stage.own;
+            open.gemv(1.0, &linear, &a, 1.0);
+            let heats = DVector::from_iterator(felt.len(), passed.iter().flat_map(|p| p.heat.iter().map(|heat| -heat)));
+            water.take(&heats, stage.duration, &mut open);
+            let Some(step) = factors.lu.solve(&open).filter(|s| s.iter().all(|v| v.is_finite())) else { break };
             a -= &step;
-            let before = std::mem::replace(&mut t, temperatures(&a));
+            let before = (t[..outside].to_vec(), std::mem::replace(&mut felt, water.walls(&effective(&a))));
+            level.set_outside(network, load, &a, &mut t);
             before_last = last;
-            last = t[..network.solids].iter().zip(&before).fold(level.largest_reading(&step), |most, (t, b)| most.max((t - b).abs()));
+            let moved = t.iter().zip(&before.0).fold(level.largest_reading(&step), |most, (t, b)| most.max((t - b).abs()));
+            last = felt.iter().zip(before.1.iter()).fold(moved, |most, (t, b)| most.max((t - b).abs() / stage.effective.0));
         }
         Err(Error::stopped(Stop::MostNewtonSteps, format!("a step of the reduced model does not converge at {:.3} s", self.time)))
     }
 
-    /// Amplitudes a time `h` ahead, continuing the last step.
+    /// Amplitudes expected between the beginning and the end of a step of length `h`: where the parabola of the last one leads, but no
+    /// farther than its own length.
     fn ahead(&self, h: f64) -> DVector<f64> {
         match &self.before {
-            Some((before, length)) => &self.amplitudes + (&self.amplitudes - before) * (h / length).min(1.0),
+            Some(Before { begin, between, length }) => {
+                let [first, second, third] = parabola(1.0 + (GAMMA * h / length).min(1.0));
+                first * begin + second * between + third * &self.amplitudes
+            }
             None => self.amplitudes.clone(),
+        }
+    }
+
+    /// Amplitudes expected at its end, where those between are known: on the parabola through both and those before the last step.
+    fn onward(&self, h: f64, between: &DVector<f64>) -> DVector<f64> {
+        let rise = (between - &self.amplitudes) / GAMMA;
+        match &self.before {
+            Some(Before { begin, length, .. }) if *length >= TELLING * h => {
+                let rate = (&self.amplitudes - begin) * (h / length);
+                let bend = (&rise - &rate) / (GAMMA + length / h);
+                &self.amplitudes + rise + bend * (1.0 - GAMMA)
+            }
+            _ => &self.amplitudes + rise,
         }
     }
 
@@ -375,18 +425,26 @@ impl<'a> Motion<'a> {
         if rate > 0.0 { (5.0 * self.tolerance / rate).clamp(SHORTEST, FIRST) } else { FIRST }
     }
 
-    /// As that of the full network: from the third divided difference, or a tenth of the second where no state before tells of it.
-    fn local_error(&self, h: f64, between: &DVector<f64>, after: &DVector<f64>) -> f64 {
+    /// As that of the full network: from the third divided difference, or a tenth of the second where no state before tells of it. What
+    /// stores no heat may jump, as where water that was in two parcels becomes one, and has no error of its own: the difference goes
+    /// through the matrix of the stages (Hosea and Shampine, Appl. Numer. Math. 20 (1996) 21).
+    fn local_error(&self, factors: &Factors, between: &DVector<f64>, after: &DVector<f64>) -> f64 {
+        let h = factors.length;
         let (a, b) = (GAMMA * h, h);
         let (d1, d2) = ((between - &self.amplitudes) / a, (after - between) / (b - a));
         let second = (&d2 - &d1) / b;
         let error = match &self.before {
-            Some((before, last)) if *last >= TELLING * h => {
-                let d0 = (&self.amplitudes - before) / *last;
+            Some(Before { begin, length: last, .. }) if *last >= TELLING * h => {
+                let d0 = (&self.amplitudes - begin) / *last;
                 (second - (&d1 - d0) / (a + last)) * (LOCAL_ERROR * 6.0 * h * h * h / (b + last))
             }
             _ => second * (0.1 * h * h),
         };
-        self.level.largest(&error)
+        factors.lu.solve(&(&self.level.capacity * error)).map_or(f64::INFINITY, |error| self.level.largest(&error))
     }
+}
+
+/// The stations of all streams.
+fn stations(network: &Network) -> impl Iterator<Item = &Station> {
+    network.streams.iter().flat_map(|stream| &stream.stations)
 }

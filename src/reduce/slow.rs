@@ -97,11 +97,11 @@ impl ReducedModel {
         let state = level.steady(network, &load, &DVector::zeros(level.len()))?;
         let given = level.given(network, &load);
         let acting = conductors(network, &load, &state.temperatures);
-        let jacobian = level.jacobian(network, &state.streams, &given, &acting);
+        let water = level.alongside(&state.streams);
+        let jacobian = level.jacobian(network, &state.streams, &water, &given, &acting);
         let read = |a: &DVector<f64>| {
             let mut t = level.temperatures(network, &load, a, Some(&state.temperatures));
-            let felt = level.felt(&state.streams, a, &t);
-            follow(network, &load, &state.streams, &felt, &mut t);
+            follow(network, &load, &state.streams, water.walls_of_steps(a).as_slice(), &mut t);
             DVector::from_vec(level.readings_of(network, &load, a, &t))
         };
         let here = read(&state.amplitudes);

@@ -14,6 +14,10 @@ use crate::discretise::network::Stream;
 
 /// Longest groups of stations that are tried, as shares of their channel, from the longest on; at last all stations stand alone.
 const LONGEST: [f64; 8] = [1.0 / 6.0, 1.0 / 12.0, 1.0 / 24.0, 1.0 / 36.0, 1.0 / 48.0, 1.0 / 72.0, 1.0 / 96.0, 0.0];
+/// Share of the largest exchange, for each kelvin of accuracy, that is left out of what rings of cells move around a channel, which is
+/// tenths of a kelvin at most, and of what the water brings from wall to wall within a group of stations, which is hundredths.
+const RINGS: f64 = 0.1;
+const DRIFTS: f64 = 1.0;
 
 impl Assembly<'_> {
     /// The longest groups of stations by which no reading of these states loses more than `allowed` (K).
@@ -71,19 +75,18 @@ impl Assembly<'_> {
     }
 
     /// Within the ring of cells that a group of stations touches the heat is shared by their own temperatures, not by their mean.
-    pub(super) fn rings(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Vec<Family> {
+    pub(super) fn rings(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Family {
         let n = modes.len();
-        let one = |(s, groups): (usize, &Groups)| {
-            let exchange: Vec<Vec<f64>> = snapshots.iter().map(|shot| groups.exchange(&shot.streams[s])).collect();
-            let of_groups = DMatrix::from_fn(groups.len(), snapshots.len(), |g, column| exchange[column][g]);
-            let stations = &self.network.streams[s].stations;
-            let of_stations = DMatrix::from_fn(stations.len(), snapshots.len(), |k, column| snapshots[column].streams[s].exchange[k]);
-            let operator = |weights: &[f64]| {
-                let mut sum = DMatrix::zeros(n, n + 1);
+        let of_groups = columns(snapshots, |shot| by_group(shot, along, |exchange, _| exchange));
+        let of_stations = columns(snapshots, |shot| shot.streams.iter().flat_map(|state| &state.exchange).copied().collect());
+        let operator = |weights: &[f64]| {
+            let mut sum = DMatrix::zeros(n, n + 1);
+            let mut weights = weights.iter();
+            for (groups, stream) in along.iter().zip(&self.network.streams) {
                 for (group, all) in groups.stations.iter().zip(groups.members()) {
                     let wall = self.wall(modes, group);
                     let mean = self.middle(group);
-                    for (station, weight) in stations[all.clone()].iter().zip(&weights[all]) {
+                    for (station, weight) in stream.stations[all].iter().zip(&mut weights) {
                         for (cell, share) in &station.cells {
                             let apart = self.at(modes, *cell as u32) - &wall;
                             sum.columns_mut(0, n).ger(weight * share, &apart, &apart, 1.0);
@@ -91,32 +94,27 @@ impl Assembly<'_> {
                         }
                     }
                 }
-                sum
-            };
-            Family::told(&of_groups, &of_stations, operator)
+            }
+            sum
         };
-        along.par_iter().enumerate().map(one).collect()
+        Family::told(&of_groups, &of_stations, RINGS * self.accuracy, operator)
     }
 
     /// Within a group of stations the water brings heat from walls further up to those further down.
-    pub(super) fn drifts(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Vec<Family> {
+    pub(super) fn drifts(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], along: &[Groups]) -> Family {
         let n = modes.len();
-        let one = |(s, groups): (usize, &Groups)| {
-            let of_state = |shot: &Snapshot| -> Vec<f64> {
-                let state = &shot.streams[s];
-                let inverse = if state.capacity_rate > 0.0 { 1.0 / state.capacity_rate } else { 0.0 };
-                groups.exchange(state).iter().map(|x| x * x * inverse).collect()
-            };
-            let columns: Vec<Vec<f64>> = snapshots.iter().map(of_state).collect();
-            let samples = DMatrix::from_fn(groups.len(), snapshots.len(), |g, column| columns[column][g]);
-            let operator = |weights: &[f64]| {
-                let mut sum = DMatrix::zeros(n, n + 1);
-                for ((group, all), weight) in groups.stations.iter().zip(groups.members()).zip(weights) {
+        let carried = |exchange: f64, rate: f64| if rate > 0.0 { exchange * exchange / rate } else { 0.0 };
+        let samples = columns(snapshots, |shot| by_group(shot, along, carried));
+        let operator = |weights: &[f64]| {
+            let mut sum = DMatrix::zeros(n, n + 1);
+            let mut weights = weights.iter();
+            for (groups, stream) in along.iter().zip(&self.network.streams) {
+                for ((group, all), weight) in groups.stations.iter().zip(groups.members()).zip(&mut weights) {
                     let wall = self.wall(modes, group);
                     let mean = self.middle(group);
                     // What the stations so far have taken from where the walls are warmer than their mean.
                     let mut taken = DVector::zeros(n + 1);
-                    for station in &self.network.streams[s].stations[all] {
+                    for station in &stream.stations[all] {
                         let share = station.length / group.length;
                         let apart = self.wall(modes, station) - &wall;
                         sum.ger(-weight * share, &apart, &taken, 1.0);
@@ -124,11 +122,10 @@ impl Assembly<'_> {
                         taken[n] += share * (self.middle(station) - mean);
                     }
                 }
-                sum
-            };
-            Family::new(&samples, operator)
+            }
+            sum
         };
-        along.par_iter().enumerate().map(one).collect()
+        Family::new(&samples, DRIFTS * self.accuracy, operator)
     }
 
     /// How the modes and the temperatures of the middle rise along each group of stations, and how far its dissipation has warmed the
@@ -160,4 +157,16 @@ impl Assembly<'_> {
     pub(super) fn middle(&self, station: &Station) -> f64 {
         station.cells.iter().map(|(cell, share)| share * self.center[*cell]).sum()
     }
+}
+
+/// A column for each state.
+fn columns(snapshots: &[Snapshot], of: impl Fn(&Snapshot) -> Vec<f64>) -> DMatrix<f64> {
+    let columns: Vec<DVector<f64>> = snapshots.iter().map(|shot| DVector::from_vec(of(shot))).collect();
+    DMatrix::from_columns(&columns)
+}
+
+/// What `of` makes of exchange and heat capacity rate (W/K) of the groups of all streams in a state.
+fn by_group(shot: &Snapshot, along: &[Groups], of: impl Fn(f64, f64) -> f64) -> Vec<f64> {
+    let all = along.iter().zip(&shot.streams);
+    all.flat_map(|(groups, state)| groups.exchange(state).into_iter().map(|exchange| of(exchange, state.capacity_rate))).collect()
 }

@@ -1,54 +1,76 @@
 //! Water along the channels of a reduced network. Each of its stations stands for a few of the full network's
 //! ([`super::stations`]), and is exact to second order in how far the water comes to the wall's temperature within it.
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::level::Level;
-use crate::discretise::mesh::path::Station;
 use crate::discretise::network::StreamState;
 
-impl Level {
-    /// Sets the walls of all stations in temperatures of the sampled network, as water feels them that is warmed by its dissipation
-    /// all along.
-    pub(super) fn set_walls(&self, streams: &[StreamState], a: &DVector<f64>, t: &mut [f64]) {
-        let rises = self.walls.tr_mul(a);
-        let stations = self.network.streams.iter().flat_map(|s| &s.stations);
-        for (station, rise) in stations.zip(rises.iter()) {
-            let node = station.cells[0].0;
-            t[node] = self.center[node] + rise;
-        }
-        let felt = self.tilted(streams, a, t);
-        let stations = self.network.streams.iter().flat_map(|s| &s.stations);
-        stations.zip(felt).for_each(|(station, felt)| t[station.cells[0].0] = felt);
+/// What water is to the modes along all stations, its streams' states given.
+pub(super) struct Alongside {
+    /// How the walls that the water feels follow the amplitudes: n x stations.
+    pub(super) felt: DMatrix<f64>,
+    /// Those walls in the middle of the ranges, where dissipation warms the water all along, K.
+    middle: DVector<f64>,
+    /// How much cooler they seem where it warms the water at the end of each of the full network's stations, K.
+    delays: DVector<f64>,
+    /// What a watt into the water of each station takes from the modes: n x stations.
+    pub(super) takes: DMatrix<f64>,
+    /// What its dissipation leaves to the modes, W.
+    late: DVector<f64>,
+    /// What goes around the channels within the stations: n x (n + 1), the last column for the temperatures of the middle, W/K and W (or J).
+    pub(super) around: DMatrix<f64>,
+}
+
+impl Alongside {
+    /// Temperatures of the walls (K) that water feels that is warmed by its dissipation all along.
+    pub(super) fn walls(&self, a: &DVector<f64>) -> DVector<f64> {
+        let mut walls = self.middle.clone();
+        walls.gemv_tr(1.0, &self.felt, a, 1.0);
+        walls
     }
 
-    /// Temperatures of the walls (K) that the water feels, station by station, where dissipation warms it at the end of each of the
-    /// full network's.
-    pub(super) fn felt(&self, streams: &[StreamState], a: &DVector<f64>, t: &[f64]) -> Vec<f64> {
-        let delays = self.tilts.row(self.len() + 1);
-        let all = self.tilted(streams, a, t).into_iter().zip(onward(streams)).zip(delays.iter());
-        all.map(|((wall, on), delay)| wall - on.warming * delay).collect()
-    }
-
-    /// Temperatures of the walls, those further down counting for more, K.
-    fn tilted(&self, streams: &[StreamState], a: &DVector<f64>, t: &[f64]) -> Vec<f64> {
-        let n = self.len();
-        let tilts = self.tilts.rows(0, n).tr_mul(a);
-        let stations = self.network.streams.iter().flat_map(|s| &s.stations);
-        let all = stations.zip(onward(streams)).enumerate();
-        let tilted =
-            |(at, (station, on)): (usize, (&Station, Onward))| t[station.cells[0].0] + on.transfer * (tilts[at] + self.tilts[(n, at)]);
-        all.map(tilted).collect()
+    /// The same where dissipation warms it at the end of each of the full network's stations.
+    pub(super) fn walls_of_steps(&self, a: &DVector<f64>) -> DVector<f64> {
+        self.walls(a) - &self.delays
     }
 
     /// Adds what heats into the water of every station (J in `duration` s, or W in one) take from the modes.
-    pub(super) fn take(&self, streams: &[StreamState], heats: &DVector<f64>, duration: f64, to: &mut DVector<f64>) {
-        to.gemv(1.0, &self.walls, heats, 1.0);
+    pub(super) fn take(&self, heats: &DVector<f64>, duration: f64, to: &mut DVector<f64>) {
+        to.gemv(1.0, &self.takes, heats, 1.0);
+        to.axpy(-duration, &self.late, 1.0);
+    }
+}
+
+impl Level {
+    /// In a steady state.
+    pub(super) fn alongside(&self, streams: &[StreamState]) -> Alongside {
+        let exchange: Vec<f64> = streams.iter().flat_map(|state| &state.exchange).copied().collect();
+        self.alongside_over(streams, &exchange)
+    }
+
+    /// Over a while in which the heat into the water follows the walls of all stations by `weights`, J/K.
+    pub(super) fn alongside_over(&self, streams: &[StreamState], weights: &[f64]) -> Alongside {
+        let (n, count) = (self.len(), self.walls.ncols());
+        let (mut felt, mut takes) = (Vec::with_capacity(n * count), Vec::with_capacity(n * count));
+        let (mut middle, mut delays, mut late) = (DVector::zeros(count), DVector::zeros(count), DVector::zeros(n));
+        let mut transfers = Vec::with_capacity(count);
         let stations = self.network.streams.iter().flat_map(|s| &s.stations);
-        let all = heats.iter().zip(stations).zip(onward(streams));
-        let late = all.map(|((heat, station), on)| on.transfer * heat + duration * on.exchange * on.warming * station.length);
-        let late = DVector::from_iterator(heats.len(), late);
-        to.gemv(-1.0, &self.tilts.rows(0, self.len()), &late, 1.0);
+        for (at, (station, on)) in stations.zip(onward(streams)).enumerate() {
+            let (wall, tilt) = (self.walls.column(at), self.tilts.column(at));
+            let both = wall.as_slice().iter().zip(tilt.as_slice());
+            felt.extend(both.clone().map(|(wall, tilt)| wall + on.transfer * tilt));
+            takes.extend(both.map(|(wall, tilt)| wall - on.transfer * tilt));
+            middle[at] = self.center[station.cells[0].0] + on.transfer * tilt[n];
+            delays[at] = on.warming * tilt[n + 1];
+            late.axpy(on.exchange * on.warming * station.length, &tilt.rows(0, n), 1.0);
+            transfers.push(on.transfer);
+        }
+        let mut around = DMatrix::zeros(n, n + 1);
+        self.rings.add(self.rings.points.iter().map(|k| weights[*k]), &mut around);
+        self.drifts.add(self.drifts.points.iter().map(|k| weights[*k] * transfers[*k]), &mut around);
+        let [felt, takes] = [felt, takes].map(|columns| DMatrix::from_vec(n, count, columns));
+        Alongside { felt, middle, delays, takes, late, around }
     }
 }
 

@@ -96,6 +96,16 @@ fn of_the_five_axis_machine() {
     followed("five_axis", 2500, 7200.0, 0.1);
 }
 
+/// Its history ends a stretch a rounding error behind a step: a step to there tells nothing of how the next one bends.
+#[test]
+fn a_sliver_of_time_stops_no_history() {
+    let study = study("slab", 300);
+    let ranges = vec![(2.0 / 6e4, 8.0 / 6e4), (291.15, 297.15), (0.0, 314.16), (291.15, 301.15)];
+    let settings = coldplate::reduce::Settings { histories: 2, ranges, ..settings(&study, false) };
+    let made = reduce(&study, &settings, &Silent).expect("a model").in_time.expect("it follows histories");
+    assert!(made.largest_error < 0.01, "{} K", made.largest_error);
+}
+
 #[test]
 fn a_model_of_steady_states_says_so() {
     let study = study("rig", 600);
