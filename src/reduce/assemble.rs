@@ -16,10 +16,12 @@ use crate::foundation::random::Random;
 use crate::solve::csr::dot;
 use crate::solve::entering_temperature;
 
-/// Most conductors among which the sample is chosen.
-const CANDIDATES: usize = 12_000;
+/// Most numbers of the training equations: where all conductors would make more, so many conductors are candidates as make that many,
+/// but no fewer than some.
+const NUMBERS: usize = 32_000_000;
+const FEWEST_CANDIDATES: usize = 12_000;
 /// Most chosen conductors for each mode.
-const MOST_PER_MODE: usize = 8;
+const MOST_PER_MODE: usize = 12;
 /// Directions of the heats of the states below this share of the largest are left out of the training equations.
 const CUTOFF: f64 = 1e-7;
 
@@ -296,11 +298,20 @@ impl Assembly<'_> {
             }
         };
         let equations = modes.len() * kept.len();
-        // Of very many conductors a random few thousand are candidates, each for its share of all.
+        // Of very many conductors half of the candidates are those that do most, which nothing may be like, and half random others, each
+        // for its share of all.
         let mut candidates: Vec<usize> = (0..count).collect();
-        if count > CANDIDATES {
+        let most = (NUMBERS / equations.max(1)).max(FEWEST_CANDIDATES);
+        if count > most {
+            let size = |e: usize| {
+                let mut own = vec![0.0; equations];
+                column(e, &mut own);
+                dot(&own, &own)
+            };
+            let sizes: Vec<f64> = (0..count).into_par_iter().map(size).collect();
             candidates = Random::new(1).permutation(count);
-            candidates.truncate(CANDIDATES);
+            candidates.select_nth_unstable_by(most / 2, |a, b| sizes[*b].total_cmp(&sizes[*a]));
+            candidates.truncate(most);
             candidates.sort_unstable();
         }
         let mut forces = DMatrix::zeros(equations, candidates.len());
