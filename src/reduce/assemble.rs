@@ -298,19 +298,11 @@ impl Assembly<'_> {
             }
         };
         let equations = modes.len() * kept.len();
-        // Of very many conductors half of the candidates are those that do most, which nothing may be like, and half random others, each
-        // for its share of all.
+        // Of very many conductors a random few thousand are candidates, each for its share of all.
         let mut candidates: Vec<usize> = (0..count).collect();
         let most = (NUMBERS / equations.max(1)).max(FEWEST_CANDIDATES);
         if count > most {
-            let size = |e: usize| {
-                let mut own = vec![0.0; equations];
-                column(e, &mut own);
-                dot(&own, &own)
-            };
-            let sizes: Vec<f64> = (0..count).into_par_iter().map(size).collect();
             candidates = Random::new(1).permutation(count);
-            candidates.select_nth_unstable_by(most / 2, |a, b| sizes[*b].total_cmp(&sizes[*a]));
             candidates.truncate(most);
             candidates.sort_unstable();
         }

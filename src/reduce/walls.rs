@@ -16,8 +16,8 @@ use crate::discretise::network::Stream;
 const LONGEST: [f64; 8] = [1.0 / 6.0, 1.0 / 12.0, 1.0 / 24.0, 1.0 / 36.0, 1.0 / 48.0, 1.0 / 72.0, 1.0 / 96.0, 0.0];
 /// Share of the largest exchange, for each kelvin of accuracy, that is left out of what rings of cells move around a channel, which is
 /// tenths of a kelvin at most, and of what the water brings from wall to wall within a group of stations, which is hundredths.
-const RINGS: f64 = 0.1;
-const DRIFTS: f64 = 1.0;
+const RINGS: f64 = 0.01;
+const DRIFTS: f64 = 0.1;
 
 impl Assembly<'_> {
     /// The longest groups of stations by which no reading of these states loses more than `allowed` (K).
