@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::conductors::{Conductor, conductors};
 use super::family::Family;
-use super::water::Alongside;
+use super::water::{Alongside, Channels};
 use crate::discretise::network::stream::members;
 use crate::discretise::network::{Joint, Load, Network, StreamState};
 use crate::error::{Error, Result, Stop};
@@ -201,7 +201,7 @@ impl Level {
         let mut factors = None;
         for steps in 0..=MOST_STEPS {
             let streams = network.stream_states(load, &t)?;
-            let water = self.alongside(&streams);
+            let water = self.channels().alongside(&streams);
             let felt = water.walls_of_steps(&a);
             follow(network, load, &streams, felt.as_slice(), &mut t);
             // A step may be small by chance, so the slower of the last two ratios counts, and no ratio is trusted to be tiny.
@@ -230,6 +230,12 @@ impl Level {
         }
         Err(Error::stopped(Stop::MostNewtonSteps, format!("the reduced model found no steady state: the last step moved {last:.2e} K"))
             .help("solve this condition in full"))
+    }
+
+    /// What it knows of its channels.
+    pub(super) fn channels(&self) -> Channels<'_> {
+        let Self { network, center, walls, tilts, rings, drifts, .. } = self;
+        Channels { network, center, walls, tilts, rings, drifts }
     }
 
     /// Temperatures of the sampled network; the water's are those before, or those of the inlets.
@@ -418,7 +424,7 @@ impl Level {
         let state = self.steady(&self.network, load, &DVector::zeros(self.len()))?;
         let given = self.given(&self.network, load);
         let acting = conductors(&self.network, load, &state.temperatures);
-        let lu = self.jacobian(&self.network, &state.streams, &self.alongside(&state.streams), &given, &acting).lu();
+        let lu = self.jacobian(&self.network, &state.streams, &self.channels().alongside(&state.streams), &given, &acting).lu();
         let mut a = DVector::from_element(self.len(), 1.0);
         let mut time = 0.0;
         for _ in 0..POWER_STEPS {

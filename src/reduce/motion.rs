@@ -337,7 +337,7 @@ impl<'a> Motion<'a> {
     fn slopes(&self, now: &Now) -> Result<DMatrix<f64>> {
         let acting = conductors(self.network, &now.load, &self.temperatures);
         let streams = self.network.stream_states(&now.load, &self.temperatures)?;
-        let water = self.level.alongside(&streams);
+        let water = self.level.channels().alongside(&streams);
         Ok(self.level.jacobian(self.network, &streams, &water, &now.given, &acting))
     }
 
@@ -351,7 +351,7 @@ impl<'a> Motion<'a> {
         let states = network.stream_states(stage.middle, &walls)?;
         let streams = Streams::new(network, &states, stage.duration, &self.water, inflows(stage.begin, load));
         let weights: Vec<f64> = (0..states.len()).flat_map(|s| streams.weight(s)).copied().collect();
-        let water = level.alongside_over(&states, &weights);
+        let water = level.channels().alongside_over(&states, &weights);
         // All that is linear in the amplitudes, and what they do not change.
         let given = &stage.now.given;
         let around = water.around.columns(0, level.len());

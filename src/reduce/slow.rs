@@ -97,7 +97,7 @@ impl ReducedModel {
         let state = level.steady(network, &load, &DVector::zeros(level.len()))?;
         let given = level.given(network, &load);
         let acting = conductors(network, &load, &state.temperatures);
-        let water = level.alongside(&state.streams);
+        let water = level.channels().alongside(&state.streams);
         let jacobian = level.jacobian(network, &state.streams, &water, &given, &acting);
         let read = |a: &DVector<f64>| {
             let mut t = level.temperatures(network, &load, a, Some(&state.temperatures));

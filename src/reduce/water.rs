@@ -3,8 +3,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::level::Level;
-use crate::discretise::network::StreamState;
+use super::family::Family;
+use crate::discretise::network::{Network, StreamState};
 
 /// What water is to the modes along all stations, its streams' states given.
 pub(super) struct Alongside {
@@ -42,7 +42,17 @@ impl Alongside {
     }
 }
 
-impl Level {
+/// What a reduced network of n modes knows of its channels; see [`super::level::Level`].
+pub(super) struct Channels<'l> {
+    pub(super) network: &'l Network,
+    pub(super) center: &'l DVector<f64>,
+    pub(super) walls: &'l DMatrix<f64>,
+    pub(super) tilts: &'l DMatrix<f64>,
+    pub(super) rings: &'l Family,
+    pub(super) drifts: &'l Family,
+}
+
+impl Channels<'_> {
     /// In a steady state.
     pub(super) fn alongside(&self, streams: &[StreamState]) -> Alongside {
         let exchange: Vec<f64> = streams.iter().flat_map(|state| &state.exchange).copied().collect();
@@ -51,7 +61,7 @@ impl Level {
 
     /// Over a while in which the heat into the water follows the walls of all stations by `weights`, J/K.
     pub(super) fn alongside_over(&self, streams: &[StreamState], weights: &[f64]) -> Alongside {
-        let (n, count) = (self.len(), self.walls.ncols());
+        let (n, count) = (self.walls.nrows(), self.walls.ncols());
         let (mut felt, mut takes) = (Vec::with_capacity(n * count), Vec::with_capacity(n * count));
         let (mut middle, mut delays, mut late) = (DVector::zeros(count), DVector::zeros(count), DVector::zeros(n));
         let mut transfers = Vec::with_capacity(count);
