@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-/// Members that differ from a combination of the chosen ones by less than this share of the largest are not chosen.
+/// Cutoff of a family that leaves nothing out but rounding.
 pub(super) const EXACT: f64 = 1e-8;
 /// Most entries that are evaluated.
 const MOST: usize = 64;

@@ -18,7 +18,8 @@ pub(super) struct Alongside {
     pub(super) takes: DMatrix<f64>,
     /// What its dissipation leaves to the modes, W.
     late: DVector<f64>,
-    /// What goes around the channels within the stations: n x (n + 1), the last column for the temperatures of the middle, W/K and W (or J).
+    /// What goes around the channels within the stations: n x (n + 1), the last column for the temperatures of the middle. W/K and W in a
+    /// steady state, J/K and J over a while.
     pub(super) around: DMatrix<f64>,
 }
 
