@@ -1,6 +1,7 @@
 //! From modes and solved states to a reduced network.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -22,6 +23,8 @@ const NUMBERS: usize = 32_000_000;
 const FEWEST_CANDIDATES: usize = 12_000;
 /// Most chosen conductors for each mode.
 const MOST_PER_MODE: usize = 12;
+/// What may be left of the heats of nodes that emit, as a share of the same of other conductors.
+const EMITTED: f64 = 0.01;
 /// Directions of the heats of the states below this share of the largest are left out of the training equations.
 const CUTOFF: f64 = 1e-7;
 
@@ -96,10 +99,15 @@ impl Assembly<'_> {
     pub fn level(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], steady: usize, sampling: Sampling) -> Level {
         let (network, rest, n) = (self.network, &self.split.rest, modes.len());
         let ends = ends(rest);
-        let chosen = self.sample(modes, snapshots, &ends, sampling.tolerance);
-        let mut tangents = self.tangents(modes, snapshots, &ends);
+        let shapes = Shapes::of(self.split, modes, &ends);
+        let chosen = self.sample(&shapes, snapshots, sampling.tolerance);
+        let emitting = emitting(&shapes, snapshots, EMITTED * sampling.tolerance);
+        let mut tangents = self.tangents(&shapes, snapshots);
         // Conductors stand in the sampled network in their own order.
-        let mut all: Vec<usize> = chosen.chosen.iter().copied().chain(tangents.iter().flat_map(|f| f.points.clone())).collect();
+        let mut all: Vec<usize> = (chosen.chosen.iter().copied())
+            .chain(emitting.points.iter().copied())
+            .chain(tangents.iter().flat_map(|f| f.points.clone()))
+            .collect();
         all.sort_unstable();
         all.dedup();
         let place = |c: &usize| all.binary_search(c).unwrap_or(0);
@@ -120,10 +128,12 @@ impl Assembly<'_> {
         };
         let mut columns: Vec<Vec<f64>> = modes.par_iter().map(of_mode).collect();
         columns.push(column(self.center));
-        let pattern = |i: usize, e: usize| {
-            let [a, b] = ends[all[e]].map(|end| if end.node == NONE { 0.0 } else { modes[i][end.node as usize] });
-            weights[e] * (a - b)
-        };
+        let mut patterns = DMatrix::from_fn(n, all.len(), |i, e| weights[e] * shapes.at(i, all[e]));
+        for (k, c) in emitting.points.iter().enumerate() {
+            let mut pattern = DMatrix::zeros(n, 1);
+            emitting.add((0..=k).map(|other| if other == k { 1.0 } else { 0.0 }), &mut pattern);
+            patterns.set_column(place(c), &pattern.column(0));
+        }
         let at_ends: [DMatrix<f64>; 2] = [0, 1].map(|side| {
             let columns: Vec<DVector<f64>> = all.iter().map(|c| self.end(modes, ends[*c][side])).collect();
             DMatrix::from_fn(n, all.len(), |i, e| columns[e][i])
@@ -145,7 +155,7 @@ impl Assembly<'_> {
             contacts,
             rings: self.rings(modes, snapshots, &along),
             tangents,
-            patterns: DMatrix::from_fn(n, all.len(), pattern),
+            patterns,
             ends: at_ends,
             walls: DMatrix::from_fn(n, walls.len(), |i, k| rows[(walls[k], i)]),
             tilts: self.tilts(modes, &along),
@@ -159,12 +169,10 @@ impl Assembly<'_> {
     }
 
     /// Heats and slopes at the temperatures of the middle, as families.
-    fn tangents(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], ends: &[[End; 2]]) -> [Family; 3] {
+    fn tangents(&self, shapes: &Shapes<'_>, snapshots: &[Snapshot]) -> [Family; 3] {
+        let (modes, ends) = (shapes.modes, shapes.ends);
         let count = ends.len();
-        let left = |e: usize| {
-            let [a, b] = ends[e].map(|end| if end.node == NONE { DVector::zeros(modes.len()) } else { self.at(modes, end.node) });
-            a - b
-        };
+        let left = |e: usize| DVector::from_fn(modes.len(), |i, _| shapes.at(i, e));
         let samples = |of: fn(&Conductor) -> f64| DMatrix::from_fn(count, snapshots.len(), |e, k| of(&snapshots[k].tangents[e]));
         let slopes = |side: usize| {
             move |weights: &[f64]| {
@@ -275,23 +283,22 @@ impl Assembly<'_> {
         (matrix, weights.iter().map(|own| own.iter().map(|(n, w)| w * self.center[*n as usize]).sum()).collect())
     }
 
-    /// The few conductors that stand for all.
-    fn sample(&self, modes: &[Vec<f64>], snapshots: &[Snapshot], ends: &[[End; 2]], tolerance: f64) -> Sample {
+    /// The few conductors that stand for all but the nodes that emit.
+    fn sample(&self, shapes: &Shapes<'_>, snapshots: &[Snapshot], tolerance: f64) -> Sample {
+        let (modes, ends) = (shapes.modes, shapes.ends);
         if ends.is_empty() || modes.is_empty() {
             return Sample::default();
         }
-        let value = |mode: &Vec<f64>, node: u32| if node == NONE { 0.0 } else { mode[node as usize] };
         // Heats of all states as combinations of few.
         let (count, states) = (ends.len(), snapshots.len());
-        let heats = DMatrix::from_fn(count, states, |e, k| snapshots[k].beyond[e]);
+        let heats = DMatrix::from_fn(count, states, |e, k| if shapes.emitting.contains(&e) { 0.0 } else { snapshots[k].beyond[e] });
         let decomposed = heats.tr_mul(&heats).symmetric_eigen();
         let largest = decomposed.eigenvalues.max();
         let kept: Vec<usize> = (0..states).filter(|i| decomposed.eigenvalues[*i] > CUTOFF * CUTOFF * largest).collect();
         let directions = &heats * decomposed.eigenvectors.select_columns(kept.iter());
         let column = |e: usize, to: &mut [f64]| {
-            let [a, b] = ends[e].map(|end| end.node);
-            for (i, mode) in modes.iter().enumerate() {
-                let shape = value(mode, a) - value(mode, b);
+            for i in 0..modes.len() {
+                let shape = shapes.at(i, e);
                 for (p, to) in to[i * kept.len()..(i + 1) * kept.len()].iter_mut().enumerate() {
                     *to = shape * directions[(e, p)];
                 }
@@ -299,16 +306,16 @@ impl Assembly<'_> {
         };
         let equations = modes.len() * kept.len();
         // Of very many conductors a random few thousand are candidates, each for its share of all.
-        let mut candidates: Vec<usize> = (0..count).collect();
-        let most = (NUMBERS / equations.max(1)).max(FEWEST_CANDIDATES);
-        if count > most {
-            candidates = Random::new(1).permutation(count);
+        let mut candidates: Vec<usize> = (0..count).filter(|e| !shapes.emitting.contains(e)).collect();
+        let (sampled, most) = (candidates.len(), (NUMBERS / equations.max(1)).max(FEWEST_CANDIDATES));
+        if sampled > most {
+            candidates = Random::new(1).permutation(sampled).into_iter().map(|k| candidates[k]).collect();
             candidates.truncate(most);
             candidates.sort_unstable();
         }
         let mut forces = DMatrix::zeros(equations, candidates.len());
         forces.as_mut_slice().par_chunks_mut(equations).zip(&candidates).for_each(|(to, e)| column(*e, to));
-        let goal = if candidates.len() == count {
+        let goal = if candidates.len() == sampled {
             forces.column_sum()
         } else {
             let mut goal = vec![0.0; equations];
@@ -357,7 +364,7 @@ impl Assembly<'_> {
                 own.joints.push(Joint { a: nodes.of(joint.a), b: nodes.of(joint.b), reach, ..joint });
             } else if c < shares {
                 let (a, b, area) = rest.radiative[c - radiative];
-                own.radiative.push((nodes.of(a), nodes.of(b), area));
+                own.radiative.push((nodes.of(a), if b == NONE { NONE } else { nodes.of(b) }, area));
             } else {
                 let mut left = c - shares;
                 for (s, source) in rest.sources.iter().enumerate() {
@@ -412,6 +419,50 @@ impl Assembly<'_> {
         let matrix = DMatrix::from_fn(rows.len(), modes.len(), |r, c| rows[r][c]);
         (own, matrix, DVector::from_vec(center))
     }
+}
+
+/// Modes that the heat of each conductor leaves less those that it reaches.
+struct Shapes<'a> {
+    modes: &'a [Vec<f64>],
+    ends: &'a [[End; 2]],
+    /// Of the nodes that emit: nodes x modes, m², and where they stand among the conductors.
+    emitted: DMatrix<f64>,
+    emitting: Range<usize>,
+}
+
+impl<'a> Shapes<'a> {
+    fn of(split: &Split, modes: &'a [Vec<f64>], ends: &'a [[End; 2]]) -> Self {
+        let rest = &split.rest;
+        let links = rest.radiative.len() - split.reached.len();
+        let first = rest.surfaces.len() + rest.joints.len() + links;
+        let emitted = |e: usize, i: usize| {
+            let own = modes[i][rest.radiative[links + e].0 as usize];
+            split.reached[e].iter().map(|(other, area)| area * (own - modes[i][*other as usize])).sum::<f64>()
+        };
+        let emitting = first..first + split.reached.len();
+        Self { modes, ends, emitted: DMatrix::from_fn(emitting.len(), modes.len(), emitted), emitting }
+    }
+
+    /// Of a mode and a conductor.
+    fn at(&self, mode: usize, conductor: usize) -> f64 {
+        if self.emitting.contains(&conductor) {
+            return self.emitted[(conductor - self.emitting.start, mode)];
+        }
+        let [a, b] = self.ends[conductor].map(|end| if end.node == NONE { 0.0 } else { self.modes[mode][end.node as usize] });
+        a - b
+    }
+}
+
+/// What nodes emit beyond its tangent, as a family of conductors. It may not be sampled with weights that are not negative: what one
+/// node emits reaches many, and where all are warmer nothing is exchanged, which only all of them together tell.
+fn emitting(shapes: &Shapes<'_>, snapshots: &[Snapshot], cutoff: f64) -> Family {
+    let Shapes { emitted, emitting, .. } = shapes;
+    let beyond = DMatrix::from_fn(emitting.len(), snapshots.len(), |e, k| snapshots[k].beyond[emitting.start + e]);
+    let pattern =
+        |weights: &[f64]| DMatrix::from_column_slice(emitted.ncols(), 1, emitted.tr_mul(&DVector::from_column_slice(weights)).as_slice());
+    let mut family = Family::new(&beyond, cutoff, pattern);
+    family.points.iter_mut().for_each(|p| *p += emitting.start);
+    family
 }
 
 /// Nodes of the full network that are in the sampled one.

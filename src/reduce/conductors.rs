@@ -38,7 +38,7 @@ pub struct End {
 /// Outside.
 const OUT: End = End { node: NONE, reach: NONE };
 
-/// The two ends of every conductor: open faces, joints, radiative conductors, shares of sources.
+/// The two ends of every conductor: open faces, joints, radiative conductors (with one end: what a node emits), shares of sources.
 pub fn ends(network: &Network) -> Vec<[End; 2]> {
     let at = |node: u32| End { node, reach: NONE };
     let surfaces = network.surfaces.iter().map(|s| [at(s.node), OUT]);
@@ -67,7 +67,7 @@ pub fn conductors(network: &Network, load: &Load, t: &[f64]) -> Vec<Conductor> {
         }
     }));
     found.extend(network.radiative.iter().map(|(a, b, area)| {
-        let (ta, tb) = (t[*a as usize], t[*b as usize]);
+        let (ta, tb) = (t[*a as usize], if *b == NONE { 0.0 } else { t[*b as usize] });
         Conductor {
             heat: SIGMA * area * (ta.powi(4) - tb.powi(4)),
             slope_a: 4.0 * SIGMA * area * ta.powi(3),

@@ -16,7 +16,7 @@ use super::conductors::{Conductor, conductors};
 use super::family::Family;
 use super::water::{Alongside, Channels};
 use crate::discretise::network::stream::members;
-use crate::discretise::network::{Joint, Load, Network, StreamState};
+use crate::discretise::network::{Joint, Load, NONE, Network, StreamState};
 use crate::error::{Error, Result, Stop};
 use crate::solve::entering_temperature;
 
@@ -60,7 +60,7 @@ pub struct Level {
     pub network: Network,
     /// Modes at its solid nodes: s x n.
     pub rows: DMatrix<f64>,
-    /// Modes between the ends of every chosen conductor, times its weight: n x c.
+    /// Modes that the heat of every chosen conductor leaves less those that it reaches, times its weight: n x c.
     pub patterns: DMatrix<f64>,
     /// Modes at the first and at the second end of every chosen conductor: n x c.
     pub ends: [DMatrix<f64>; 2],
@@ -135,7 +135,7 @@ impl Level {
         let (solids, count) = (net.solids, self.patterns.ncols());
         let node = |i: &u32| (*i as usize) < net.nodes;
         let solid = |i: u32| (i as usize) < solids;
-        let property = |p: u32| p == crate::discretise::network::NONE || (p as usize) < net.properties.len();
+        let property = |p: u32| p == NONE || (p as usize) < net.properties.len();
         let conductors =
             net.surfaces.len() + net.joints.len() + net.radiative.len() + net.sources.iter().map(|s| s.shares.len()).sum::<usize>();
         let stations: usize = net.streams.iter().map(|s| s.stations.len()).sum();
@@ -181,7 +181,7 @@ impl Level {
             && net.surfaces.iter().all(|s| solid(s.node) && property(s.property))
             && net.joints.iter().all(is_joint)
             && net.reaches.iter().all(|r| r.nodes.iter().all(|n| solid(*n)))
-            && net.radiative.iter().all(|(a, b, _)| solid(*a) && solid(*b))
+            && net.radiative.iter().all(|(a, b, _)| solid(*a) && (*b == NONE || solid(*b)))
             && net.sources.iter().all(|s| s.shares.iter().all(|(i, _)| solid(*i)))
             && net.fixed.iter().all(|(i, held)| (*i as usize) + stations < solids && (*held as usize) < self.center_held.len())
             && net.sensors.iter().all(|s| s.weights.iter().all(|(i, _)| node(i)) && s.inlet.is_none_or(|(c, _)| c < circuits))

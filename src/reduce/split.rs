@@ -1,4 +1,10 @@
 //! A network in three: what is linear and the same at every condition, contacts that have a factor, and the rest.
+//!
+//! In an enclosure every face exchanges heat with every other one, so its conductors are as many as the square of its faces. What a node
+//! emits is the same for all of them: the rest has one conductor for each node that emits, to nothing, and what it emits reaches the others
+//! by their areas ([`Split::reached`]).
+
+use std::collections::BTreeMap;
 
 use crate::discretise::network::{HeatSource, Joint, Load, NONE, Network};
 use crate::solve::residual;
@@ -13,8 +19,11 @@ pub struct Split {
     /// By contact of the network: joints of constant laws, whose conductances follow the contact's factor.
     pub contacts: Vec<(usize, Vec<Joint>)>,
     /// What follows the temperature or the surroundings: open faces, radiative conductors, joints and faces of blocks whose
-    /// conductance follows the temperature, sources that do. Streams and sensors are here too.
+    /// conductance follows the temperature, sources that do. Streams and sensors are here too. Behind its radiative links
+    /// stand the nodes of enclosures that emit, each to no node and with an area of one.
     pub rest: Network,
+    /// What each of these reaches: nodes with the area of the exchange, m².
+    pub reached: Vec<Vec<(u32, f64)>>,
 }
 
 impl Split {
@@ -68,9 +77,18 @@ impl Split {
             let empty = |source: &HeatSource| HeatSource { shares: Vec::new(), law: source.law.clone() };
             if own.law.follows_temperature() { *own = empty(own) } else { *other = empty(other) }
         }
+        let is_enclosed = |k: &usize| network.enclosures.iter().any(|views| views.conductors.contains(k));
+        let (enclosed, links): (Vec<usize>, Vec<usize>) = (0..network.radiative.len()).partition(is_enclosed);
+        let mut reached: BTreeMap<u32, Vec<(u32, f64)>> = BTreeMap::new();
+        for (a, b, area) in enclosed.iter().map(|k| network.radiative[*k]) {
+            reached.entry(a).or_default().push((b, area));
+            reached.entry(b).or_default().push((a, area));
+        }
+        let links = links.iter().map(|k| network.radiative[*k]);
+        rest.radiative = links.chain(reached.keys().map(|node| (*node, NONE, 1.0))).collect();
         (plain.sensors, plain.sensor_names, plain.meters) = (Vec::new(), Vec::new(), Vec::new());
         plain.measurands = Vec::new();
-        Self { plain, sources, contacts, rest }
+        Self { plain, sources, contacts, rest, reached: reached.into_values().collect() }
     }
 
     /// How many conductors follow the temperature or the surroundings.
