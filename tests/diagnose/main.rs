@@ -3,6 +3,7 @@
 mod aside;
 mod attached;
 mod board;
+mod calibrated;
 mod command;
 mod common;
 mod derivatives;

@@ -46,8 +46,9 @@ pub(super) fn text(found: &Findings<'_>) -> String {
     }
     for (i, rung) in diagnosis.rungs.iter().enumerate() {
         text += &format!("{}. {}\n", i + 1, ladder::words(rung));
+        let before = if rung.causes.is_empty() { "" } else { "refitted beside it: " };
         for line in ladder::refitted(rung) {
-            text += &format!("   refitted beside it: {line}\n");
+            text += &format!("   {before}{line}\n");
         }
         text += &format!("   {}\n", ladder::left(rung, data.is_transient()));
         if let Some(gain) = rung.gain.as_ref().filter(|_| diagnosis.rungs.len() > 1) {

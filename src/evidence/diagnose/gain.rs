@@ -99,8 +99,8 @@ pub struct HeldOutReading {
     pub change: f64,
 }
 
-/// Cuts the conditions into folds; in each, everything from the screen to the amplitude is done again without it. Of logs a
-/// condition is a test, and of one or two tests a block of time. With fewer than three conditions there is no such figure.
+/// In each fold everything from the screen to the amplitude is done again without it. With fewer than three conditions there is no such
+/// figure.
 pub fn gain(
     problem: &Problem,
     predictor: &Predictor<'_>,
@@ -109,64 +109,86 @@ pub fn gain(
     named: Option<Named<'_>>,
     kept_out: KeptOut,
 ) -> Option<Gain> {
-    let (data, found) = (&problem.data, &base.found);
-    let places = whiten::places(data);
-    let key = keys(data, kept_out);
-    let mut conditions: Vec<String> = Vec::new();
-    for (r, _) in &places {
-        if !conditions.contains(&key(*r)) {
-            conditions.push(key(*r));
-        }
-    }
-    if conditions.len() < 3 {
-        return None;
-    }
-    let folds = FOLDS.min(conditions.len());
-    let condition_of: Vec<usize> = places.iter().map(|(r, _)| conditions.iter().position(|c| *c == key(*r)).unwrap_or(0)).collect();
-    // Squares by condition: before, after, count.
-    let mut readings: Vec<HeldOutReading> = condition_of.iter().map(|c| HeldOutReading { condition: *c, change: 0.0 }).collect();
-    let mut sums = vec![(0.0, 0.0, 0.0); conditions.len()];
-    let of_fold = |fold: usize| (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
-    let parts: Vec<(Vec<usize>, Vec<usize>)> = (0..folds).map(of_fold).collect();
+    let data = &problem.data;
+    let cut = Cut::of(data, kept_out)?;
     // Where all data together name no cause nothing is extended, so nothing is gained or lost.
     let changes = match named {
         Some(named) => {
-            let kept: Vec<&[usize]> = parts.iter().map(|(kept, _)| kept.as_slice()).collect();
+            let kept: Vec<&[usize]> = cut.parts.iter().map(|(kept, _)| kept.as_slice()).collect();
             Folds { predictor, catalogue, base, named }.changes(&kept, problem.seed)
         }
-        None => (0..folds).map(|_| None).collect(),
+        None => cut.parts.iter().map(|_| None).collect(),
     };
     let is_by_test = data.is_transient() && kept_out == KeptOut::Tests && data.tests().len() >= 3;
     let scatter = if is_by_test { scatter(&changes) } else { Vec::new() };
-    for ((_, out), change) in parts.iter().zip(changes) {
-        let shift: Vec<f64> = out.iter().map(|i| change.as_ref().map_or(0.0, |c| c.kelvin[*i])).collect();
-        for (s, i) in shift.iter().zip(out) {
-            readings[*i].change = *s;
-            let sum = &mut sums[condition_of[*i]];
-            sum.0 += found.residual[*i].powi(2);
-            sum.1 += (found.residual[*i] - s).powi(2);
-            sum.2 += 1.0;
+    let kelvin: Vec<Option<&[f64]>> = changes.iter().map(|change| change.as_ref().map(|c| c.kelvin.as_slice())).collect();
+    Some(Gain { scatter, ..cut.gain(problem, base, &kelvin) })
+}
+
+/// The conditions of data cut into folds. Of logs a condition is a test, and of one or two tests a block of time.
+pub struct Cut {
+    conditions: Vec<String>,
+    /// Of every reading.
+    condition_of: Vec<usize>,
+    /// Of every fold the readings that are kept, and those kept out.
+    pub parts: Vec<(Vec<usize>, Vec<usize>)>,
+}
+
+impl Cut {
+    /// `None` of fewer than three conditions.
+    pub fn of(data: &Data, kept_out: KeptOut) -> Option<Self> {
+        let places = whiten::places(data);
+        let key = keys(data, kept_out);
+        let mut conditions: Vec<String> = Vec::new();
+        for (r, _) in &places {
+            if !conditions.contains(&key(*r)) {
+                conditions.push(key(*r));
+            }
         }
+        if conditions.len() < 3 {
+            return None;
+        }
+        let folds = FOLDS.min(conditions.len());
+        let condition_of: Vec<usize> = places.iter().map(|(r, _)| conditions.iter().position(|c| *c == key(*r)).unwrap_or(0)).collect();
+        let of_fold = |fold: usize| (0..places.len()).partition(|i| condition_of[*i] % folds != fold);
+        let parts = (0..folds).map(of_fold).collect();
+        Some(Self { conditions, condition_of, parts })
     }
-    let rms = |chosen: &[usize]| {
-        let total = chosen.iter().fold((0.0, 0.0, 0.0), |t, c| (t.0 + sums[*c].0, t.1 + sums[*c].1, t.2 + sums[*c].2));
-        ((total.0 / total.2).sqrt(), (total.1 / total.2).sqrt())
-    };
-    let all: Vec<usize> = (0..conditions.len()).collect();
-    let (before, after) = rms(&all);
-    let mut random = Random::new(problem.seed);
-    let mut gains: Vec<f64> = (0..RESAMPLED)
-        .map(|_| {
-            let chosen: Vec<usize> = all.iter().map(|_| (random.unit() * all.len() as f64) as usize).collect();
-            let (before, after) = rms(&chosen);
-            before - after
-        })
-        .collect();
-    gains.sort_by(f64::total_cmp);
-    let at = |share: f64| gains[((gains.len() - 1) as f64 * share).round() as usize];
-    let noise_floor = stated(problem, base);
-    let names = conditions.iter().map(|c| c.split('#').next().unwrap_or(c).to_string()).collect();
-    Some(Gain { before, after, low: at(0.05), high: at(0.95), noise_floor, conditions: names, readings, scatter })
+
+    /// The gain of what every fold's kept readings change in all predictions, K.
+    pub fn gain(&self, problem: &Problem, base: &Comparison, changes: &[Option<&[f64]>]) -> Gain {
+        let residual = &base.found.residual;
+        let mut readings: Vec<HeldOutReading> = self.condition_of.iter().map(|c| HeldOutReading { condition: *c, change: 0.0 }).collect();
+        // Squares by condition: before, after, count.
+        let mut sums = vec![(0.0, 0.0, 0.0); self.conditions.len()];
+        for ((_, out), change) in self.parts.iter().zip(changes) {
+            for i in out {
+                readings[*i].change = change.map_or(0.0, |kelvin| kelvin[*i]);
+                let sum = &mut sums[self.condition_of[*i]];
+                sum.0 += residual[*i].powi(2);
+                sum.1 += (residual[*i] - readings[*i].change).powi(2);
+                sum.2 += 1.0;
+            }
+        }
+        let rms = |chosen: &[usize]| {
+            let total = chosen.iter().fold((0.0, 0.0, 0.0), |t, c| (t.0 + sums[*c].0, t.1 + sums[*c].1, t.2 + sums[*c].2));
+            ((total.0 / total.2).sqrt(), (total.1 / total.2).sqrt())
+        };
+        let all: Vec<usize> = (0..self.conditions.len()).collect();
+        let (before, after) = rms(&all);
+        let mut random = Random::new(problem.seed);
+        let mut gains: Vec<f64> = (0..RESAMPLED)
+            .map(|_| {
+                let chosen: Vec<usize> = all.iter().map(|_| (random.unit() * all.len() as f64) as usize).collect();
+                let (before, after) = rms(&chosen);
+                before - after
+            })
+            .collect();
+        gains.sort_by(f64::total_cmp);
+        let at = |share: f64| gains[((gains.len() - 1) as f64 * share).round() as usize];
+        let conditions = self.conditions.iter().map(|c| c.split('#').next().unwrap_or(c).to_string()).collect();
+        Gain { before, after, low: at(0.05), high: at(0.95), noise_floor: stated(problem, base), conditions, readings, scatter: Vec::new() }
+    }
 }
 
 /// The jackknife's standard deviation of every amplitude: the spread of those found while a part is kept out, times the square root of

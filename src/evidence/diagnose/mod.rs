@@ -11,6 +11,7 @@
 
 mod aside;
 mod attached;
+mod calibrated;
 mod choice;
 mod decide;
 mod effects;
@@ -388,7 +389,7 @@ pub struct Diagnosis {
     pub tried: Tried,
     /// Predictions of the machine as it is, residuals (K) and whitened residuals.
     pub residuals: Residuals,
-    /// Predictions with the best explanation, K.
+    /// Predictions of the machine that is written, K.
     pub explained: Option<Vec<f64>>,
     /// Gain on conditions kept out of the selection; none with fewer than three.
     pub gain: Option<Gain>,
@@ -436,7 +437,12 @@ impl Diagnosis {
 
     /// Whether causes fit, but predict data kept out no better than the machine as it is.
     pub fn is_vetoed(&self) -> bool {
-        self.verdict == Verdict::CannotTell && decide::predicts_worse(self.gain.as_ref())
+        self.verdict == Verdict::CannotTell && (decide::predicts_worse(self.gain.as_ref()) || self.is_calibrated())
+    }
+
+    /// Whether nothing is named, and numbers of the file as the readings draw them predict data kept out better for certain: the only rung.
+    pub fn is_calibrated(&self) -> bool {
+        self.rungs.first().is_some_and(|rung| rung.causes.is_empty())
     }
 }
 

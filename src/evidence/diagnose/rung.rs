@@ -1,6 +1,7 @@
 //! One rung of the ladder: a machine against the data, its best explanation, and what that gains.
 
 use super::attached::Attached;
+use super::calibrated::{Calibrated, calibrated};
 use super::effects::{Hypothesis, Scales, hypotheses};
 use super::finalists::{Entry, Finalists, Outcome};
 use super::gain::KeptOut;
@@ -33,7 +34,8 @@ const FOR_CERTAIN: f64 = 5.5;
 /// One step of the ladder.
 #[derive(Debug, Clone)]
 pub struct Rung {
-    /// What is named on it: one cause, or two together, and numbers of the file beside them that are pulled too far to be inexact.
+    /// What is named on it: one cause, or two together, and numbers of the file beside them that are pulled too far to be inexact. Nothing
+    /// where nothing is named, and numbers of the file as the readings draw them predict data kept out better for certain.
     pub causes: Vec<Cause>,
     /// Numbers of the file that were fitted beside it, with how far they moved.
     pub refitted: Vec<Cause>,
@@ -208,6 +210,19 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     // A machine that misses the very data by more than the one that it came from is no finding either.
     let misses = rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
     let (rung, answer) = if misses { (None, answer.withdrawn()) } else { (rung, answer) };
+    let names_nothing = match answer.verdict {
+        Verdict::Consistent | Verdict::SomethingElse => true,
+        Verdict::CannotTell => decide::predicts_worse(gain.as_ref()),
+        Verdict::Explained => false,
+    };
+    let drawn = if names_nothing && rung.is_none() && !misses { calibrated(&finals, usual) } else { None };
+    let (rung, gain) = match &drawn {
+        Some(found) => {
+            let rung = of_numbers(problem, &predictor, &base, found, usual)?;
+            (rung.map(|rung| Rung { share: explained(&rung.predicted), ..rung }), Some(found.gain.clone()))
+        }
+        None => (rung, gain),
+    };
     let off_in_full = (study.tables == Tables::Reduced && !data.is_transient()).then(|| {
         progress.say("the end result in full");
         let named = explanations.first().filter(|_| answer.names_causes());
@@ -220,7 +235,10 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
                 let members: Vec<_> = best.causes.iter().map(|c| &c.hypothesis).zip(origin.amplitudes.iter().copied()).collect();
                 predictor.off_in_full(&members, &origin.machine)
             }
-            _ => predictor.off_in_full(&[], &base.found.prediction.values),
+            _ => match &drawn {
+                Some(found) => predictor.off_in_full(&found.members(), &found.values),
+                None => predictor.off_in_full(&[], &base.found.prediction.values),
+            },
         }
     });
     let leaves_much = || outcome.fitted.is_empty() || finals.leaves_much(&outcome);
@@ -398,24 +416,53 @@ fn rung(
     // Numbers of the file first: a cause may take their place.
     let members: Vec<(&Hypothesis, f64)> = refitted.iter().chain(&causes).map(|c| (&c.hypothesis, c.amplitude)).collect();
     let Some(sets) = predictor.written(&members)? else { return Ok(None) };
-    let left: Vec<f64> = whiten::readings(&problem.data).iter().zip(&predicted).map(|(r, p)| r - p).collect();
-    let square = left.iter().map(|v| v * v).sum::<f64>();
-    let places = whiten::places(&problem.data);
-    let of_sensor = |k: usize| left.iter().zip(&places).filter(|(_, (_, s))| *s == k).map(|(v, _)| v * v).sum::<f64>();
-    let most = (0..problem.data.names.len()).max_by(|a, b| of_sensor(*a).total_cmp(&of_sensor(*b)));
+    let (rms, where_left) = left_by(problem, &predicted);
     let named = causes.len();
     Ok(Some(Rung {
         causes,
         refitted,
         correlations,
-        rms: (square / left.len().max(1) as f64).sqrt(),
+        rms,
         share: 0.0,
         alone: Vec::new(),
         left: joint.map_or(best.level, |joint| joint.fitted.level),
-        probability_left: chi_square_tail(best.misfit, left.len().saturating_sub(named).max(1)),
+        probability_left: chi_square_tail(best.misfit, problem.data.count().saturating_sub(named).max(1)),
         look_beside: 1.0,
-        where_left: most.map(|k| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(1e-300) }),
+        where_left,
         gain,
+        sets,
+        predicted,
+    }))
+}
+
+/// Root mean square of what predictions (K) leave of the readings, K, and the sensor that most of it belongs to.
+fn left_by(problem: &Problem, predicted: &[f64]) -> (f64, Option<WhereLeft>) {
+    let left: Vec<f64> = whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| r - p).collect();
+    let square = left.iter().map(|v| v * v).sum::<f64>();
+    let places = whiten::places(&problem.data);
+    let of_sensor = |k: usize| left.iter().zip(&places).filter(|(_, (_, s))| *s == k).map(|(v, _)| v * v).sum::<f64>();
+    let most = (0..problem.data.names.len()).max_by(|a, b| of_sensor(*a).total_cmp(&of_sensor(*b)));
+    let share = |k: usize| WhereLeft { sensor: problem.data.names[k].clone(), share: of_sensor(k) / square.max(1e-300) };
+    ((square / left.len().max(1) as f64).sqrt(), most.map(share))
+}
+
+/// What the machine as the readings draw it comes to, with no cause.
+fn of_numbers(problem: &Problem, predictor: &Predictor<'_>, base: &Comparison, found: &Calibrated, left: Level) -> Result<Option<Rung>> {
+    let Some(sets) = predictor.written(&found.members())? else { return Ok(None) };
+    let predicted: Vec<f64> = found.values.iter().zip(&base.mesh).map(|(v, m)| v + m).collect();
+    let (rms, where_left) = left_by(problem, &predicted);
+    Ok(Some(Rung {
+        causes: Vec::new(),
+        refitted: found.numbers.clone(),
+        correlations: found.correlations.clone(),
+        rms,
+        share: 0.0,
+        alone: Vec::new(),
+        left,
+        probability_left: 1.0,
+        look_beside: 1.0,
+        where_left,
+        gain: Some(found.gain.clone()),
         sets,
         predicted,
     }))

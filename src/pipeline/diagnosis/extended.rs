@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use super::deviations;
+use super::{deviations, ladder};
 use crate::describe::machine::{Machine, Variable};
 use crate::error::Result;
-use crate::evidence::diagnose::{Diagnosis, Problem, Scales, Verdict, sentence};
+use crate::evidence::diagnose::{Cause, Diagnosis, Problem, Scales, sentence};
 use crate::evidence::identify::model_error_line;
 use crate::foundation::document::{Document, Leaf, name_of};
 use crate::foundation::numbers::significant;
@@ -35,34 +35,41 @@ pub struct Change {
 }
 
 impl ExtendedMachine {
-    /// `None` where nothing is to be extended: no cause, or one that the machine file has no words for.
+    /// `None` where nothing is to be extended: no cause, or one that the machine file has no words for, and no numbers that predict better.
     ///
     /// # Errors
     /// The file cannot be read again, or what comes out is no machine.
     pub fn of(problem: &Problem, found: &Diagnosis, path: &Path) -> Result<Option<Self>> {
-        let (Some(sets), Some(best)) = (&found.sets, found.explanations.first()) else { return Ok(None) };
-        if sets.is_empty() || !matches!(found.verdict, Verdict::Explained | Verdict::CannotTell) {
-            return Ok(None);
-        }
-        let mut remarks = vec![
-            format!("Extended by coldplate {} from {}", env!("CARGO_PKG_VERSION"), name_of(Path::new(&problem.data.source))),
-            format!(
-                "verdict {}, probability {:.3}, misfit {:.1} before, {:.1} after, {} readings",
-                found.verdict.code(),
-                best.probability,
-                found.misfit.chi2,
-                best.misfit,
-                found.misfit.freedom
-            ),
-        ];
-        for part in &best.causes {
-            remarks.push(sentence(part));
-            let (low, high) = part.interval();
-            let five = |v: f64| significant(v, 5);
-            let unit = part.hypothesis.unit;
-            remarks.push(format!("  amplitude {} [{unit}], 90 % interval {} to {}", five(part.amplitude), five(low), five(high)));
-            if part.hypothesis.is_fixed() {
-                remarks.push("  (their entries have changed places here: each reads where the other one was)".into());
+        let Some(sets) = found.sets.as_ref().filter(|sets| !sets.is_empty()) else { return Ok(None) };
+        let mut remarks =
+            vec![format!("Extended by coldplate {} from {}", env!("CARGO_PKG_VERSION"), name_of(Path::new(&problem.data.source)))];
+        let five = |v: f64| significant(v, 5);
+        match found.explanations.first().filter(|_| !found.is_calibrated()) {
+            Some(best) => {
+                remarks.push(format!(
+                    "verdict {}, probability {:.3}, misfit {:.1} before, {:.1} after, {} readings",
+                    found.verdict.code(),
+                    best.probability,
+                    found.misfit.chi2,
+                    best.misfit,
+                    found.misfit.freedom
+                ));
+                for part in &best.causes {
+                    remarks.push(sentence(part));
+                    let (low, high) = part.interval();
+                    let unit = part.hypothesis.unit;
+                    remarks.push(format!("  amplitude {} [{unit}], 90 % interval {} to {}", five(part.amplitude), five(low), five(high)));
+                    if part.hypothesis.is_fixed() {
+                        remarks.push("  (their entries have changed places here: each reads where the other one was)".into());
+                    }
+                }
+            }
+            None => {
+                let error = found
+                    .gain
+                    .as_ref()
+                    .map(|gain| format!("; error on conditions kept out {} K, {} K before", five(gain.after), five(gain.before)));
+                remarks.push(format!("verdict {}: {}{}", found.verdict.code(), ladder::NUMBERS, error.unwrap_or_default()));
             }
         }
         let document = problem.document(sets)?;
@@ -95,9 +102,13 @@ impl ExtendedMachine {
 /// What every key would be at both ends of its part's interval.
 fn ends(problem: &Problem, found: &Diagnosis) -> Result<Vec<(String, [String; 2])>> {
     let scales = Scales::of(&problem.data, &problem.study.model.machine);
-    let Some(best) = found.explanations.first() else { return Ok(Vec::new()) };
+    let parts: &[Cause] = match (found.rungs.first(), found.explanations.first()) {
+        (Some(rung), _) if found.is_calibrated() => &rung.refitted,
+        (_, Some(best)) => &best.causes,
+        (_, None) => &[],
+    };
     let mut all: Vec<(String, [String; 2])> = Vec::new();
-    for part in &best.causes {
+    for part in parts {
         let (low, high) = part.interval();
         let at = |amplitude: f64| part.hypothesis.written(&problem.study, &problem.data, &scales, &problem.user, amplitude);
         let (Some(low), Some(high)) = (at(low)?, at(high)?) else { continue };

@@ -289,7 +289,7 @@ pub(super) fn gains(found: &Findings<'_>) -> Option<GainsFigure> {
         remark: format!("{:.0} % explained", 100.0 * rung.share),
     }));
     Some(GainsFigure {
-        title: "What every cause gains".into(),
+        title: if diagnosis.is_calibrated() { "What is gained".into() } else { "What every cause gains".into() },
         steps,
         noise_floor: first.gain.as_ref().map_or(f64::NAN, |gain| gain.noise_floor),
         notes: vec![
@@ -323,7 +323,14 @@ pub(super) fn gain(found: &Findings<'_>) -> Option<BeforeAfter> {
         readings: all.map(|(((r, p), held), k)| [*r, *p, p + held.change].map(|reading| data.shown(machine, k, reading))).collect(),
         conditions: squares.into_iter().map(|(a, b, n)| ((a / n.max(1.0)).sqrt(), (b / n.max(1.0)).sqrt())).collect(),
         noise_floor: gain.noise_floor,
-        names: ["the machine as it is".into(), "with the cause that the other conditions point to".into()],
+        names: [
+            "the machine as it is".into(),
+            if diagnosis.is_calibrated() {
+                "with the numbers that the other conditions draw".into()
+            } else {
+                "with the cause that the other conditions point to".into()
+            },
+        ],
         notes: vec!["Each condition is predicted with what was found without it, from the screen to the amplitude.".into()],
     })
 }

@@ -3,6 +3,9 @@
 use crate::evidence::diagnose::{Cause, Rung, WhereLeft, sentence};
 use crate::foundation::numbers::significant;
 
+/// What a rung without a cause is.
+pub const NUMBERS: &str = "numbers of the machine file as the readings draw them";
+
 /// What a rung names, and its share of the misfit.
 pub fn words(rung: &Rung) -> String {
     let alone = match rung.alone[..] {
@@ -14,6 +17,9 @@ pub fn words(rung: &Rung) -> String {
 
 /// What a rung names.
 pub fn causes(rung: &Rung) -> String {
+    if rung.causes.is_empty() {
+        return NUMBERS.into();
+    }
     rung.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
 }
 

@@ -110,8 +110,22 @@ impl Findings<'_> {
         Some(format!("the readings scatter by {percent} % of the noise that is stated: that is what they are judged by"))
     }
 
-    /// The answer in one sentence.
+    /// The answer in a sentence or two.
     pub fn headline(&self) -> String {
+        let found = &self.diagnosis;
+        let better = match &found.gain {
+            Some(gain) if found.is_calibrated() => format!(
+                " {} predict conditions kept out better: the error is {:.3} K, {:.3} K before.",
+                capital(ladder::NUMBERS),
+                gain.after,
+                gain.before
+            ),
+            _ => String::new(),
+        };
+        format!("{}{better}", self.verdict_in_words())
+    }
+
+    fn verdict_in_words(&self) -> String {
         let found = &self.diagnosis;
         match found.verdict {
             Verdict::Consistent if found.unexplained != Level::NONE => format!(
@@ -167,7 +181,7 @@ impl Findings<'_> {
     /// Why no extended machine was written.
     pub fn why_not_extended(&self) -> &'static str {
         match self.diagnosis.verdict {
-            Verdict::Consistent => "nothing is wrong, so there is nothing to extend",
+            Verdict::Consistent => "nothing is wrong, and no other numbers are certain to predict conditions kept out better",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
             _ if self.diagnosis.misses => "the machine with the cause that fits best misses the readings by more than the machine as it is",
             _ if self.diagnosis.is_vetoed() => "no cause predicts data kept out better than the machine as it is",

@@ -354,11 +354,13 @@ fn extended(section: &mut Section, found: &Findings<'_>) {
         section.paragraph(format!("{}.", capital(&format!("none was written: {}", found.why_not_extended()))));
         return;
     };
+    let is_calibrated = found.diagnosis.is_calibrated();
     section.paragraph(format!(
-        "{} is the machine file with the best explanation in it, ready for every command. The file it comes from is untouched.",
-        name_of(&extended.path)
+        "{} is the machine file with {} in it, ready for every command. The file it comes from is untouched.",
+        name_of(&extended.path),
+        if is_calibrated { ladder::NUMBERS } else { "the best explanation" }
     ));
-    if found.diagnosis.verdict == Verdict::CannotTell {
+    if found.diagnosis.verdict == Verdict::CannotTell && !is_calibrated {
         section.note(
             Tone::Uncertain,
             "The best explanation is one of several that fit: predictions away from the measured conditions may be wrong.",
@@ -380,10 +382,13 @@ fn extended(section: &mut Section, found: &Findings<'_>) {
 
 /// The ladder: what is named on every rung, what is refitted beside it, and what it leaves.
 fn steps(section: &mut Section, found: &Findings<'_>, figure: &GainsFigure) -> Result<()> {
-    section.paragraph(
+    section.paragraph(if found.diagnosis.is_calibrated() {
+        "No cause is named. What all films, all heats and all emissivities share, and the other numbers of the machine file, are drawn by the \
+         readings as far as their own uncertainty lets them; that predicts data kept out better."
+    } else {
         "A cause is named, everything uncertain is fitted with it, the machine is extended, and the readings are compared again. That goes on \
-         while data kept out are predicted better.",
-    );
+         while data kept out are predicted better."
+    });
     section.figure(figure, "")?;
     let mut table = table([
         ("step", Align::Right),
