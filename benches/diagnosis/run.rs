@@ -68,6 +68,8 @@ pub struct Answer {
     pub extended: bool,
     /// The gain that the program states itself, K.
     pub own_gain: Option<f64>,
+    /// Low end of its interval, K.
+    pub own_low: Option<f64>,
 }
 
 /// The case of a seed; told in full where `is_shown`.
@@ -158,6 +160,7 @@ fn answer(drawn: &Drawn, found: &Diagnosis) -> Answer {
         floor: *floor,
         extended: after.is_some(),
         own_gain: found.gain.as_ref().map(|gain| gain.before - gain.after),
+        own_low: found.gain.as_ref().map(|gain| gain.low),
     }
 }
 

@@ -54,10 +54,10 @@ fn what_models_are_off_by_is_drawn_though_nothing_is_wrong() {
 }
 
 /// Machines drawn with other films, heats and emissivities, on another mesh, diagnosed on half of their rows. What is written predicts the
-/// other half better but for few, and by much.
+/// other half better by much; few are predicted worse, and none by much.
 #[test]
 fn rows_that_were_not_seen_are_predicted_better() {
-    let (mut written, mut worse, mut ratios, mut consistent) = (0, 0, 1.0, 0);
+    let (mut written, mut worse, mut ratios, mut consistent, mut worst) = (0, 0, 1.0, 0, 0.0);
     for seed in 1..=150 {
         let mut problem = case(seed, Family::Clean).problem;
         let rows = std::mem::take(&mut problem.data.rows);
@@ -77,8 +77,9 @@ fn rows_that_were_not_seen_are_predicted_better() {
         written += 1;
         worse += usize::from(after > before);
         ratios *= after / before;
+        worst = f64::max(worst, after / before);
     }
     let mean = ratios.powf(1.0 / written as f64);
-    println!("{written} of {consistent} written, {worse} worse, {mean:.2} times the error");
-    assert!(written >= 8 && 10 * worse <= written && mean < 0.8, "{written} {worse} {mean}");
+    println!("{written} of {consistent} written, {worse} worse, {mean:.2} times the error, at worst {worst:.2} times");
+    assert!(written >= 20 && 5 * worse <= written && mean < 0.8 && worst < 1.2, "{written} {worse} {mean} {worst}");
 }

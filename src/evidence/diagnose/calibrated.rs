@@ -11,8 +11,8 @@ use super::Cause;
 use super::effects::{Hypothesis, Number};
 use super::finalists::Finalists;
 use super::gain::{Cut, Gain, KeptOut};
-use super::rung::square;
 use super::shared;
+use super::view::square;
 use crate::evidence::discrepancy::Level;
 use crate::evidence::measurement::Whitener;
 
@@ -23,7 +23,7 @@ const DRAWN: f64 = 0.1;
 /// Probability that what is gained on conditions kept out is no chance, and the least share of the error that the low end of its interval
 /// is: a machine is not changed for less.
 const FOR_CERTAIN: f64 = 0.95;
-const LEAST_GAIN: f64 = 0.15;
+const LEAST_GAIN: f64 = 0.05;
 /// Nor where it misses conditions kept out by less than so many times what readings and conditions are uncertain by.
 const NOISE: f64 = 1.2;
 

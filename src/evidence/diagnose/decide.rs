@@ -187,9 +187,11 @@ impl Answer {
         Self { verdict: Verdict::CannotTell, level: Level::nothing(self.level.probability), is_open_by_numbers: false, ..self }
     }
 
-    /// Whether the machine is extended by the best explanation.
-    pub fn extends_the_machine(&self, gain: Option<&Gain>) -> bool {
-        self.names_causes() && !predicts_worse(gain)
+    /// Whether the machine is extended by the best explanation. By one of several that fit a log alike only if what it gains is certain: of
+    /// few tests one may decide.
+    pub fn extends_the_machine(&self, gain: Option<&Gain>, is_log: bool) -> bool {
+        let is_certain = self.verdict == Verdict::Explained || gain.is_none_or(|gain| gain.low > 0.0);
+        self.names_causes() && !predicts_worse(gain) && (is_certain || !is_log)
     }
 }
 

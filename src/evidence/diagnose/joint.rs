@@ -53,7 +53,7 @@ pub struct Joint {
     kept: Vec<bool>,
     /// How it was fitted.
     pub fitted: Fitted,
-    /// Whether numbers are among it that nobody called uncertain: they do what a common factor does.
+    /// Whether numbers are among it that nobody called uncertain.
     pub has_pulled: bool,
     /// Covariance without what was fitted.
     errors: ErrorParts,
@@ -68,6 +68,11 @@ impl Joint {
         let stands = |cause: &Cause, by: f64| cause.amplitude.abs() > by * cause.deviation;
         let was = |cause: &Cause| alone.iter().any(|own| own.hypothesis.is_same(&cause.hypothesis) && stands(own, STANDS));
         self.causes.iter().any(|cause| !cause.hypothesis.is_fixed() && was(cause) && !stands(cause, EMPTY))
+    }
+
+    /// Whether numbers that nobody called uncertain do what common factors do: in logs, which say much of each.
+    pub fn takes_factors_place(&self, finals: &Finalists<'_>) -> bool {
+        self.has_pulled && finals.problem.data.is_transient()
     }
 
     /// The whitening of some readings by which it was found.

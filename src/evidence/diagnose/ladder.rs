@@ -4,7 +4,8 @@ use std::borrow::Cow;
 use std::time::Instant;
 
 use super::decide::ALARM_CAUSE;
-use super::rung::{Rung, once, square};
+use super::rung::{Rung, once};
+use super::view::square;
 use super::{Diagnosis, NOISE, Problem, Verdict};
 use crate::error::Result;
 use crate::evidence::discrepancy::Level as DiscrepancyLevel;

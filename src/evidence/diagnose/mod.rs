@@ -15,6 +15,7 @@ mod calibrated;
 mod choice;
 mod decide;
 mod effects;
+mod extension;
 mod finalists;
 mod fits;
 mod follow;
@@ -410,6 +411,8 @@ pub struct Diagnosis {
     pub unexplained: discrepancy::Level,
     /// Whether the machine with the best explanation missed the very data by more than the machine as it is: it is not written.
     pub misses: bool,
+    /// Whether causes fit, but predict data kept out no better than the machine as it is.
+    pub is_vetoed: bool,
     /// Readings and rows of a table without which causes explain the rest to first order, rows counted in the problem's data; none where
     /// causes explain all of it.
     pub aside: Vec<Fault>,
@@ -435,12 +438,7 @@ impl Diagnosis {
         }
     }
 
-    /// Whether causes fit, but predict data kept out no better than the machine as it is.
-    pub fn is_vetoed(&self) -> bool {
-        self.verdict == Verdict::CannotTell && (decide::predicts_worse(self.gain.as_ref()) || self.is_calibrated())
-    }
-
-    /// Whether nothing is named, and numbers of the file as the readings draw them predict data kept out better for certain: the only rung.
+    /// Whether the only rung has no cause: numbers of the file as the readings draw them, which predict data kept out better for certain.
     pub fn is_calibrated(&self) -> bool {
         self.rungs.first().is_some_and(|rung| rung.causes.is_empty())
     }

@@ -3,20 +3,21 @@
 use super::attached::Attached;
 use super::calibrated::{Calibrated, calibrated};
 use super::effects::{Hypothesis, Scales, hypotheses};
+use super::extension::{Extension, extension, gained};
 use super::finalists::{Entry, Finalists, Outcome};
 use super::gain::KeptOut;
 use super::inexact::Inexact;
-use super::joint::{Joint, JointWeights, joint};
+use super::joint::Joint;
 use super::numbers::{self, Settled};
 use super::predictor::{KnownSlopes, Predictor};
 use super::probability::Ground;
 use super::refine::Fitted;
 use super::screen::Screened;
 use super::shared::{self, Shared};
-use super::view::Comparison;
+use super::view::{Comparison, square};
 use super::{
-    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, decide, gain, history,
-    missing, next, overstated, probability, rarer, synonyms,
+    Cause, Diagnosis, Explanation, Gain, MOST_EXPLANATIONS, Others, Problem, Residuals, Tried, Verdict, aside, decide, history, missing,
+    next, overstated, probability, rarer, synonyms,
 };
 use crate::error::Result;
 use crate::evidence::discrepancy::Level;
@@ -196,7 +197,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     if !data.is_transient() {
         Attached::new(study, data, &base.found.fields)?.write(all);
     }
-    let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref())) {
+    let rung = match explanations.first().filter(|_| answer.extends_the_machine(gain.as_ref(), data.is_transient())) {
         Some(best) => {
             let shared = drawn(&finals, &outcome, joint.as_ref());
             rung(problem, &predictor, best, (joint.as_ref(), &shared), &outcome, gain.clone())?
@@ -210,12 +211,8 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
     // A machine that misses the very data by more than the one that it came from is no finding either.
     let misses = rung.as_ref().is_some_and(|rung| rung.share <= 0.0);
     let (rung, answer) = if misses { (None, answer.withdrawn()) } else { (rung, answer) };
-    let names_nothing = match answer.verdict {
-        Verdict::Consistent | Verdict::SomethingElse => true,
-        Verdict::CannotTell => decide::predicts_worse(gain.as_ref()),
-        Verdict::Explained => false,
-    };
-    let drawn = if names_nothing && rung.is_none() && !misses { calibrated(&finals, usual) } else { None };
+    let is_vetoed = answer.verdict == Verdict::CannotTell && decide::predicts_worse(gain.as_ref());
+    let drawn = if !answer.extends_the_machine(gain.as_ref(), data.is_transient()) && !misses { calibrated(&finals, usual) } else { None };
     let (rung, gain) = match &drawn {
         Some(found) => {
             let rung = of_numbers(problem, &predictor, &base, found, usual)?;
@@ -274,6 +271,7 @@ pub(super) fn once(problem: &Problem, progress: &dyn Progress) -> Result<Diagnos
         noise_share: problem.noise_share,
         unexplained,
         misses,
+        is_vetoed,
         explanations,
         aside,
         whitener: base.whitener,
@@ -301,66 +299,6 @@ impl Answered {
         let after = |found: &Self| found.extension.gain.as_ref().map(|gain| gain.after);
         self.answer.names_causes() && after(self).zip(after(other)).is_some_and(|(own, other)| own < other)
     }
-}
-
-/// How the machine is extended: what is fitted beside the cause, and what that gains on data kept out.
-struct Extension {
-    joint: Option<Joint>,
-    gain: Option<Gain>,
-}
-
-/// The best explanation refitted with everything uncertain, by the first weights with which it predicts data kept out better than the
-/// machine as it is; alone where it does so only alone. What shows in one test only cannot be found without it: of logs, parts of tests
-/// are kept out where whole ones give no gain.
-fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanation>, progress: &dyn Progress) -> Extension {
-    let problem = finals.problem;
-    let entry = outcome.leading().filter(|_| named.is_some());
-    let refitted = |weights: JointWeights| -> Option<Joint> {
-        let found = joint(finals, entry?, &outcome.view, weights).unwrap_or_else(|e| {
-            progress.say(&format!("what is uncertain could not be refitted beside the cause: {e}"));
-            None
-        });
-        found.filter(|joint| named.is_none_or(|named| !joint.empties(&named.causes)))
-    };
-    let kept_out: &[KeptOut] =
-        if named.is_some() && problem.data.is_transient() { &[KeptOut::Tests, KeptOut::Blocks] } else { &[KeptOut::Tests] };
-    let mut first = None;
-    let mut ways: Vec<Option<Joint>> = Vec::new();
-    for (turn, kept_out) in kept_out.iter().enumerate() {
-        for (k, weights) in [Some(JointWeights::Covariance), Some(JointWeights::Apart), None].into_iter().enumerate() {
-            if turn == 0 {
-                ways.push(weights.and_then(refitted));
-            }
-            if weights.is_some() && ways[k].is_none() {
-                continue;
-            }
-            progress.say("gain on conditions kept out");
-            let gain = gained(finals, outcome, named, ways[k].as_ref(), *kept_out);
-            let is_worse = decide::predicts_worse(gain.as_ref());
-            let found = Extension { joint: ways[k].clone(), gain };
-            if !is_worse {
-                return found;
-            }
-            first.get_or_insert(found);
-        }
-    }
-    first.unwrap_or(Extension { joint: None, gain: None })
-}
-
-/// What an explanation gains, with what was fitted beside it.
-fn gained(
-    finals: &Finalists<'_>,
-    outcome: &Outcome,
-    named: Option<&Explanation>,
-    joint: Option<&Joint>,
-    kept_out: KeptOut,
-) -> Option<Gain> {
-    let causes: Vec<&Hypothesis> = named.iter().flat_map(|named| &named.causes).map(|c| &c.hypothesis).collect();
-    let has_none = causes.is_empty() || joint.is_some_and(|joint| joint.has_pulled);
-    let factors = if has_none { Vec::new() } else { shared::beside(finals, &causes, &outcome.view) };
-    let shared: Vec<Vec<f64>> = factors.into_iter().map(|(_, column)| column.clone()).collect();
-    let named = named.map(|explanation| gain::Named { explanation, joint, shared: &shared, view: &outcome.view });
-    gain::gain(finals.problem, finals.predictor, finals.catalogue, finals.base, named, kept_out)
 }
 
 /// The level of discrepancy that suits the machine as it is best, and the best of usual ones.
@@ -468,11 +406,12 @@ fn of_numbers(problem: &Problem, predictor: &Predictor<'_>, base: &Comparison, f
     }))
 }
 
-/// The common factors that the residual draws beside what is named. Numbers that nobody called uncertain take their place.
+/// The common factors that the residual draws beside what is named and fitted with it. In a log numbers that nobody called uncertain take
+/// their place.
 fn drawn(finals: &Finalists<'_>, outcome: &Outcome, joint: Option<&Joint>) -> Shared {
     let all: Vec<usize> = (0..outcome.view.readings.len()).collect();
     match (joint, outcome.leading()) {
-        (Some(joint), _) if joint.has_pulled => Shared::default(),
+        (Some(joint), _) if joint.takes_factors_place(finals) => Shared::default(),
         (Some(joint), _) => {
             let members: Vec<&Hypothesis> = joint.members.iter().collect();
             shared::shared(finals, &members, &joint.fitted, &joint.whitener(&all), &outcome.view)
@@ -520,9 +459,4 @@ fn alone(predictor: &Predictor<'_>, rung: &Rung, mesh: &[f64]) -> Vec<Vec<f64>> 
         [_, _] => rung.causes.iter().map(with).collect::<Option<_>>().unwrap_or_default(),
         _ => Vec::new(),
     }
-}
-
-/// Sum of the squared residuals of predictions (K), K².
-pub(super) fn square(predicted: &[f64], problem: &Problem) -> f64 {
-    whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum()
 }

@@ -149,6 +149,11 @@ impl Comparison {
     }
 }
 
+/// Sum of the squared residuals of predictions (K), K².
+pub(super) fn square(predicted: &[f64], problem: &Problem) -> f64 {
+    whiten::readings(&problem.data).iter().zip(predicted).map(|(r, p)| (r - p).powi(2)).sum()
+}
+
 /// Exchanged readings take what a finer mesh changes at each other's place.
 pub fn add_mesh_share(catalogue: &[Hypothesis], columns: &mut [Vec<f64>], mesh: &[f64], places: &[(usize, usize)]) {
     for (h, column) in catalogue.iter().zip(columns) {

@@ -149,7 +149,7 @@ impl Findings<'_> {
                 "Something is wrong that no cause of the catalogue explains{}.",
                 if found.level.what.is_empty() { String::new() } else { format!("; what comes nearest points to {}", found.level.what) }
             ),
-            Verdict::CannotTell if found.is_vetoed() => format!(
+            Verdict::CannotTell if found.is_vetoed => format!(
                 "Something is wrong; nearest comes that {}, but data kept out are predicted no better with it: the cause is not known.",
                 found.explanations.first().map(words).unwrap_or_default()
             ),
@@ -184,7 +184,10 @@ impl Findings<'_> {
             Verdict::Consistent => "nothing is wrong, and no other numbers are certain to predict conditions kept out better",
             Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
             _ if self.diagnosis.misses => "the machine with the cause that fits best misses the readings by more than the machine as it is",
-            _ if self.diagnosis.is_vetoed() => "no cause predicts data kept out better than the machine as it is",
+            _ if self.diagnosis.is_vetoed => "no cause predicts data kept out better than the machine as it is",
+            Verdict::CannotTell if self.diagnosis.gain.as_ref().is_some_and(|gain| gain.low <= 0.0) => {
+                "the cause is not certain, nor is what it gains on data kept out"
+            }
             _ => "the machine file has no number that is the cause",
         }
     }
