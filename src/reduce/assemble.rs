@@ -305,9 +305,13 @@ impl Assembly<'_> {
             }
         };
         let equations = modes.len() * kept.len();
+        // Where nothing but enclosures bends, nothing is left to sample.
+        if equations == 0 {
+            return Sample::default();
+        }
         // Of very many conductors a random few thousand are candidates, each for its share of all.
         let mut candidates: Vec<usize> = (0..count).filter(|e| !shapes.emitting.contains(e)).collect();
-        let (sampled, most) = (candidates.len(), (NUMBERS / equations.max(1)).max(FEWEST_CANDIDATES));
+        let (sampled, most) = (candidates.len(), (NUMBERS / equations).max(FEWEST_CANDIDATES));
         if sampled > most {
             candidates = Random::new(1).permutation(sampled).into_iter().map(|k| candidates[k]).collect();
             candidates.truncate(most);

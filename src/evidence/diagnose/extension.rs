@@ -26,8 +26,8 @@ impl Extension {
 }
 
 /// The best explanation refitted with everything uncertain, by the first weights with which it predicts data kept out better than the
-/// machine as it is; alone where it does so only alone, and of a table where it does so better alone. What shows in one test only cannot be found without it: of logs, parts of tests
-/// are kept out where whole ones give no gain.
+/// machine as it is; alone where it does so only alone, and of a table where it does so better alone. What shows in one test only cannot be
+/// found without it: of logs, parts of tests are kept out where whole ones give no gain.
 pub(super) fn extension(finals: &Finalists<'_>, outcome: &Outcome, named: Option<&Explanation>, progress: &dyn Progress) -> Extension {
     let problem = finals.problem;
     let entry = outcome.leading().filter(|_| named.is_some());
