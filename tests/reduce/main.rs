@@ -9,6 +9,7 @@ mod sweeps;
 
 use coldplate::describe::machine::Condition;
 use coldplate::discretise::network::{Load, Network};
+use coldplate::foundation::document::Document;
 use coldplate::foundation::progress::Silent;
 use coldplate::foundation::random::Random;
 use coldplate::reduce::{ReducedModel, Settings, reduce};
@@ -139,6 +140,44 @@ fn a_spindle_keeps_its_bounds() {
 fn an_enclosure_keeps_its_bounds() {
     let (_, _, bound) = holds("enclosure", 2000, false, 96, 40);
     assert!(bound <= ACCURACY);
+}
+
+/// Two nodes that see each other alone: nothing but their enclosure bends.
+const TWO: &str = r#"
+name = "two nodes that see each other"
+[variables]
+motor_speed = { default = "2000 rpm", range = ["500 rpm", "3000 rpm"] }
+ambient_temperature = { default = "22 degC", range = ["18 degC", "30 degC"] }
+[node.room]
+temperature = "ambient_temperature"
+[node.motor]
+capacity = "300 J/K"
+[node.shield]
+capacity = "100 J/K"
+[contact.shield_room]
+between = ["shield", "room"]
+total_conductance = "1 W/K"
+[enclosure.inside]
+surfaces = [
+    { node = "motor", emissivity = 0.8, area = "0.05 m2" },
+    { node = "shield", emissivity = 0.5, area = "0.1 m2" },
+]
+view_factors = [[0.0, 1.0], [0.5, 0.5]]
+[source.motor]
+in = "motor"
+power = "0.005 * motor_speed_rpm"
+[sensor.motor]
+node = "motor"
+[sensor.shield]
+node = "shield"
+"#;
+
+#[test]
+fn an_enclosure_may_be_all_that_bends() {
+    let study = Study::new(Document::parse(TWO, "two.toml").expect("a document"), None).expect("a machine");
+    let model = reduce(&study, &settings(&study, false), &Silent).expect("a reduced model");
+    let found = effectivity(&study, &model, 40);
+    assert!(found.outside == 0 && found.largest_bound <= ACCURACY, "{} {:.1e}", found.outside, found.largest_bound);
 }
 
 /// Fewer solves than the accuracy takes: the bounds are wide, hold, and the model says that they are wider than was asked.
