@@ -3,7 +3,7 @@
 //!     cargo bench --bench solver                         all of the below, the machine's default sizes
 //!     cargo bench --bench solver -- cost [CELLS ...]     one steady state of the five-axis machine from file to temperatures
 //!     cargo bench --bench solver -- linear [N] [DIR]     one linear system of N^3 unknowns to 1e-8; its matrix goes to DIR
-//!     cargo bench --bench solver -- sweep [CELLS]        further conditions beside the first
+//!     cargo bench --bench solver -- sweep [CELLS [CPR]]  further conditions beside the first, from a reduced model with its field too
 //!     cargo bench --bench solver -- cells                cells chosen for an accuracy beside cells of one size: docs/images/cells.svg
 //!
 //!     cargo test --release --test order -- --nocapture | cargo bench --bench solver -- convergence
@@ -21,8 +21,10 @@ use std::time::Instant;
 
 use coldplate::describe::machine::{Condition, Machine};
 use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::{Load, Network};
+use coldplate::discretise::network::Load;
+use coldplate::reduce::ReducedModel;
 use coldplate::solve::Solver;
+use coldplate::solve::meshed::MeshedMachine;
 
 const MACHINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/five_axis.toml");
 const IMAGES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/images");
@@ -36,12 +38,12 @@ fn main() {
         Some("linear") => linear::run(number(1).unwrap_or(171), args.get(2).map(Path::new)),
         Some("convergence") => convergence(),
         Some("cells") => cells::run(Path::new(IMAGES)),
-        Some("sweep") => sweep(number(1).unwrap_or(1_000_000)),
+        Some("sweep") => sweep(number(1).unwrap_or(1_000_000), args.get(2).map(Path::new)),
         _ => {
             println!("memory bandwidth (triad, all cores): {:.1} GB/s\n", triad());
             cost(&[]);
             println!();
-            sweep(1_000_000);
+            sweep(1_000_000, None);
             println!();
             linear::run(171, None);
         }
@@ -66,25 +68,25 @@ fn cost(sizes: &[usize]) {
     for cells in if sizes.is_empty() { &SIZES } else { sizes } {
         let clock = Instant::now();
         let mesh = Mesh::with_cells(&machine, *cells).unwrap_or_else(|e| panic!("{e}"));
-        let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));
+        let model = MeshedMachine::on(machine.clone(), mesh).unwrap_or_else(|e| panic!("{e}"));
         let built = clock.elapsed().as_secs_f64();
-        let load = Load::at(&machine, &condition(&machine, "9.42 L/min", "2500 rpm")).unwrap_or_else(|e| panic!("{e}"));
-        let solver = Solver::new(&network, &load).unwrap_or_else(|e| panic!("{e}"));
+        let condition = condition(&machine, "9.42 L/min", "2500 rpm");
+        let solver = model.solver(&condition).unwrap_or_else(|e| panic!("{e}"));
         let total = clock.elapsed().as_secs_f64();
-        let s = solver.steady(&load).unwrap_or_else(|e| panic!("{e}"));
+        let s = model.solve(&solver, &condition).unwrap_or_else(|e| panic!("{e}")).solution;
         let hierarchy = total - built - s.assemble_seconds - s.solve_seconds;
         println!(
             "| {} | {built:.2} | {hierarchy:.2} | {:.2} | {:.2} | {total:.2} | {:.2} | {} | {} | {:.0} |",
-            network.nodes,
+            model.network.nodes,
             s.assemble_seconds,
             s.solve_seconds,
-            total / network.nodes as f64 * 1e6,
+            total / model.network.nodes as f64 * 1e6,
             s.newton_iterations,
             s.krylov_iterations,
             linear::peak_megabytes()
         );
-        points.push(((network.nodes as f64).ln(), total.ln()));
-        parts.push((network.nodes as f64, [total, s.solve_seconds, s.assemble_seconds, built, hierarchy]));
+        points.push(((model.network.nodes as f64).ln(), total.ln()));
+        parts.push((model.network.nodes as f64, [total, s.solve_seconds, s.assemble_seconds, built, hierarchy]));
     }
     if points.len() > 1 {
         let names = ["everything", "linear solves", "coefficients", "mesh and network", "hierarchy"];
@@ -116,19 +118,32 @@ fn convergence() {
     plot::draw(&Path::new(IMAGES).join("convergence.svg"), title, axes, &series, (2.0, "second order"));
 }
 
-/// Further conditions on one hierarchy, beside the first with everything it sets up.
-fn sweep(cells: usize) {
+/// Further conditions on one hierarchy, beside the first with everything it sets up: from the reference state, from a reduced model of
+/// the same mesh in a file, and from a dozen known states.
+fn sweep(cells: usize, reduced: Option<&Path>) {
     let machine = Machine::read(Path::new(MACHINE), &[]).unwrap_or_else(|e| panic!("{e}"));
     let clock = Instant::now();
     let mesh = Mesh::with_cells(&machine, cells).unwrap_or_else(|e| panic!("{e}"));
-    let network = Network::build(&machine, &mesh).unwrap_or_else(|e| panic!("{e}"));
+    let model = MeshedMachine::on(machine.clone(), mesh).unwrap_or_else(|e| panic!("{e}"));
+    let network = &model.network;
     let at = |flow: &str, speed: &str| Load::at(&machine, &condition(&machine, flow, speed)).unwrap_or_else(|e| panic!("{e}"));
-    let mut solver = Solver::new(&network, &at("9.42 L/min", "2500 rpm")).unwrap_or_else(|e| panic!("{e}"));
+    let mut solver = model.solver(&condition(&machine, "9.42 L/min", "2500 rpm")).unwrap_or_else(|e| panic!("{e}"));
     let first = clock.elapsed().as_secs_f64();
     println!("first condition, {} unknowns: {first:.2} s", network.nodes);
-    let further = |solver: &Solver<'_>, (flow, speed): (&str, &str)| {
+    let reduced = reduced.map(|file| {
+        let bytes = std::fs::read(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        ReducedModel::from_bytes(&bytes).unwrap_or_else(|e| panic!("{e}"))
+    });
+    let further = |solver: &Solver<'_>, (flow, speed): (&str, &str), model: Option<&ReducedModel>| {
         let clock = Instant::now();
-        let s = solver.steady(&at(flow, speed)).unwrap_or_else(|e| panic!("{e}"));
+        let load = at(flow, speed);
+        let start = model.map(|model| {
+            let condition = condition(&machine, flow, speed);
+            let answer = model.steady(&condition, &[]).unwrap_or_else(|e| panic!("{e}"));
+            model.temperatures(&answer, &condition, network).unwrap_or_else(|e| panic!("{e}"))
+        });
+        let s =
+            start.map_or_else(|| solver.steady(&load), |start| solver.steady_from(&load, &start, 1e-3)).unwrap_or_else(|e| panic!("{e}"));
         let seconds = clock.elapsed().as_secs_f64();
         let share = seconds / first;
         println!(
@@ -143,7 +158,11 @@ fn sweep(cells: usize) {
     let others =
         [("9.42 L/min", "2400 rpm"), ("9 L/min", "2500 rpm"), ("4 L/min", "1000 rpm"), ("18 L/min", "250 rpm"), ("6 L/min", "1700 rpm")];
     for other in others {
-        further(&solver, other);
+        further(&solver, other, None);
+    }
+    if let Some(model) = &reduced {
+        println!("from a reduced model:");
+        others.iter().for_each(|other| further(&solver, *other, Some(model)));
     }
     let flows = ["2.355 L/min", "3.5 L/min", "5.5 L/min", "8.5 L/min", "13 L/min", "18.84 L/min"];
     let speeds = ["250 rpm", "2500 rpm", "1400 rpm"];
@@ -152,7 +171,7 @@ fn sweep(cells: usize) {
     solver.learn(&known);
     println!("{} conditions to start from: {:.2} s", known.len(), clock.elapsed().as_secs_f64());
     for other in others {
-        further(&solver, other);
+        further(&solver, other, None);
     }
 }
 

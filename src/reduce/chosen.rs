@@ -4,6 +4,8 @@
 use rayon::prelude::*;
 
 use super::assemble::Snapshot;
+use super::basis::Basis;
+use super::cells::Guess;
 use super::ground::{Calibrated, Ground, LEAST_MARGIN};
 use super::model::{Answer, ReducedModel};
 use crate::describe::machine::Condition;
@@ -37,8 +39,10 @@ pub struct Asked<'a> {
     pub accuracy: f64,
 }
 
-/// Solves conditions in full, by their places: temperatures of all nodes (K), none where it failed.
-pub type InFull<'f> = dyn FnMut(&[usize]) -> Result<Vec<Option<Vec<f64>>>> + 'f;
+/// Solves conditions in full, by their places, from where they are guessed to be: temperatures of all nodes (K), none where it failed.
+pub type InFull<'f> = dyn FnMut(&[usize], &Guesses<'_>) -> Result<Vec<Option<Vec<f64>>>> + 'f;
+/// Where the solution of a condition is guessed to be, by its place; none where nothing is known of it.
+pub type Guesses<'g> = dyn Fn(usize) -> Option<Guess> + Sync + 'g;
 
 /// The answers of a reduced model, condition by condition; none where the full solution is needed. It is made of those that `solve`
 /// was asked for, around the state `center` at a condition. The same conditions get the same answers.
@@ -86,28 +90,35 @@ pub fn answers(
         Calibrated::at(&rows.par_iter().zip(states).filter_map(one).collect::<Vec<_>>())
     };
     let mut margin = LEAST_MARGIN;
-    let mut before: Option<ReducedModel> = None;
+    let mut before: Option<(ReducedModel, Basis)> = None;
+    let guess = |known: Option<&(ReducedModel, Basis)>, row: usize| {
+        let (model, basis) = known?;
+        let (load, answer) = (Load::at(machine, &asked.conditions[row]).ok()?, model.steady(&asked.conditions[row], &[]).ok()?);
+        model.guess(&answer, (network, &load), ground.center(), &basis.modes).ok()
+    };
     let mut next: Vec<usize> = open.drain(..first).collect();
     loop {
-        let states = solve(&next)?;
+        let states = solve(&next, &|row| guess(before.as_ref(), row))?;
         // The last conditions of the basis were predicted too, and lie where the bound was largest.
-        let predicted = before.take().map_or(LEAST_MARGIN, |model| compare(&model, &next, &states).margin);
+        let predicted = before.take().map_or(LEAST_MARGIN, |(model, _)| compare(&model, &next, &states).margin);
         join(&next, states, &mut snapshots)?;
         // Where no model can be made, everything is solved in full.
-        let Ok((model, _)) = ground.model(&snapshots, &ranges) else { return Ok(found) };
-        let mut model = ReducedModel { margin, ..model };
+        let Ok((model, basis)) = ground.model(&snapshots, &ranges) else { return Ok(found) };
+        let model = ReducedModel { margin, ..model };
         let aim = if margin > LEAST_MARGIN { asked.accuracy } else { (AIM * asked.accuracy).max(model.floor) };
         let missed = beyond(&model, asked, &open, aim);
         let largest = missed.first().map_or(aim, |(_, bound)| *bound);
         progress.at(&format!("{} conditions in the basis, {} modes: largest bound {largest:.1e} K", snapshots.len(), model.fine.len()));
         if !missed.is_empty() && snapshots.len() < MOST {
             next = worst(missed, snapshots.len(), &mut open);
-            before = Some(model);
+            before = Some((model, basis));
             continue;
         }
         let known = open.iter().filter(|row| (asked.in_full)(**row)).count();
         let checks: Vec<usize> = open.drain(..known.max(CHECKS).min(open.len())).collect();
-        let states = solve(&checks)?;
+        let known = (model, basis);
+        let states = solve(&checks, &|row| guess(Some(&known), row))?;
+        let (mut model, basis) = known;
         let calibrated = compare(&model, &checks, &states);
         margin = margin.max(calibrated.margin).max(predicted);
         (model.margin, model.floor) = (margin, calibrated.floor);
@@ -123,7 +134,7 @@ pub fn answers(
         // The calibrated bound asks for a finer model.
         join(&checks, states, &mut snapshots)?;
         next = worst(missed, snapshots.len(), &mut open);
-        before = Some(model);
+        before = Some((model, basis));
     }
 }
 

@@ -376,7 +376,7 @@ impl Level {
                 }
                 for (k, exchange) in state.exchange.iter().enumerate() {
                     let share = if state.capacity_rate > 0.0 { exchange / state.capacity_rate } else { 1.0 };
-                    let (felt, mut column) = (water.felt.column(first[s] + k), slopes.column_mut(first[s] + k));
+                    let (felt, mut column) = (water.along.felt.column(first[s] + k), slopes.column_mut(first[s] + k));
                     let all = slope.as_mut_slice().iter_mut().zip(felt.as_slice()).zip(column.as_mut_slice());
                     for ((slope, wall), own) in all {
                         let apart = *wall - *slope;
@@ -387,7 +387,7 @@ impl Level {
                 leaving[s] = slope;
             }
         }
-        jacobian.gemm(1.0, &water.takes, &slopes.transpose(), 1.0);
+        jacobian.gemm(1.0, &water.along.takes, &slopes.transpose(), 1.0);
         jacobian
     }
 

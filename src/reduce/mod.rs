@@ -23,7 +23,8 @@ mod stored;
 mod walls;
 mod water;
 
-pub use chosen::{Asked, InFull, answers};
+pub use cells::Guess;
+pub use chosen::{Asked, Guesses, InFull, answers};
 pub use course::{Beginning, Course, Stretch};
 pub use field::Field;
 pub use level::{Level, Reduced};

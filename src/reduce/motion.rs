@@ -7,6 +7,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::conductors::conductors;
 use super::level::{Given, Level, Reduced};
+use super::water::Along;
 use crate::discretise::mesh::path::Station;
 use crate::discretise::network::{Load, Network, SensorTerm};
 use crate::error::{Error, Result, Stop};
@@ -130,6 +131,8 @@ pub struct Motion<'a> {
     leaving: Option<DVector<f64>>,
     /// The matrix of the last step, as long as its derivatives serve.
     factors: Option<Factors>,
+    /// What the water was to the modes in the last stage.
+    along: Option<Rc<Along>>,
     /// Whether readings of water were far from straight in the last step.
     lands: bool,
     /// The last step.
@@ -168,6 +171,7 @@ impl<'a> Motion<'a> {
             now: None,
             leaving: None,
             factors: None,
+            along: None,
             lands: false,
             before: None,
             steps: 0,
@@ -291,7 +295,7 @@ impl<'a> Motion<'a> {
         let between = at(GAMMA, now)?;
         let end = at(1.0, &between)?;
         let (early, middle) = (load(self.time + 0.5 * GAMMA * h)?, load(self.time + 0.5 * h)?);
-        let start = &self.amplitudes;
+        let start = &self.amplitudes.clone();
         // One matrix for both stages: half of the first one's duration is the weight of either's own heat.
         let mut factors = match self.factors.take() {
             Some(known) if known.length == h => known,
@@ -342,7 +346,7 @@ impl<'a> Motion<'a> {
     }
 
     /// Solves M (a - start) + earlier + own R(a) = heat from the water.
-    fn stage(&self, factors: &Factors, stage: &Stage<'_>, guess: DVector<f64>) -> Result<Taken> {
+    fn stage(&mut self, factors: &Factors, stage: &Stage<'_>, guess: DVector<f64>) -> Result<Taken> {
         let (level, network, load) = (self.level, self.network, &stage.now.load);
         let effective = |a: &DVector<f64>| a * stage.effective.0 + &stage.effective.1;
         // Films from the temperatures expected halfway, as in the full network.
@@ -351,7 +355,8 @@ impl<'a> Motion<'a> {
         let states = network.stream_states(stage.middle, &walls)?;
         let streams = Streams::new(network, &states, stage.duration, &self.water, inflows(stage.begin, load));
         let weights: Vec<f64> = (0..states.len()).flat_map(|s| streams.weight(s)).copied().collect();
-        let water = level.channels().alongside_over(&states, &weights);
+        let water = level.channels().alongside_over(&states, &weights, self.along.as_ref());
+        self.along = Some(Rc::clone(&water.along));
         // All that is linear in the amplitudes, and what they do not change.
         let given = &stage.now.given;
         let around = water.around.columns(0, level.len());

@@ -6,14 +6,15 @@ use rayon::prelude::*;
 
 use super::assemble::Snapshot;
 use super::basis::Basis;
+use super::cells::Guess;
 use super::field::Field;
 use super::ground::{COARSE, Calibrated, Ground, SAMPLING};
 use super::histories::{Plan, Run, calibrated};
 use super::model::{Answer, Made, ReducedModel};
 use crate::describe::machine::Condition;
-use crate::discretise::network::Load;
+use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
-use crate::foundation::progress::Progress;
+use crate::foundation::progress::{Progress, Silent};
 use crate::foundation::random::Random;
 use crate::solve::Solver;
 use crate::solve::sensitivity::{OpenParameter, Study};
@@ -89,10 +90,10 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     }
     let middle = offline.place(&vec![0.5; offline.axes()]);
     let load = Load::at(machine, &middle.condition)?;
-    let solver = Solver::heard(network, &load, progress)?;
+    let solver = study.model.solver_heard(&middle.condition, progress)?;
     let center = solver.steady(&load)?;
     let ground = Ground::new(machine, network, load, center, settings.accuracy);
-    let full = |place: &Place| offline.full(place, &solver, &ground);
+    let full = |place: &Place, known: Option<&Grown>| offline.full(place, known, &solver, &ground);
     let mut random = Random::new(settings.seed);
     let mut draw = |count: usize| -> Vec<Place> {
         (0..count).map(|_| offline.place(&(0..offline.axes()).map(|_| random.unit()).collect::<Vec<_>>())).collect()
@@ -104,7 +105,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
     let places = draw(CHECKS);
     let unseen = draw(UNSEEN);
     progress.at(&format!("solving {} conditions in full", first.len()));
-    growth.take(&first, &full);
+    growth.take(&first, None, &full);
     let mut aim = AIM * settings.accuracy;
     let mut grown = growth.until(aim, &full, progress)?;
     let past = if settings.histories == 0 {
@@ -113,7 +114,7 @@ pub fn reduce(study: &Study, settings: &Settings, progress: &dyn Progress) -> Re
         Some(Past::run(&offline, &ground, settings, grown.model.fine.slowest(&Load::at(machine, &middle.condition)?)?, progress)?)
     };
     progress.at(&format!("solving {CHECKS} further conditions in full to compare with"));
-    let truths: Vec<(&Place, Snapshot)> = places.par_iter().filter_map(|place| Some((place, full(place).ok()?))).collect();
+    let truths: Vec<(&Place, Snapshot)> = places.par_iter().filter_map(|place| Some((place, full(place, Some(&grown)).ok()?))).collect();
     let mut attempts = ATTEMPTS;
     loop {
         let (model, modes) = match &past {
@@ -180,6 +181,9 @@ fn compared(model: &ReducedModel, truths: &[(&Place, Snapshot)]) -> Result<Vec<O
     Ok(compared)
 }
 
+/// A full solve, begun with what a model tells of it.
+type Full<'f> = dyn Fn(&Place, Option<&Grown>) -> Result<Snapshot> + Sync + 'f;
+
 /// A model whose bounds are small enough, or as small as the solves that are allowed make them.
 struct Grown {
     model: ReducedModel,
@@ -200,8 +204,8 @@ struct Growth<'a> {
 }
 
 impl Growth<'_> {
-    fn take(&mut self, places: &[Place], full: &(dyn Fn(&Place) -> Result<Snapshot> + Sync)) {
-        let solved: Vec<Option<Snapshot>> = places.par_iter().map(|place| full(place).ok()).collect();
+    fn take(&mut self, places: &[Place], known: Option<&Grown>, full: &Full<'_>) {
+        let solved: Vec<Option<Snapshot>> = places.par_iter().map(|place| full(place, known).ok()).collect();
         self.failed += solved.iter().filter(|s| s.is_none()).count();
         self.snapshots.extend(solved.into_iter().flatten());
     }
@@ -212,7 +216,7 @@ impl Growth<'_> {
     }
 
     /// Solves in full where the bound is largest, until none is above `aim`.
-    fn until(&mut self, aim: f64, full: &(dyn Fn(&Place) -> Result<Snapshot> + Sync), progress: &dyn Progress) -> Result<Grown> {
+    fn until(&mut self, aim: f64, full: &Full<'_>, progress: &dyn Progress) -> Result<Grown> {
         loop {
             let (model, basis) = self.ground.model(&self.snapshots, &self.settings.ranges)?;
             let model = ReducedModel { parameters: self.parameters.to_vec(), left_out: self.left_out.clone(), ..model };
@@ -225,8 +229,9 @@ impl Growth<'_> {
             let worst = bounds.iter().fold(0.0, |m: f64, b| m.max(*b));
             let (solved, fine) = (self.snapshots.len(), basis.modes.len());
             progress.at(&format!("{solved} conditions solved in full, {fine} modes: largest bound {worst:.1e} K"));
+            let grown = Grown { model, basis, worst };
             if worst <= aim || !self.goes_on() {
-                return Ok(Grown { model, basis, worst });
+                return Ok(grown);
             }
             let mut order: Vec<usize> = (0..self.pool.len()).collect();
             order.sort_by(|a, b| bounds[*b].total_cmp(&bounds[*a]).then(a.cmp(b)));
@@ -234,7 +239,7 @@ impl Growth<'_> {
             let next: Vec<Place> = order.iter().map(|i| self.pool[*i].clone()).collect();
             let mut at = 0..;
             self.pool.retain(|_| !at.next().is_some_and(|i| order.contains(&i)));
-            self.take(&next, full);
+            self.take(&next, Some(&grown), full);
         }
     }
 }
@@ -316,13 +321,21 @@ impl Offline<'_> {
         Place { condition: Condition::from_si(si), parameters }
     }
 
-    /// The full model there.
-    fn full(&self, place: &Place, solver: &Solver<'_>, ground: &Ground<'_>) -> Result<Snapshot> {
-        let near = ground.center();
+    /// The full model there, from where a reduced one has it, or else from the middle.
+    fn full(&self, place: &Place, known: Option<&Grown>, solver: &Solver<'_>, ground: &Ground<'_>) -> Result<Snapshot> {
+        let center = ground.center();
         let (machine, network) = (&self.study.model.machine, &self.study.model.network);
         let mut load = Load::at(machine, &place.condition)?;
+        let near = |network: &Network, load: &Load| {
+            let guessed = known.and_then(|known| {
+                let answer = known.model.steady(&place.condition, &place.parameters).ok()?;
+                known.model.guess(&answer, (network, load), center, &known.basis.modes).ok()
+            });
+            guessed.unwrap_or_else(|| Guess { temperatures: center.to_vec(), error: f64::INFINITY })
+        };
         if place.parameters.is_empty() {
-            let solution = solver.steady_from(&load, near)?;
+            let Guess { temperatures, error } = near(network, &load);
+            let solution = solver.steady_from(&load, &temperatures, error)?;
             return Ok(ground.snapshot(&load, &solution.streams, &solution.temperatures));
         }
         let (mut own, mut rest) = (network.clone(), ground.split.rest.clone());
@@ -331,7 +344,8 @@ impl Offline<'_> {
             parameter.set(*value, machine, &mut rest, &mut unused);
             parameter.set(*value, machine, &mut own, &mut load);
         }
-        let solution = Solver::near(&own, &load, near.to_vec())?.steady(&load)?;
-        Ok(Snapshot::of(&own, &rest, &load, &solution.streams, &solution.temperatures, near))
+        let start = near(&own, &load).temperatures;
+        let solution = Solver::near(&own, &load, start, &Silent)?.steady(&load)?;
+        Ok(Snapshot::of(&own, &rest, &load, &solution.streams, &solution.temperatures, center))
     }
 }

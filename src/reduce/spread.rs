@@ -6,6 +6,7 @@ use super::model::ReducedModel;
 use crate::describe::machine::Condition;
 use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
+use crate::foundation::progress::Silent;
 use crate::foundation::random::Random;
 use crate::solve::Solver;
 use crate::solve::sensitivity::{OpenParameter, Scale};
@@ -126,7 +127,7 @@ impl ReducedModel {
         for (parameter, value) in self.parameters.iter().zip(values) {
             parameter.set(*value, &self.machine, &mut own, &mut load);
         }
-        let state = Solver::near(&own, &load, near.to_vec())?.steady(&load)?;
+        let state = Solver::near(&own, &load, near.to_vec(), &Silent)?.steady(&load)?;
         let readings: Vec<f64> = own.sensors.iter().map(|s| s.read(&state.temperatures, &load)).collect();
         let bounds = vec![0.0; readings.len()];
         Ok((readings, bounds))

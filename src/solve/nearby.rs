@@ -5,16 +5,13 @@ use rayon::prelude::*;
 use super::krylov::Scratch;
 use super::multigrid::Workspace;
 use super::start::Anchors;
-use super::steady::{Solver, hold};
+use super::steady::{BEND, LAG, Solver, hold};
 use crate::discretise::network::{Load, Network, StreamState};
 use crate::error::Result;
 use crate::foundation::progress::Silent;
 
-/// Reduction of the residual asked of each linear solve, and the factor by which a weakly connected part may lag behind it.
+/// Reduction of the residual asked of each linear solve.
 const LINEAR_TOLERANCE: f64 = 1e-4;
-const LAG: f64 = 20.0;
-/// Share by which a step of one kelvin bends the heat flows, 1/K.
-const BEND: f64 = 0.01;
 /// Newton steps, and the largest of them, K: beyond, the state is not near.
 const MOST_STEPS: usize = 6;
 const LARGEST_STEP: f64 = 50.0;
@@ -122,7 +119,7 @@ impl<'a> Nearby<'a> {
             here = self.open(load, &state)?;
         }
         // It is not near, or hard to find: by the full method.
-        Ok(self.solver.steady_from(load, start)?.temperatures)
+        Ok(self.solver.steady_from(load, start, f64::INFINITY)?.temperatures)
     }
 
     /// What is open at temperatures (K).
@@ -166,7 +163,7 @@ impl<'a> Nearby<'a> {
             }
         }
         // It is not near, or hard to find: by the full method.
-        Ok(self.solver.steady_from(load, start)?.temperatures)
+        Ok(self.solver.steady_from(load, start, f64::INFINITY)?.temperatures)
     }
 }
 

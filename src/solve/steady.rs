@@ -17,13 +17,20 @@ use crate::foundation::progress::{Progress, Silent};
 
 /// Largest relative heat imbalance of a result that may be printed.
 pub const BALANCE_TOLERANCE: f64 = 1e-8;
-/// Newton stops when no temperature moves by more than this, K, and the heat residual agrees. Near the
-/// solution the next step would be smaller still by the factor the last ones shrank by, 1e-3 or less.
+/// Newton stops when no temperature would move by more than this any more, K, and the heat balance is closed.
+const LEFT_TOLERANCE: f64 = 1e-7;
+/// Or when no temperature has moved by more than this, K, and hardly any heat is unaccounted for.
 const STEP_TOLERANCE: f64 = 1e-5;
-/// Sum of the absolute nodal residuals over the heat that passes through, at the end.
+/// The same as a share of the heat that passes through, for the sum of the absolute nodal residuals.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
-/// Reduction of the residual asked of each linear solve; in the last ones so much of what is asked for in the end, and at most.
+/// What a step leaves: so many times what its linear solve does, because a weakly connected part may lag behind, and the share by
+/// which a step of one kelvin bends the heat flows, 1/K.
+pub(super) const LAG: f64 = 20.0;
+pub(super) const BEND: f64 = 0.01;
+/// Reduction of the residual asked of a linear solve: far from the solution, and at most, where what a step bends is less still; in the
+/// last ones so much of what is asked for in the end, and at least.
 const LINEAR_TOLERANCE: f64 = 1e-3;
+const FINEST_TOLERANCE: f64 = 1e-5;
 const ENOUGH: f64 = 0.1;
 const LARGEST_TOLERANCE: f64 = 0.05;
 const MOST_NEWTON: usize = 40;
@@ -68,15 +75,18 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// Heat has no way out of some part, or water leaves its property range.
     pub fn new(network: &'a Network, reference: &Load) -> Result<Self> {
-        Self::near(network, reference, initial(network, reference))
+        Self::heard(network, reference, &Silent)
     }
 
     /// The same, beginning with temperatures (K, one per node) that resemble the reference's solution.
     ///
     /// # Errors
     /// As [`Solver::new`].
-    pub fn near(network: &'a Network, reference: &Load, start: Vec<f64>) -> Result<Self> {
-        Self::begun(network, reference, start, &Silent)
+    pub fn near(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
+        let mut solver = Self::unsolved(network, reference, start, progress)?;
+        // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
+        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures, f64::INFINITY, progress)?;
+        Ok(solver)
     }
 
     /// As [`Solver::new`], saying how Newton's method comes along.
@@ -84,14 +94,7 @@ impl<'a> Solver<'a> {
     /// # Errors
     /// As [`Solver::new`].
     pub fn heard(network: &'a Network, reference: &Load, progress: &dyn Progress) -> Result<Self> {
-        Self::begun(network, reference, initial(network, reference), progress)
-    }
-
-    fn begun(network: &'a Network, reference: &Load, start: Vec<f64>, progress: &dyn Progress) -> Result<Self> {
-        let mut solver = Self::unsolved(network, reference, start, progress)?;
-        // Every condition starts from the reference solution, so that no result depends on the order of a sweep.
-        solver.reference.1 = solver.newton(reference, &solver.reference.1.temperatures, progress)?;
-        Ok(solver)
+        Self::near(network, reference, initial(network, reference), progress)
     }
 
     /// Set up, with a reference that is not solved.
@@ -165,21 +168,22 @@ impl<'a> Solver<'a> {
                 known.get_or_insert_with(|| self.anchors.seen_by(&matrix())).improve(&residual, &mut temperatures);
             }
         }
-        self.steady_from(load, &temperatures)
+        self.steady_from(load, &temperatures, f64::INFINITY)
     }
 
-    /// Solves one condition by Newton's method from given temperatures (K, one per node).
+    /// Solves one condition by Newton's method from given temperatures (K, one per node), which are about `error` (K) from the solution,
+    /// or any number where nothing is known of it. That decides how far the first linear solve goes, not how exact the solution is.
     ///
     /// # Errors
     /// As [`Solver::steady`].
-    pub fn steady_from(&self, load: &Load, start: &[f64]) -> Result<Solution> {
-        let solution = self.newton(load, start, &Silent)?;
+    pub fn steady_from(&self, load: &Load, start: &[f64], error: f64) -> Result<Solution> {
+        let solution = self.newton(load, start, error, &Silent)?;
         self.network.check_coolant(load, &solution.temperatures)?;
         Ok(solution)
     }
 
     /// The full method, whatever became of the coolant.
-    fn newton(&self, load: &Load, start: &[f64], progress: &dyn Progress) -> Result<Solution> {
+    fn newton(&self, load: &Load, start: &[f64], error: f64, progress: &dyn Progress) -> Result<Solution> {
         let network = self.network;
         self.pieces.check(network, load)?;
         let mut temperatures = start.to_vec();
@@ -190,6 +194,8 @@ impl<'a> Solver<'a> {
         let (mut step, mut residual, mut outside) = (vec![0.0; network.nodes], Vec::new(), Outside::default());
         let mut matrix: Option<Jacobian<'_>> = None;
         let mut last_step = f64::INFINITY;
+        // About how far the temperatures still are from the solution, K; at least one step is taken.
+        let mut left = error.max(STEP_TOLERANCE);
         loop {
             let clock = Instant::now();
             let streams = network.stream_states(load, &temperatures)?;
@@ -205,7 +211,8 @@ impl<'a> Solver<'a> {
             let rounding = self.system.rounding(network, &streams, &temperatures, &outside);
             let asked = (RESIDUAL_TOLERANCE * through).max(rounding);
             let is_balanced = imbalance <= asked;
-            if is_balanced && last_step <= STEP_TOLERANCE {
+            let is_closed = balance.relative <= BALANCE_TOLERANCE;
+            if is_balanced && last_step <= STEP_TOLERANCE || is_closed && left <= LEFT_TOLERANCE {
                 if balance.relative > BALANCE_TOLERANCE && (balance.in_watts - balance.out_watts).abs() <= rounding {
                     // Hardly any heat flows: what rounding of the temperatures leaves stands in no relation to it.
                     balance.relative = 0.0;
@@ -244,8 +251,8 @@ impl<'a> Solver<'a> {
 
             let clock = Instant::now();
             for_chunks(&mut residual, |_, part| part.iter_mut().for_each(|r| *r = -*r));
-            // The last steps need no more than what is asked for in the end.
-            let within = LINEAR_TOLERANCE.max(ENOUGH * asked / imbalance);
+            // No step needs to be more exact than heat flows are straight, nor the last ones than what is asked for in the end.
+            let within = (BEND * left).clamp(FINEST_TOLERANCE, LINEAR_TOLERANCE).max((ENOUGH * asked).max(rounding) / imbalance);
             let outcome = self.linear(matrix, &streams, &residual, &mut step, within.min(LARGEST_TOLERANCE), &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;
@@ -263,6 +270,7 @@ impl<'a> Solver<'a> {
             let factor =
                 temperatures.iter().zip(&step).fold(1.0f64, |f, (t, s)| if s.abs() > 0.9 * t { f.min(0.9 * t / s.abs()) } else { f });
             temperatures.iter_mut().zip(&step).for_each(|(t, s)| *t += factor * s);
+            left = last_step * (LAG * outcome.relative_residual + BEND * last_step).min(1.0);
             newton += 1;
             progress.at(&format!(
                 "{} unknowns: Newton step {newton} moved {last_step:.1e} K, {imbalance:.1e} W of {through:.1e} W were open",

@@ -355,11 +355,17 @@ impl Grid {
 
     /// The one or two cells along `d` between whose centres `x` lies, with their weights.
     fn interpolate_axis(&self, d: usize, x: f64) -> Vec<(usize, f64)> {
+        let [low, high] = self.between(d, x);
+        if self.n(d) == 1 { vec![low] } else { vec![low, high] }
+    }
+
+    /// The two cells along `d` between whose centres a local coordinate lies, or beside it, with their weights; a single one has all of it.
+    pub fn between(&self, d: usize, x: f64) -> [(usize, f64); 2] {
         let n = self.n(d);
         if n == 1 {
-            return vec![(0, 1.0)];
+            return [(0, 1.0), (0, 0.0)];
         }
-        let between = |i: usize, j: usize, t: f64| vec![(i, 1.0 - t), (j, t)];
+        let between = |i: usize, j: usize, t: f64| [(i, 1.0 - t), (j, t)];
         let scale = |x: f64| if self.is_spherical() { self.scale(d, x) } else { x };
         let above = (0..n).find(|i| self.centre(d, *i) > x).unwrap_or(n);
         if self.wraps(d) && (above == 0 || above == n) {

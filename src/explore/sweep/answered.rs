@@ -17,7 +17,7 @@ use crate::error::Result;
 use crate::foundation::numbers::significant;
 use crate::foundation::progress::Silent;
 use crate::foundation::table::{Table, TextColumn};
-use crate::reduce::{Answer, Asked, answers};
+use crate::reduce::{Answer, Asked, Guess, Guesses, answers};
 
 /// Key of the provenance of a table some of whose rows a reduced model answered: the largest bound of each output.
 pub const BOUNDS: &str = "bounds";
@@ -71,8 +71,8 @@ pub(super) fn execute(
 fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options: SweepOptions<'_>, accuracy: f64) -> Result<()> {
     let count = plan.conditions.len();
     let sensors = own.study.model.machine.sensors.len();
-    let solve = |row: usize, keep: &dyn Fn(Vec<f64>)| {
-        let state = own.state(plan, row)?;
+    let solve = |row: usize, guess: Option<Guess>, keep: &dyn Fn(Vec<f64>)| {
+        let state = own.state(plan, row, guess)?;
         let mut values = own.values(plan, row, &state)?;
         values.extend(std::iter::repeat_n(0.0, sensors));
         keep(state.solution.temperatures);
@@ -81,17 +81,19 @@ fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options
     let is_solved = |outcome: &Option<Outcome>| matches!(outcome, Some(Outcome::Values(_)));
     let is_done = |outcome: &Option<Outcome>| is_solved(outcome) || outcome.is_some() && !options.retry_failed;
     if !journal.outcomes().iter().all(is_done) {
-        let mut in_full = |rows: &[usize]| -> Result<Vec<Option<Vec<f64>>>> {
+        let mut in_full = |rows: &[usize], guess: &Guesses<'_>| -> Result<Vec<Option<Vec<f64>>>> {
             let fields: Mutex<HashMap<usize, Vec<f64>>> = Mutex::default();
             let keep = |row: usize, field| drop(fields.lock().unwrap_or_else(PoisonError::into_inner).insert(row, field));
             let mut sorted = rows.to_vec();
             sorted.sort_unstable();
-            run_rows(&sorted, (sorted.len(), "conditions in full"), width, journal, options, |row| solve(row, &|field| keep(row, field)))?;
+            run_rows(&sorted, (sorted.len(), "conditions in full"), width, journal, options, |row| {
+                solve(row, guess(row), &|field| keep(row, field))
+            })?;
             let mut fields = fields.into_inner().unwrap_or_else(PoisonError::into_inner);
             // The journal holds readings, not fields: what an earlier run solved for the basis is solved again, to the same field.
             let lacks = |row: &&usize| is_solved(&journal.outcomes()[**row]) && !fields.contains_key(row);
             let lacking: Vec<usize> = rows.iter().filter(lacks).copied().collect();
-            let again = |row: &usize| Some((*row, own.state(plan, *row).ok()?.solution.temperatures));
+            let again = |row: &usize| Some((*row, own.state(plan, *row, guess(*row)).ok()?.solution.temperatures));
             fields.extend(lacking.par_iter().filter_map(again).collect::<Vec<_>>());
             Ok(rows.iter().map(|row| fields.remove(row)).collect())
         };
@@ -105,7 +107,7 @@ fn fill(own: &Own<'_>, plan: &Plan, width: usize, journal: &mut Journal, options
         let new: Vec<(usize, Outcome)> = new.map(|(row, answer)| (row, Outcome::Values(values_of(own, answer)))).collect();
         journal.absorb(new)?;
     }
-    run_rows(&(0..count).collect::<Vec<_>>(), (count, "conditions"), width, journal, options, |row| solve(row, &|_| ()))
+    run_rows(&(0..count).collect::<Vec<_>>(), (count, "conditions"), width, journal, options, |row| solve(row, None, &|_| ()))
 }
 
 /// Readings as they are shown, no slopes, bounds.

@@ -7,6 +7,7 @@ use super::{Open, Plan};
 use crate::describe::machine::Condition;
 use crate::discretise::network::Load;
 use crate::error::{Error, Result};
+use crate::reduce::Guess;
 use crate::solve::meshed::SteadyState;
 use crate::solve::sensitivity::{Derivatives, Study};
 use crate::solve::{Solution, Solver};
@@ -45,9 +46,9 @@ impl<'a> Own<'a> {
             }
         };
         // Every condition starts from the same few, spread evenly over the design as the sweep file states it, so that none
-        // depends on which others have been solved before it or in this run.
+        // depends on which others have been solved before it or in this run. Where a reduced model is made, that tells more.
         let rows = &plan.conditions;
-        let known = (rows.len() / WORTH_ONE_START).min(MOST_STARTS);
+        let known = if plan.accuracy.is_some() { 0 } else { (rows.len() / WORTH_ONE_START).min(MOST_STARTS) };
         let start = |i: usize| Load::at(machine, &Condition::from_si(rows[i * rows.len() / known].clone()));
         solver.learn(&(0..known).filter_map(|i| start(i).ok()).collect::<Vec<_>>());
         let boiling = Mutex::new(vec![(0, 0.0); study.model.network.streams.len()]);
@@ -62,12 +63,16 @@ impl<'a> Own<'a> {
         self.solver.steady(&Load::at(&self.study.model.machine, &self.reference)?)
     }
 
-    /// The steady state at a row of a plan.
+    /// The steady state at a row of a plan, from where it is guessed to be.
     ///
     /// # Errors
     /// There is none.
-    pub(super) fn state(&self, plan: &Plan, row: usize) -> Result<SteadyState> {
-        self.study.model.solve(&self.solver, &Condition::from_si(plan.conditions[row].clone()))
+    pub(super) fn state(&self, plan: &Plan, row: usize, guess: Option<Guess>) -> Result<SteadyState> {
+        let (model, condition) = (&self.study.model, Condition::from_si(plan.conditions[row].clone()));
+        match guess {
+            Some(guess) => model.solve_from(&self.solver, &condition, &guess.temperatures, guess.error),
+            None => model.solve(&self.solver, &condition),
+        }
     }
 
     /// Outputs and slopes at a row of a plan, whose state is given.
@@ -125,6 +130,6 @@ pub(super) fn with<R>(
     work: impl FnOnce(&(dyn Fn(&Plan, usize) -> Result<Vec<f64>> + Sync)) -> Result<R>,
 ) -> Result<(R, Vec<String>)> {
     let own = Own::new(study, open, plan)?;
-    let result = work(&|plan, row| own.values(plan, row, &own.state(plan, row)?))?;
+    let result = work(&|plan, row| own.values(plan, row, &own.state(plan, row, None)?))?;
     Ok((result, own.notes()))
 }

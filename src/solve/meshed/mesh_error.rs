@@ -65,7 +65,7 @@ impl MeshedMachine {
     }
 
     /// A mesh of the same machine with cells `ratio` times as long along each axis, as far as its blocks allow.
-    fn coarser(&self, ratio: f64) -> Result<Mesh> {
+    pub(super) fn coarser(&self, ratio: f64) -> Result<Mesh> {
         let blocks = self.machine.parts.iter().flat_map(|p| &p.blocks);
         let fewer = |(n, block): (&[usize; 3], &Block)| {
             let is_turn = matches!(block.shape, Shape::Cylinder { turn, .. } if turn.1 - turn.0 > 0.99 * std::f64::consts::TAU);

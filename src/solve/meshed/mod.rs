@@ -8,6 +8,7 @@ mod inventory;
 mod limits;
 mod mesh_error;
 pub mod record;
+mod start;
 mod within;
 
 pub use boundaries::BoundaryEntry;
@@ -83,7 +84,7 @@ impl MeshedMachine {
     /// # Errors
     /// As [`Solver::new`].
     pub fn solver(&self, reference: &Condition) -> Result<Solver<'_>> {
-        Solver::new(&self.network, &Load::at(&self.machine, reference)?).map_err(|error| error.in_file(&self.machine.file))
+        self.solver_heard(reference, &Silent).map_err(|error| error.in_file(&self.machine.file))
     }
 
     /// The same, saying how it comes along.
@@ -91,7 +92,11 @@ impl MeshedMachine {
     /// # Errors
     /// As [`Solver::new`].
     pub fn solver_heard(&self, reference: &Condition, progress: &dyn Progress) -> Result<Solver<'_>> {
-        Solver::heard(&self.network, &Load::at(&self.machine, reference)?, progress)
+        let load = Load::at(&self.machine, reference)?;
+        match self.start(reference) {
+            Some(start) => Solver::near(&self.network, &load, start, progress).or_else(|_| Solver::heard(&self.network, &load, progress)),
+            None => Solver::heard(&self.network, &load, progress),
+        }
     }
 
     /// Solves a single condition; [`MeshedMachine::solver`] and [`MeshedMachine::solve`] share the setup between many.
@@ -109,6 +114,16 @@ impl MeshedMachine {
     pub fn solve(&self, solver: &Solver<'_>, condition: &Condition) -> Result<SteadyState> {
         let load = Load::at(&self.machine, condition)?;
         let solution = solver.steady(&load)?;
+        Ok(SteadyState { load, solution })
+    }
+
+    /// The same from temperatures of all nodes (K) that are about `error` (K) from the solution.
+    ///
+    /// # Errors
+    /// As [`Load::at`] and [`Solver::steady_from`].
+    pub fn solve_from(&self, solver: &Solver<'_>, condition: &Condition, start: &[f64], error: f64) -> Result<SteadyState> {
+        let load = Load::at(&self.machine, condition)?;
+        let solution = solver.steady_from(&load, start, error)?;
         Ok(SteadyState { load, solution })
     }
 
