@@ -140,10 +140,11 @@ fn sweep(cells: usize, reduced: Option<&Path>) {
         let start = model.map(|model| {
             let condition = condition(&machine, flow, speed);
             let answer = model.steady(&condition, &[]).unwrap_or_else(|e| panic!("{e}"));
-            model.temperatures(&answer, &condition, network).unwrap_or_else(|e| panic!("{e}"))
+            let start = model.temperatures(&answer, &condition, network).unwrap_or_else(|e| panic!("{e}"));
+            (start, model.field.as_ref().map_or(f64::INFINITY, |field| field.largest_error))
         });
-        let s =
-            start.map_or_else(|| solver.steady(&load), |start| solver.steady_from(&load, &start, 1e-3)).unwrap_or_else(|e| panic!("{e}"));
+        let from = |(start, error): (Vec<f64>, f64)| solver.steady_from(&load, &start, error);
+        let s = start.map_or_else(|| solver.steady(&load), from).unwrap_or_else(|e| panic!("{e}"));
         let seconds = clock.elapsed().as_secs_f64();
         let share = seconds / first;
         println!(

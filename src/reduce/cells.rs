@@ -8,8 +8,8 @@ use crate::discretise::network::{Load, Network};
 use crate::error::{Error, Result};
 use crate::solve::csr::for_chunks;
 
-/// How many times the bound of the readings any cell may be off.
-const FIELD: f64 = 10.0;
+/// About the error of the field as a share of the largest bound.
+const FIELD: f64 = 0.1;
 
 /// Temperatures that the full solver starts from.
 pub struct Guess {

@@ -17,11 +17,9 @@ use crate::foundation::progress::{Progress, Silent};
 
 /// Largest relative heat imbalance of a result that may be printed.
 pub const BALANCE_TOLERANCE: f64 = 1e-8;
-/// Newton stops when no temperature would move by more than this any more, K, and the heat balance is closed.
+/// Newton stops when no temperature would move by more than this any more, K, and the heat residual agrees.
 const LEFT_TOLERANCE: f64 = 1e-7;
-/// Or when no temperature has moved by more than this, K, and hardly any heat is unaccounted for.
-const STEP_TOLERANCE: f64 = 1e-5;
-/// The same as a share of the heat that passes through, for the sum of the absolute nodal residuals.
+/// Sum of the absolute nodal residuals over the heat that passes through, at the end.
 const RESIDUAL_TOLERANCE: f64 = 1e-10;
 /// What a step leaves: so many times what its linear solve does, because a weakly connected part may lag behind, and the share by
 /// which a step of one kelvin bends the heat flows, 1/K.
@@ -30,8 +28,8 @@ pub(super) const BEND: f64 = 0.01;
 /// Reduction of the residual asked of a linear solve: far from the solution, and at most, where what a step bends is less still; in the
 /// last ones so much of what is asked for in the end, and at least.
 const LINEAR_TOLERANCE: f64 = 1e-3;
-const FINEST_TOLERANCE: f64 = 1e-5;
-const ENOUGH: f64 = 0.1;
+const FINEST_TOLERANCE: f64 = 1e-7;
+const ENOUGH: f64 = 0.3;
 const LARGEST_TOLERANCE: f64 = 0.05;
 const MOST_NEWTON: usize = 40;
 const MOST_KRYLOV: usize = 400;
@@ -195,7 +193,7 @@ impl<'a> Solver<'a> {
         let mut matrix: Option<Jacobian<'_>> = None;
         let mut last_step = f64::INFINITY;
         // About how far the temperatures still are from the solution, K; at least one step is taken.
-        let mut left = error.max(STEP_TOLERANCE);
+        let mut left = error.max(2.0 * LEFT_TOLERANCE);
         loop {
             let clock = Instant::now();
             let streams = network.stream_states(load, &temperatures)?;
@@ -211,8 +209,7 @@ impl<'a> Solver<'a> {
             let rounding = self.system.rounding(network, &streams, &temperatures, &outside);
             let asked = (RESIDUAL_TOLERANCE * through).max(rounding);
             let is_balanced = imbalance <= asked;
-            let is_closed = balance.relative <= BALANCE_TOLERANCE;
-            if is_balanced && last_step <= STEP_TOLERANCE || is_closed && left <= LEFT_TOLERANCE {
+            if is_balanced && left <= LEFT_TOLERANCE {
                 if balance.relative > BALANCE_TOLERANCE && (balance.in_watts - balance.out_watts).abs() <= rounding {
                     // Hardly any heat flows: what rounding of the temperatures leaves stands in no relation to it.
                     balance.relative = 0.0;
@@ -252,7 +249,7 @@ impl<'a> Solver<'a> {
             let clock = Instant::now();
             for_chunks(&mut residual, |_, part| part.iter_mut().for_each(|r| *r = -*r));
             // No step needs to be more exact than heat flows are straight, nor the last ones than what is asked for in the end.
-            let within = (BEND * left).clamp(FINEST_TOLERANCE, LINEAR_TOLERANCE).max((ENOUGH * asked).max(rounding) / imbalance);
+            let within = (BEND * left).clamp(FINEST_TOLERANCE, LINEAR_TOLERANCE).max(ENOUGH * asked / imbalance);
             let outcome = self.linear(matrix, &streams, &residual, &mut step, within.min(LARGEST_TOLERANCE), &mut work);
             solving += clock.elapsed().as_secs_f64();
             krylov += outcome.iterations;

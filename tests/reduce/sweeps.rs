@@ -55,6 +55,9 @@ fn run(sweep: &Sweep, folder: &Path) -> Swept {
     sweep.run(folder, SweepOptions::default()).expect("it runs")
 }
 
+/// What two full solves of one condition may differ by, K.
+const SOLVED: f64 = 1e-7;
+
 #[test]
 fn no_row_of_any_shipped_machine_is_outside_its_bound() {
     for (machine, cells, accuracy) in MACHINES {
@@ -72,8 +75,8 @@ fn no_row_of_any_shipped_machine_is_outside_its_bound() {
             for r in 0..own.rows() {
                 for ((a, b), bound) in own.outputs().iter().zip(truth.outputs()).zip(bounds.outputs()) {
                     let error = (a.values[r] - b.values[r]).abs();
-                    // The last digits of degC beside K.
-                    outside += usize::from(error > bound.values[row] + 1e-12);
+                    // What is solved in full begins elsewhere in the two sweeps, and ends at the same state but for what the solver leaves.
+                    outside += usize::from(error > bound.values[row] + SOLVED);
                     largest = f64::max(largest, error);
                     assert!(bound.values[row] <= answered.accuracy);
                 }

@@ -32,7 +32,11 @@ pub(super) fn steady(problem: &Problem, alive: &[&Explanation], predictor: &Pred
     let machine = &problem.study.model.machine;
     let mut conditions = candidates(problem);
     // Some cannot be run: water out of its range, no flow where heat needs it.
-    conditions.retain(|c| problem.study.model.solver(c).is_ok());
+    let model = &problem.study.model;
+    let Some(solver) = conditions.iter().find_map(|c| model.solver(c).ok()) else { return Ok(None) };
+    let runs: Vec<bool> = conditions.par_iter().map(|c| model.solve(&solver, c).is_ok()).collect();
+    let mut runs = runs.into_iter();
+    conditions.retain(|_| runs.next() == Some(true));
     if conditions.is_empty() {
         return Ok(None);
     }
