@@ -10,7 +10,7 @@ use crate::discretise::mesh::grid::Grid;
 use crate::discretise::network::{Network, Stream};
 
 /// Fewest cells of which a coarser mesh is solved first: fewer are solved as soon.
-const WORTH: usize = 100_000;
+const WORTH: usize = 500_000;
 /// How much coarser its cells are along each axis, and the least number of cells for each of its own.
 const COARSER: f64 = 4.0;
 const FEWER: usize = 16;
