@@ -15,7 +15,7 @@ fn main() -> Result<()> {
     let found = examine(&problem, "out/examples/extended.toml", None, &progress)?;
     println!("{}", found.headline());
     for (_, explanation) in found.ranked(5) {
-        println!("  {:.3}  {}", explanation.probability, coldplate::pipeline::diagnosis::words(explanation));
+        println!("  {:.3}  {}", explanation.probability, coldplate_findings::words(explanation));
     }
     if let Some(gain) = &found.diagnosis.gain {
         println!("on conditions that took no part: {:.2} K before, {:.2} K after", gain.before, gain.after);

@@ -2,7 +2,9 @@
 //!
 //!     cargo run --release --example solve
 
-use coldplate::{Machine, MeshedMachine, Result};
+use coldplate::Machine;
+use coldplate::MeshedMachine;
+use coldplate::Result;
 
 fn main() -> Result<()> {
     let machine = Machine::read("examples/tutorial/machine.toml", &[])?;

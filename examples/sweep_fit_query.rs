@@ -4,8 +4,14 @@
 //!
 //! Started again, it takes what it solved from the journal in out/examples/sweep.
 
-use coldplate::surrogate::verdict;
-use coldplate::{FitOptions, Progress, Surrogate, Sweep, SweepOptions, fit_table, query};
+use coldplate::FitOptions;
+use coldplate::Progress;
+use coldplate::Surrogate;
+use coldplate::Sweep;
+use coldplate::SweepOptions;
+use coldplate::fit_table;
+use coldplate::query;
+use coldplate_surrogate::verdict;
 
 /// Progress as lines of text.
 struct Lines;

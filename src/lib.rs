@@ -67,60 +67,33 @@
 //! # Ok::<(), coldplate::Error>(())
 //! ```
 //!
-//! # Rooms
+//! # Where things are
 //!
-//! | room | what is in it |
-//! |---|---|
-//! | [`foundation`] | documents, formulas, tables, files that are whole or absent, random numbers, progress |
-//! | [`units`], [`error`] | values with units; one error that names place, value and remedy |
-//! | [`describe`] | the machine file and imported meshes |
-//! | [`physics`] | one law per function, with source and validity range |
-//! | [`discretise`] | cells, and the thermal network they make |
-//! | [`solve`] | matrices, multigrid, steady and transient solvers, derivatives |
-//! | [`reduce`] | reduced models: few modes for a machine, with a bound on every reading |
-//! | [`explore`] | sweeps, by our own solver or another, here or on a cluster; schedules, simulation over time |
-//! | [`surrogate`] | fitting, the surrogate file, verdicts and inverse questions |
-//! | [`figures`] | charts and reports as plain data |
-//! | [`evidence`] | measured data, identification, diagnosis |
-//! | [`pipeline`] | whole jobs: from sweep to report, from data to extended machine |
-//! | [`cli`] | the command line |
-//!
-//! A room uses only rooms above it in this table; a test holds the arrows. Results derive `serde::Serialize` or have a
-//! `record` beside them that does: that is what `--json` prints.
+//! This crate is the interface. What it is made of lies in crates of its own, which may change in every release:
+//! `coldplate-describe` (the machine file), `coldplate-network` (cells and the thermal network), `coldplate-solve`,
+//! `coldplate-reduce`, `coldplate-explore` (sweeps, schedules), `coldplate-surrogate`, `coldplate-evidence` (measured data,
+//! identification), `coldplate-diagnose`, `coldplate-jobs` and `coldplate-findings` (whole jobs and their reports).
+//! `coldplate-runtime` reads surrogate files on any device. Results derive `serde::Serialize` or have a `record` beside them
+//! that does: `--json` prints it.
 
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
 #![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
-pub mod cli;
-pub mod describe;
-pub mod discretise;
-pub mod error;
-pub mod evidence;
-pub mod explore;
-pub mod figures;
-pub mod foundation;
-pub mod physics;
-pub mod pipeline;
-pub mod reduce;
-pub mod solve;
-pub mod surrogate;
-pub mod units;
-
-pub use describe::machine::{Condition, Machine};
-pub use error::{Error, Result, Stop};
-pub use evidence::diagnose::{Diagnosis, Problem as DiagnosisProblem, Verdict, diagnose};
-pub use evidence::identify::{Estimate, Free, IdentifyOptions, Problem as IdentifyProblem, identify};
-pub use evidence::measurement::{Data, Uncertainty};
-pub use explore::schedule::Schedule;
-pub use explore::simulate::{History, SimulateOptions, run as simulate};
-pub use explore::sweep::bridge::Sweep;
-pub use explore::sweep::{SweepOptions, Swept};
-pub use foundation::progress::{Progress, Silent};
-pub use foundation::table::Table;
-pub use pipeline::diagnosis::{Findings, examine};
-pub use pipeline::fitting::fit_table;
-pub use solve::meshed::{MeshedMachine, SteadyState};
-pub use solve::sensitivity::Study;
-pub use surrogate::fit::{Fit, FitOptions};
-pub use surrogate::verdict::{Acceptability, Answer, Surrogate, query};
+pub use coldplate_base::error::{Error, Result, Stop};
+pub use coldplate_base::progress::{Progress, Silent};
+pub use coldplate_describe::machine::{Condition, Machine};
+pub use coldplate_diagnose::{Diagnosis, Problem as DiagnosisProblem, Verdict, diagnose};
+pub use coldplate_evidence::identify::{Estimate, Free, IdentifyOptions, Problem as IdentifyProblem, identify};
+pub use coldplate_evidence::measurement::{Data, Uncertainty};
+pub use coldplate_explore::schedule::Schedule;
+pub use coldplate_explore::simulate::{History, SimulateOptions, run as simulate};
+pub use coldplate_explore::sweep::sweep_file::Sweep;
+pub use coldplate_explore::sweep::{SweepOptions, Swept};
+pub use coldplate_findings::{Findings, examine, words};
+pub use coldplate_jobs::fitting::fit_table;
+pub use coldplate_solve::meshed::{MeshedMachine, SteadyState};
+pub use coldplate_solve::sensitivity::Study;
+pub use coldplate_surrogate::fit::{Fit, FitOptions};
+pub use coldplate_surrogate::verdict::{Acceptability, Answer, Inverse, Surrogate, free, query};
+pub use coldplate_tables::Table;

@@ -1,12 +1,12 @@
 //! A case by its seed: a machine, what is hidden in it, what reality does beside that, and the readings.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::Problem;
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, Whitener, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::Problem;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, Whitener, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 use serde::{Deserialize, Serialize};
 
 use crate::machines::{SETTINGS, Setting};
@@ -288,7 +288,7 @@ fn some_sensors(all: usize, random: &mut Random) -> Vec<usize> {
 
 /// A condition anywhere in the ranges.
 fn anywhere(study: &Study, random: &mut Random) -> Condition {
-    let of = |v: &coldplate::describe::machine::Variable| match v.range {
+    let of = |v: &coldplate_describe::machine::Variable| match v.range {
         Some((low, high)) => between(random, low, high),
         None => v.default.unwrap_or(0.0),
     };

@@ -1,7 +1,7 @@
 //! The machines of the benchmark: two rigs in vacuum, a spindle of two circuits, a lumped cabinet in air; in steady tables and logs.
 
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
+use coldplate_base::document::Document;
+use coldplate_base::random::Random;
 
 use crate::twin::{SMALL, between};
 

@@ -1,8 +1,8 @@
 //! What no kind of the catalogue is: other laws of heats and contacts, a conductivity, what remembers.
 
-use coldplate::describe::machine::{Machine, Place};
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::{Machine, Place};
+use coldplate_solve::sensitivity::Study;
 
 use crate::twin::effects::groups;
 use crate::twin::{Hidden, between, choose};

@@ -4,12 +4,12 @@ use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
 
-use coldplate::evidence::diagnose::{Cause, Diagnosis, Problem, sentence, settled};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::progress::Silent;
-use coldplate::units::Measurand;
+use coldplate_base::progress::Silent;
+use coldplate_base::units::Measurand;
+use coldplate_diagnose::{Cause, Diagnosis, Problem, sentence, settled};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_explore::simulate::Start;
 use serde::{Deserialize, Serialize};
 
 use crate::draw::{Drawn, Family, draw};

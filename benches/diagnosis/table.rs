@@ -1,6 +1,6 @@
 //! The tables of docs/diagnosis.md, from journals: goals, sizes, machines, what goes wrong by mechanism, stated probabilities.
 
-use coldplate::foundation::random::Random;
+use coldplate_base::random::Random;
 
 use crate::draw::Family;
 use crate::machines::SETTINGS;

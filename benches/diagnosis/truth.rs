@@ -1,10 +1,10 @@
 //! What the machine really does: solved otherwise than the model that diagnoses, row by row, with what remembers.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row};
-use coldplate::explore::simulate::Start;
-use coldplate::solve::sensitivity::Study;
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use crate::outside::Memory;
 use crate::twin::Hidden;

@@ -1,8 +1,8 @@
 //! What reality does beside the effect that is looked for, and no file states.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::measurement::Data;
-use coldplate::foundation::random::Random;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::measurement::Data;
 use serde::{Deserialize, Serialize};
 
 use crate::machines::Setting;

@@ -3,16 +3,16 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use coldplate::describe::machine::{Condition, Variable};
-use coldplate::error::Result;
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::atomic_file;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
-use coldplate::units::{celsius, express};
+use coldplate_base::atomic_file;
+use coldplate_base::document::Document;
+use coldplate_base::error::Result;
+use coldplate_base::random::Random;
+use coldplate_base::units::{celsius, express};
+use coldplate_describe::machine::{Condition, Variable};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 /// Noise of a reading and own error of a sensor, K.
 const NOISE: f64 = 0.05;

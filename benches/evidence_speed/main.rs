@@ -20,11 +20,11 @@ use std::process::{Command, Stdio};
 use std::time::Instant;
 
 use cases::{Readings, condition};
-use coldplate::error::{Error, Result};
-use coldplate::foundation::atomic_file;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::atomic_file;
+use coldplate_base::document::Document;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::random::Random;
+use coldplate_solve::sensitivity::Study;
 
 /// What is timed.
 struct Case {

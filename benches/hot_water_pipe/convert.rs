@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use coldplate::error::{Error, Result};
-use coldplate::physics::liquid::Liquid;
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::units::ZERO_CELSIUS;
+use coldplate_physics::liquid::Liquid;
 
 /// Rows closer than this to the one kept before, in both temperatures (K), say nothing new ...
 const ALIKE: f64 = 0.5;

@@ -10,16 +10,16 @@ mod convert;
 
 use std::path::Path;
 
-use coldplate::error::{Error, Result};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::figures::chart::draw_as;
-use coldplate::figures::chart::history::{Course, HistoryFigure};
-use coldplate::figures::chart::style::Quantity;
-use coldplate::foundation::atomic_file;
-use coldplate::solve::sensitivity::Study;
-use coldplate::units::celsius;
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::units::celsius;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_figures::chart::draw_as;
+use coldplate_figures::chart::history::{Course, HistoryFigure};
+use coldplate_figures::chart::style::Quantity;
+use coldplate_solve::sensitivity::Study;
 
 fn main() {
     // Cargo adds --bench to the arguments.

@@ -2,13 +2,13 @@
 
 use std::path::Path;
 
-use coldplate::describe::machine::{Condition, Variable};
-use coldplate::discretise::network::Load;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::reduce::{Settings, reduce};
-use coldplate::solve::Solver;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::{Condition, Variable};
+use coldplate_network::Load;
+use coldplate_reduce::{Settings, reduce};
+use coldplate_solve::Solver;
+use coldplate_solve::sensitivity::Study;
 use rayon::prelude::*;
 
 use super::plot;
@@ -116,9 +116,7 @@ fn one(machine: &str, cells: usize, count: usize) -> Found {
     let compare = |condition: &Condition| {
         let load = load(condition);
         let (truth, answer) = (solver.steady(&load).ok()?, model.steady(condition, &[]).ok()?);
-        let error = |(sensor, reading): (&coldplate::discretise::network::SensorTerm, &f64)| {
-            (sensor.read(&truth.temperatures, &load) - reading).abs()
-        };
+        let error = |(sensor, reading): (&coldplate_network::SensorTerm, &f64)| (sensor.read(&truth.temperatures, &load) - reading).abs();
         Some((network.sensors.iter().zip(&answer.readings).map(error).collect::<Vec<_>>(), answer.bounds))
     };
     let compared: Vec<(Vec<f64>, Vec<f64>)> = conditions.par_iter().filter_map(compare).collect();

@@ -5,14 +5,14 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use coldplate::describe::machine::Condition;
-use coldplate::discretise::network::{Load, Network};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::reduce::{ReducedModel, Settings, reduce};
-use coldplate::solve::sensitivity::Study;
-use coldplate::solve::{Solver, System};
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_network::{Load, Network};
+use coldplate_reduce::{ReducedModel, Settings, reduce};
+use coldplate_solve::sensitivity::Study;
+use coldplate_solve::{Solver, System};
 use serde_json::json;
 
 /// The varied: name, lowest and highest value, SI.

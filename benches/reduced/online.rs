@@ -3,9 +3,9 @@
 use std::path::Path;
 use std::time::Instant;
 
-use coldplate::describe::machine::Condition;
-use coldplate::foundation::random::Random;
-use coldplate::reduce::ReducedModel;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_reduce::ReducedModel;
 
 /// Prints both.
 pub fn run(file: &Path, count: usize) {

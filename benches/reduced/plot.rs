@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coldplate::figures::chart::fonts::{FAMILY, register};
+use coldplate_figures::chart::fonts::{FAMILY, register};
 use plotters::prelude::*;
 
 const SIZE: (u32, u32) = (900, 560);

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::time::Instant;
 
-use coldplate::describe::machine::{Condition, Machine};
-use coldplate::discretise::mesh::Mesh;
-use coldplate::foundation::progress::Silent;
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_base::progress::Silent;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::mesh::Mesh;
+use coldplate_solve::meshed::MeshedMachine;
 
 use crate::plot;
 

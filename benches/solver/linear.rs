@@ -4,12 +4,12 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::time::Instant;
 
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::{Load, Network};
-use coldplate::solve::krylov::conjugate_gradients;
-use coldplate::solve::multigrid::Multigrid;
-use coldplate::solve::{Symmetric, System};
+use coldplate_describe::machine::Machine;
+use coldplate_network::mesh::Mesh;
+use coldplate_network::{Load, Network};
+use coldplate_solve::krylov::conjugate_gradients;
+use coldplate_solve::multigrid::Multigrid;
+use coldplate_solve::{Symmetric, System};
 
 fn machine(n: usize) -> Machine {
     // Cells of one size on either side of the interface.

@@ -19,12 +19,12 @@ use std::hint::black_box;
 use std::path::Path;
 use std::time::Instant;
 
-use coldplate::describe::machine::{Condition, Machine};
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::Load;
-use coldplate::reduce::ReducedModel;
-use coldplate::solve::Solver;
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::Load;
+use coldplate_network::mesh::Mesh;
+use coldplate_reduce::ReducedModel;
+use coldplate_solve::Solver;
+use coldplate_solve::meshed::MeshedMachine;
 
 const MACHINE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/machines/five_axis.toml");
 const IMAGES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/images");

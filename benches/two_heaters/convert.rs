@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use coldplate::error::{Error, Result};
+use coldplate_base::error::{Error, Result};
 
 /// W per per cent of a heater's drive, as documented.
 const WATTS: f64 = 0.032;

@@ -7,8 +7,8 @@ mod convert;
 
 use std::path::Path;
 
-use coldplate::error::{Error, Result};
-use coldplate::foundation::atomic_file;
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
 
 fn main() {
     // Cargo adds --bench to the arguments.

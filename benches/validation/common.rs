@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use coldplate::error::{Error, Result};
-use coldplate::evidence::measurement::Data;
-use coldplate::figures::chart::{Figure, draw_as};
-use coldplate::solve::sensitivity::Study;
-use coldplate::units::{Celsius, Kelvin};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::units::{Celsius, Kelvin};
+use coldplate_evidence::measurement::Data;
+use coldplate_figures::chart::{Figure, draw_as};
+use coldplate_solve::sensitivity::Study;
 
 /// How a published claim fared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,9 +1,9 @@
 //! The thirty published polynomials beside ours of the same form at the same conditions.
 
-use coldplate::error::{Error, Result};
-use coldplate::figures::chart::panels::{Panel, PanelsFigure};
-use coldplate::figures::chart::style::Quantity;
-use coldplate::surrogate::fit::one_factor::OneFactor;
+use coldplate_base::error::{Error, Result};
+use coldplate_figures::chart::panels::{Panel, PanelsFigure};
+use coldplate_figures::chart::style::Quantity;
+use coldplate_surrogate::fit::one_factor::OneFactor;
 use rayon::prelude::*;
 
 use crate::common::{Outcome, Records, Section, figure, owned, study, table, verdict};

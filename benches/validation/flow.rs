@@ -1,8 +1,8 @@
 //! The least coolant flow for a stated rise: equation 6 with its arithmetic put right, and the solver's own answer.
 
-use coldplate::error::{Error, Result};
-use coldplate::physics::water;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::error::{Error, Result};
+use coldplate_physics::water;
+use coldplate_solve::sensitivity::Study;
 
 use crate::common::{Outcome, Section, study, table, verdict};
 

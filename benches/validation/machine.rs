@@ -1,13 +1,13 @@
 //! The whole machine: the display of the test beside predictions with printed, consistent and identified heats.
 
-use coldplate::error::Result;
-use coldplate::evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem};
-use coldplate::evidence::measurement::{Data, Uncertainty, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::figures::chart::measured::{MeasuredFigure, SensorRow};
-use coldplate::figures::chart::style::Quantity;
-use coldplate::solve::meshed::SteadyState;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::error::Result;
+use coldplate_evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem};
+use coldplate_evidence::measurement::{Data, Uncertainty, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_figures::chart::measured::{MeasuredFigure, SensorRow};
+use coldplate_figures::chart::style::Quantity;
+use coldplate_solve::meshed::SteadyState;
+use coldplate_solve::sensitivity::Study;
 
 use crate::common::{Outcome, Records, Section, celsius, figure, owned, project, study, table, verdict};
 use crate::rig::reading_uncertainty;

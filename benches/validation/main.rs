@@ -19,8 +19,8 @@ mod tables;
 
 use std::time::Instant;
 
-use coldplate::error::Result;
-use coldplate::foundation::atomic_file;
+use coldplate_base::atomic_file;
+use coldplate_base::error::Result;
 use common::{Outcome, Section, project, wrapped};
 
 type Make = fn() -> Result<Section>;

@@ -1,7 +1,7 @@
 //! Where sensors tell most: of what is uncertain, and of the hottest points.
 
-use coldplate::error::{Error, Result};
-use coldplate::solve::sensitivity::{Parameter, Target};
+use coldplate_base::error::{Error, Result};
+use coldplate_solve::sensitivity::{Parameter, Target};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 

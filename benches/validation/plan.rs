@@ -1,12 +1,12 @@
 //! What to measure next on the published rig and machine: docs/test-plan.md, one page.
 
-use coldplate::describe::machine::Variable;
-use coldplate::error::{Error, Result};
-use coldplate::evidence::identify::{self, Advice, Estimate, Free, IdentifyOptions, Problem};
-use coldplate::evidence::measurement::{Data, Uncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::atomic_file;
-use coldplate::foundation::numbers::significant;
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::significant;
+use coldplate_describe::machine::Variable;
+use coldplate_evidence::identify::{self, Advice, Estimate, Free, IdentifyOptions, Problem};
+use coldplate_evidence::measurement::{Data, Uncertainty};
+use coldplate_explore::simulate::Start;
 
 use crate::common::{Section, owned, project, study, table, wrapped};
 use crate::machine;

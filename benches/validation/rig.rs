@@ -1,12 +1,12 @@
 //! The rig: both contact conductances from working condition 1, working condition 2 predicted, and what else could be true.
 
-use coldplate::error::{Error, Result};
-use coldplate::evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem, Scan};
-use coldplate::evidence::measurement::{Data, Uncertainty, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::figures::chart::style::Quantity;
-use coldplate::figures::chart::valley::{Trace, ValleyFigure};
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::error::{Error, Result};
+use coldplate_evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem, Scan};
+use coldplate_evidence::measurement::{Data, Uncertainty, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_figures::chart::style::Quantity;
+use coldplate_figures::chart::valley::{Trace, ValleyFigure};
+use coldplate_solve::sensitivity::Study;
 
 use crate::common::{Outcome, Records, Section, celsius, figure, owned, project, study, table, verdict, without};
 

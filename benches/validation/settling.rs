@@ -1,12 +1,12 @@
 //! How long the rig takes to settle, by the study's own criterion: readings every five minutes.
 
-use coldplate::error::{Error, Result};
-use coldplate::evidence::measurement::Data;
-use coldplate::explore::schedule::{Row, Schedule};
-use coldplate::explore::simulate::{self, SimulateOptions, Start};
-use coldplate::figures::chart::history::{Course, HistoryFigure};
-use coldplate::figures::chart::style::Quantity;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::error::{Error, Result};
+use coldplate_evidence::measurement::Data;
+use coldplate_explore::schedule::{Row, Schedule};
+use coldplate_explore::simulate::{self, SimulateOptions, Start};
+use coldplate_figures::chart::history::{Course, HistoryFigure};
+use coldplate_figures::chart::style::Quantity;
+use coldplate_solve::sensitivity::Study;
 
 use crate::common::{Outcome, Section, celsius, figure, project, table, verdict};
 use crate::rig::{self, Case, ONE, Plates, TWO};

@@ -1,11 +1,11 @@
 //! How well a cool-down over 17 hours tells the emissivity: a planted one, synthetic readings from another mesh, recovered.
 
-use coldplate::describe::machine::Condition;
-use coldplate::error::{Error, Result};
-use coldplate::evidence::identify::{self, Estimate, Free, IdentifyOptions, Prediction, Problem};
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, Whitener, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::error::{Error, Result};
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::identify::{self, Estimate, Free, IdentifyOptions, Prediction, Problem};
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, Whitener, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 use nalgebra::DMatrix;
 
 use crate::common::{Outcome, Section, celsius, owned, study, table, verdict};

@@ -3,8 +3,8 @@
 
 use std::sync::LazyLock;
 
-use coldplate::explore::schedule::ScheduleOptions;
 use coldplate::{Data, Machine, Schedule, Table};
+use coldplate_explore::schedule::ScheduleOptions;
 use libfuzzer_sys::fuzz_target;
 
 static MACHINE: LazyLock<Machine> =

@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
-use coldplate::explore::sweep::journal::{Header, Journal, Outcome};
+use coldplate_explore::sweep::journal::{Header, Journal, Outcome};
 use coldplate_fuzz::damaged;
 use libfuzzer_sys::fuzz_target;
 

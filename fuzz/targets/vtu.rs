@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use coldplate::foundation::vtu::Vtu;
+use coldplate_base::vtu::Vtu;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

@@ -6,15 +6,15 @@ use serde_json::json;
 
 use super::condition::ConditionArgs;
 use super::output::Output;
-use crate::error::{Error, Result};
-use crate::explore::sweep::SweepOptions;
-use crate::figures::chart::acceptability::Here;
-use crate::foundation::input;
-use crate::foundation::table::Table;
-use crate::pipeline::charts::{draw_all, results::Results};
-use crate::pipeline::{self, figures};
-use crate::surrogate::fit::file;
-use crate::surrogate::verdict::{self, Surrogate};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::input;
+use coldplate_explore::sweep::SweepOptions;
+use coldplate_figures::chart::acceptability::Here;
+use coldplate_jobs::charts::{draw_all, results::Results};
+use coldplate_jobs::figures;
+use coldplate_surrogate::fit::file;
+use coldplate_surrogate::verdict::{self, Surrogate};
+use coldplate_tables::Table;
 
 /// Figures as SVG and PNG: from chart definitions, a surrogate file, or a folder of results
 #[derive(Debug, clap::Args)]
@@ -69,7 +69,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
 /// The usual figures of a surrogate or of a folder, or the one map that was asked for.
 fn of_surrogate(args: &Args, source: &Path) -> Result<Vec<PathBuf>> {
     let is_folder = source.is_dir();
-    let path = if is_folder { source.join(pipeline::SURROGATE) } else { source.to_path_buf() };
+    let path = if is_folder { source.join(coldplate_jobs::SURROGATE) } else { source.to_path_buf() };
     let bytes = input::read(&path).map_err(|e| e.help("`coldplate run SWEEP.toml` or `coldplate fit TABLE` writes a surrogate"))?;
     let surrogate = file::open(&bytes).map_err(|e| e.in_file(&path))?;
     let folder = args.out.clone().unwrap_or_else(|| path.parent().unwrap_or(Path::new(".")).to_path_buf());
@@ -83,7 +83,7 @@ fn of_surrogate(args: &Args, source: &Path) -> Result<Vec<PathBuf>> {
             tables.push((Table::read(&table)?, held_out));
         }
     }
-    pipeline::chart(&surrogate, &tables, &folder)
+    coldplate_jobs::chart(&surrogate, &tables, &folder)
 }
 
 /// The one map that was asked for.
@@ -102,6 +102,6 @@ fn map(args: &Args, surrogate: &Surrogate<'_>, folder: &Path) -> Result<Vec<Path
     let figure = figures::map(surrogate, across, up, &held, here, figures::Lines::Margin)?;
     let charts = folder.join("charts");
     std::fs::create_dir_all(&charts).map_err(|e| Error::file("make", &charts, e))?;
-    let written = crate::figures::chart::draw(charts.join("map"), &figure)?;
+    let written = coldplate_figures::chart::draw(charts.join("map"), &figure)?;
     Ok(vec![written.svg, written.png])
 }

@@ -2,19 +2,19 @@
 
 use std::path::PathBuf;
 
-use super::cells::{CellsArgs, stated_cells};
 use super::condition::ConditionArgs;
+use super::mesh_options::{CellsArgs, stated_cells};
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::Machine;
-use crate::discretise::network::EnclosureViews;
-use crate::error::{Error, Result};
-use crate::foundation::document::Document;
-use crate::foundation::numbers::significant;
-use crate::solve::meshed::described::UncertainRecord;
-use crate::solve::meshed::{Inventory, MeshedMachine, inventory};
-use crate::solve::sensitivity::{Study, UncertainNumber};
-use crate::units::{self, Dimension};
+use coldplate_base::document::Document;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::significant;
+use coldplate_base::units::{self, Dimension};
+use coldplate_describe::machine::Machine;
+use coldplate_network::EnclosureViews;
+use coldplate_solve::meshed::described::UncertainRecord;
+use coldplate_solve::meshed::{Inventory, MeshedMachine, inventory};
+use coldplate_solve::sensitivity::{Study, UncertainNumber};
 
 /// Inventory of a machine file
 #[derive(Debug, clap::Args)]

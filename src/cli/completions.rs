@@ -5,7 +5,7 @@ use serde_json::json;
 
 use super::help;
 use super::output::Output;
-use crate::error::Result;
+use coldplate_base::error::Result;
 
 /// Completions of commands and options for a shell, on standard output
 ///

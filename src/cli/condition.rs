@@ -1,7 +1,7 @@
 //! The condition variables as command-line options.
 
-use crate::describe::machine::{Condition, Machine};
-use crate::error::{Error, Result};
+use coldplate_base::error::{Error, Result};
+use coldplate_describe::machine::{Condition, Machine};
 
 /// A condition; every value carries its unit, for example `--motor-speed "2500 rpm"`.
 #[derive(Debug, Clone, Default, clap::Args)]

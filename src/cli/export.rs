@@ -7,14 +7,14 @@ use serde::Serialize;
 
 use super::condition::{ConditionArgs, pair_of};
 use super::output::Output;
-use crate::describe::machine::Machine;
-use crate::error::{Error, Result};
-use crate::foundation::atomic_file;
-use crate::foundation::input;
-use crate::foundation::table::Table;
-use crate::solve::calculix::{InputDeck, Point};
-use crate::solve::meshed::MeshedMachine;
-use crate::surrogate::fit::file;
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::input;
+use coldplate_describe::machine::Machine;
+use coldplate_interchange::calculix::{InputDeck, Point};
+use coldplate_solve::meshed::MeshedMachine;
+use coldplate_surrogate::fit::file;
+use coldplate_tables::Table;
 
 /// A form in which another program reads a table.
 struct TableForm {

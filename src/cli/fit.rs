@@ -5,15 +5,15 @@ use std::time::Instant;
 
 use super::output::Output;
 use super::text::table;
-use crate::error::{Error, Result};
-use crate::explore::sweep::scope_of;
-use crate::foundation::input;
-use crate::foundation::numbers::significant;
-use crate::foundation::table::Table;
-use crate::pipeline::fitting::{self, FitRecord};
-use crate::pipeline::{model_text, moving, unit_of_errors};
-use crate::reduce::ReducedModel;
-use crate::surrogate::fit::{FitOptions, file};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::input;
+use coldplate_base::numbers::significant;
+use coldplate_explore::sweep::scope_of;
+use coldplate_jobs::fitting::{self, FitRecord};
+use coldplate_jobs::{model_text, moving, unit_of_errors};
+use coldplate_reduce::ReducedModel;
+use coldplate_surrogate::fit::{FitOptions, file};
+use coldplate_tables::Table;
 
 /// A surrogate from any table of conditions and outputs
 #[derive(Debug, clap::Args)]

@@ -188,3 +188,19 @@ fn under_heading(command: &str, arg: Arg) -> Arg {
     let heading = find(&own).or_else(|| find(&id));
     arg.help_heading(heading)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_has_examples_and_every_option_a_heading() {
+        for sub in command().get_subcommands().filter(|sub| sub.get_name() != "help") {
+            let name = sub.get_name();
+            assert!(EXAMPLES.iter().any(|(command, examples)| *command == name && !examples.is_empty()), "{name} has no example");
+            for arg in sub.get_arguments().filter(|a| !a.is_positional() && !["help", "version"].contains(&a.get_id().as_str())) {
+                assert!(arg.get_help_heading().is_some(), "{name} --{}", arg.get_id());
+            }
+        }
+    }
+}

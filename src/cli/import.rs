@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use super::condition::pair_of;
 use super::output::Output;
-use crate::error::{Error, Result};
-use crate::foundation::input;
-use crate::foundation::numbers::significant;
-use crate::foundation::table::{Table, UnitOf};
-use crate::pipeline::vtu_series::{self, Conditions, Names, PointOf, ReadAt};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::input;
+use coldplate_base::numbers::significant;
+use coldplate_interchange::vtu_series::{self, Conditions, Names, PointOf, ReadAt};
+use coldplate_tables::{Table, UnitOf};
 
 /// Results of a study in COMSOL, Ansys Workbench, optiSLang or Dakota, any CSV, or a series of VTU files, as a table with units
 #[derive(Debug, clap::Args)]
@@ -74,7 +74,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     } else {
         table.write_csv(&args.out)?
     }
-    let headers = |columns: &[crate::foundation::table::Column]| columns.iter().map(|c| c.header()).collect::<Vec<_>>();
+    let headers = |columns: &[coldplate_tables::Column]| columns.iter().map(|c| c.header()).collect::<Vec<_>>();
     let record = ImportRecord {
         file: args.out.display().to_string(),
         rows: table.rows(),

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use super::output::Output;
 use super::text::table;
-use crate::error::Result;
-use crate::foundation::numbers::{compact, significant};
-use crate::pipeline::info::{
+use coldplate_base::error::Result;
+use coldplate_base::numbers::{compact, significant};
+use coldplate_jobs::info::{
     ColumnInfo, Fact, HeldInfo, Info, JournalInfo, MachineInfo, ParameterInfo, PointInfo, RangeInfo, ReducedInfo, SurrogateInfo, SweepInfo,
     TableInfo,
 };

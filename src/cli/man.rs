@@ -7,8 +7,8 @@ use serde_json::json;
 
 use super::help;
 use super::output::Output;
-use crate::error::{Error, Result};
-use crate::foundation::atomic_file;
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
 
 /// Manual pages: that of the program on standard output, or one for each command as files
 #[derive(Debug, clap::Args)]

@@ -2,9 +2,9 @@
 
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::{Catalogue, LiquidRecord, MaterialRecord, PropertyRecord};
-use crate::error::{Error, Result};
-use crate::foundation::numbers::compact;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::compact;
+use coldplate_describe::machine::{Catalogue, LiquidRecord, MaterialRecord, PropertyRecord};
 
 /// Materials of parts and liquids of circuits that machine files may name, with properties, ranges and sources
 ///

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde_json::json;
 
-use super::measured::must_be_new;
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::Machine;
-use crate::describe::machine::starters::{STARTERS, starter, sweep};
-use crate::error::{Error, Result};
-use crate::foundation::atomic_file;
-use crate::foundation::document::Document;
+use coldplate_base::atomic_file;
+use coldplate_base::document::Document;
+use coldplate_base::error::{Error, Result};
+use coldplate_describe::machine::Machine;
+use coldplate_describe::machine::starters::{STARTERS, starter, sweep};
+use coldplate_evidence::given::must_be_new;
 
 /// A commented machine file to start from, and a sweep over it; both are complete: they check, solve and run as they are
 #[derive(Debug, clap::Args)]

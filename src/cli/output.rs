@@ -9,9 +9,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 
-use crate::error::{Error, Result};
-use crate::foundation::atomic_file;
-use crate::foundation::progress::Progress;
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::progress::Progress;
 
 /// Whether progress was asked for as lines, also where standard error is no terminal: one setting of the process, made
 /// before any work begins.

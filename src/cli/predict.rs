@@ -2,16 +2,16 @@
 
 use std::path::PathBuf;
 
-use super::cells::CellsArgs;
-use super::measured;
+use super::mesh_options::CellsArgs;
 use super::output::Output;
 use super::text::table;
-use crate::error::{Error, Result};
-use crate::evidence::measurement::faults::{self, Fault};
-use crate::evidence::residuals::{PredictRecord, Residuals, Spread};
-use crate::foundation::atomic_file;
-use crate::solve::sensitivity::Study;
-use crate::units::Measurand;
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::units::Measurand;
+use coldplate_evidence::given;
+use coldplate_evidence::measurement::faults::{self, Fault};
+use coldplate_evidence::residuals::{PredictRecord, Residuals, Spread};
+use coldplate_solve::sensitivity::Study;
 
 /// A machine beside measured data: prediction, residual, RMSE per test and per sensor; nothing is fitted or judged
 #[derive(Debug, clap::Args)]
@@ -56,7 +56,7 @@ const MOST_SHOWN: usize = 60;
 pub fn run(args: &Args, out: Output) -> Result<u8> {
     let sets = args.cells.with(&args.set)?;
     let study = Study::read(&args.machine, &sets, args.cells.cells)?;
-    let start = measured::start(&args.from)?;
+    let start = given::start(&args.from)?;
     if let Some(path) = &args.out {
         if args.data.as_ref().is_some_and(|data| data.canonicalize().is_ok_and(|d| path.canonicalize().is_ok_and(|p| p == d))) {
             let error = Error::input("the data would be written over").in_file(path).at_key("--out");
@@ -64,14 +64,14 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
         atomic_file::check(path).map_err(|e| e.at_key("--out"))?;
     }
-    let mut data = measured::data(args.data.as_deref(), &study.model.machine)?;
-    measured::drop_sensors(&mut data, &args.without)?;
+    let mut data = given::data(args.data.as_deref(), &study.model.machine)?;
+    given::drop_sensors(&mut data, &args.without)?;
     if !args.use_tests.is_empty() {
         data = data.split(&args.use_tests)?.0;
     }
     data.notes.iter().for_each(|note| out.note(&format!("note: {note}")));
-    let uncertainty = measured::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
-    let faults = measured::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
+    let uncertainty = given::stated(args.data.as_deref(), &args.machine, &data, &study.model.machine)?;
+    let faults = given::clear(&mut data, &study, &uncertainty, start, args.keep_all)?;
     let found = Residuals::of(&study, data, start)?;
     if let Some(path) = &args.out {
         let series = found.table(&study)?;

@@ -4,17 +4,17 @@ use std::path::PathBuf;
 
 use super::condition::pair_of;
 use super::output::Output;
-use crate::describe::machine::Machine;
-use crate::error::{Error, Result};
-use crate::foundation::atomic_file;
-use crate::foundation::document::Document;
-use crate::foundation::numbers::significant;
-use crate::foundation::progress::Progress;
-use crate::pipeline::reduced::{MadeRecord, ranges};
-use crate::reduce::{Made, ReducedModel, Settings, reduce};
-use crate::solve::sensitivity::Study;
-use crate::units::Measurand;
-use crate::units::{self, Dimension};
+use coldplate_base::atomic_file;
+use coldplate_base::document::Document;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::significant;
+use coldplate_base::progress::Progress;
+use coldplate_base::units::Measurand;
+use coldplate_base::units::{self, Dimension};
+use coldplate_describe::machine::Machine;
+use coldplate_jobs::reduced::{MadeRecord, ranges};
+use coldplate_reduce::{Made, ReducedModel, Settings, reduce};
+use coldplate_solve::sensitivity::Study;
 
 /// A reduced model: any condition of the ranges in milliseconds, with a bound on every reading
 #[derive(Debug, clap::Args)]

@@ -6,17 +6,17 @@ use std::time::Instant;
 use serde::Serialize;
 
 use super::condition::ConditionArgs;
+use super::hottest::{Place, hottest, hottest_text};
 use super::output::Output;
-use super::places::{Place, hottest, hottest_text};
 use super::text::table;
-use crate::discretise::mesh::{Mesh, vtu};
-use crate::error::{Error, Result};
-use crate::foundation::input;
-use crate::foundation::numbers::significant;
-use crate::pipeline::reduced::{ChannelRecord, LimitRecord, SteadyRecord, place};
-use crate::reduce::{Answer, ReducedModel};
-use crate::solve::meshed::MeshedMachine;
-use crate::units::Measurand;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::input;
+use coldplate_base::numbers::significant;
+use coldplate_base::units::Measurand;
+use coldplate_jobs::reduced::{ChannelRecord, LimitRecord, SteadyRecord, place};
+use coldplate_network::mesh::{Mesh, vtu};
+use coldplate_reduce::{Answer, ReducedModel};
+use coldplate_solve::meshed::MeshedMachine;
 
 /// As outside programs read it.
 #[derive(Debug, Serialize)]

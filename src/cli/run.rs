@@ -7,10 +7,10 @@ use serde_json::json;
 use super::output::Output;
 use super::sweep::{Cluster, folder_of, opened, parts, rounds, warn_of};
 use super::text::table;
-use crate::error::Result;
-use crate::explore::sweep::SweepOptions;
-use crate::foundation::numbers::significant;
-use crate::pipeline::{self, PointSummary, Summary, TARGET};
+use coldplate_base::error::Result;
+use coldplate_base::numbers::significant;
+use coldplate_explore::sweep::SweepOptions;
+use coldplate_jobs::{PointSummary, Summary, TARGET};
 
 /// Everything: sweep, fit, charts, surrogate, report
 #[derive(Debug, clap::Args)]
@@ -52,7 +52,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     // What failed on the cluster was tried again there.
     let retry_failed = args.retry_failed && slurm.is_none();
     let options = SweepOptions { threads: None, progress: Some(&progress), retry_failed };
-    let summary = pipeline::run(&sweep, &folder, options, &progress)?;
+    let summary = coldplate_jobs::run(&sweep, &folder, options, &progress)?;
     for note in &summary.notes {
         out.note(note);
     }

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use super::output::Output;
-use crate::describe::machine::SCHEMA;
-use crate::error::{Error, Result, did_you_mean};
-use crate::foundation::{atomic_file, input};
+use coldplate_base::error::{Error, Result, did_you_mean};
+use coldplate_base::{atomic_file, input};
+use coldplate_describe::machine::SCHEMA;
 
 /// What may stand in a machine file, as JSON Schema for editors
 #[derive(Debug, clap::Args)]

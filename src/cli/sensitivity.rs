@@ -3,15 +3,15 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::cells::CellsArgs;
 use super::condition::ConditionArgs;
+use super::draws::Draws;
+use super::mesh_options::CellsArgs;
 use super::output::Output;
-use super::spread::Draws;
 use super::text::table;
-use crate::error::{Error, Result};
-use crate::foundation::numbers::significant;
-use crate::pipeline::sensitivity::{Row, Sensitivities};
-use crate::solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, UNEVEN};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::significant;
+use coldplate_jobs::sensitivity::{Row, Sensitivities};
+use coldplate_solve::sensitivity::{Derivatives, Jacobian, Kind, Parameter, Study, UNEVEN};
 
 /// Derivatives of readings with respect to conditions and numbers of the machine file
 #[derive(Debug, clap::Args)]
@@ -55,7 +55,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let of_machine = [("--set", !args.set.is_empty()), args.cells.given(), ("--to", !args.to.is_empty())];
     if let Some(bytes) = super::reduced::bytes(&args.machine, &of_machine)? {
         let draws = Draws { count: args.draws.map(|count| count as usize), seed: args.seed, in_full: args.full };
-        return super::spread::run(&args.machine, &bytes, &args.condition, (draws, &args.sensor), out);
+        return super::draws::run(&args.machine, &bytes, &args.condition, (draws, &args.sensor), out);
     }
     if args.draws.is_some() {
         let error = Error::input("draws are taken of a reduced model").at_key("--draws").in_file(&args.machine);

@@ -12,12 +12,12 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 
 use super::output::Output;
-use crate::error::{Error, Kind, Result};
-use crate::foundation::input;
-use crate::pipeline::info::Info;
-use crate::pipeline::service::{Book, read};
-use crate::surrogate::verdict::question::{Batch, BatchRecord, Question, ReplyRecord};
-use crate::surrogate::verdict::stream::Form;
+use coldplate_base::error::{Error, Kind, Result};
+use coldplate_base::input;
+use coldplate_jobs::info::Info;
+use coldplate_jobs::service::{Book, read};
+use coldplate_surrogate::verdict::question::{Batch, BatchRecord, Question, ReplyRecord};
+use coldplate_surrogate::verdict::stream::Form;
 
 /// Answers over HTTP: surrogates for other programs, and as pages
 #[derive(Debug, clap::Args)]

@@ -5,27 +5,27 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::cells::CellsArgs;
 use super::condition::{ConditionArgs, pair_of};
+use super::mesh_options::CellsArgs;
 use super::output::{self, Output};
 use super::text::table;
-use crate::describe::machine::{Machine, Sensor};
-use crate::discretise::network::HeatMeter;
-use crate::error::{Error, Result, did_you_mean};
-use crate::explore::schedule::{self, Schedule};
-use crate::explore::simulate::drift::{Drift, Tilt};
-use crate::explore::simulate::{self, Crossing, History, LimitCourse, Passed, Start, Subject, Watch};
-use crate::figures::chart::draw_as;
-use crate::figures::chart::output::check_name;
-use crate::foundation::input;
-use crate::foundation::numbers::{duration, significant};
-use crate::foundation::table::Table;
-use crate::pipeline::moving::Moving;
-use crate::pipeline::{course, drift_report};
-use crate::reduce::ReducedModel;
-use crate::solve::meshed::MeshedMachine;
-use crate::surrogate::fit::file::open;
-use crate::units::{Dimension, Measurand, express, parse};
+use coldplate_base::error::{Error, Result, did_you_mean};
+use coldplate_base::input;
+use coldplate_base::numbers::{duration, significant};
+use coldplate_base::units::{Dimension, Measurand, express, parse};
+use coldplate_describe::machine::{Machine, Sensor};
+use coldplate_explore::schedule::{self, Schedule};
+use coldplate_explore::simulate::drift::{Drift, Tilt};
+use coldplate_explore::simulate::{self, Crossing, History, LimitCourse, Passed, Start, Subject, Watch};
+use coldplate_figures::chart::draw_as;
+use coldplate_figures::chart::output::check_name;
+use coldplate_jobs::moving::Moving;
+use coldplate_jobs::{course, drift_report};
+use coldplate_network::HeatMeter;
+use coldplate_reduce::ReducedModel;
+use coldplate_solve::meshed::MeshedMachine;
+use coldplate_surrogate::fit::file::open;
+use coldplate_tables::Table;
 
 /// Temperatures over time, through a schedule of conditions
 ///

@@ -5,20 +5,20 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::cells::{CellsArgs, stated_cells};
 use super::condition::ConditionArgs;
+use super::hottest::{Place, hottest, hottest_text};
+use super::mesh_options::{CellsArgs, stated_cells};
 use super::output::Output;
-use super::places::{Place, hottest, hottest_text};
 use super::text::table;
-use crate::describe::machine::{Condition, Machine};
-use crate::discretise::mesh::vtu;
-use crate::discretise::network::HeatMeter;
-use crate::error::{Error, Result};
-use crate::foundation::numbers::significant;
-use crate::foundation::progress::Progress;
-use crate::solve::balance::{ContactFlow, contact_flows, enclosure_heats};
-use crate::solve::meshed::{MeshErrors, MeshRecord, MeshedMachine, SteadyState};
-use crate::units::{self, Celsius, Dimension, Kelvin, Measurand, express};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::significant;
+use coldplate_base::progress::Progress;
+use coldplate_base::units::{self, Celsius, Dimension, Kelvin, Measurand, express};
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::HeatMeter;
+use coldplate_network::mesh::vtu;
+use coldplate_solve::balance::{ContactFlow, contact_flows, enclosure_heats};
+use coldplate_solve::meshed::{MeshErrors, MeshRecord, MeshedMachine, SteadyState};
 
 /// Steady temperatures at one condition
 #[derive(Debug, clap::Args)]

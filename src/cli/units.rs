@@ -4,9 +4,9 @@ use serde::Serialize;
 
 use super::output::Output;
 use super::text::table;
-use crate::error::{Error, Result};
-use crate::foundation::numbers::compact;
-use crate::units::{KnownQuantity, KnownUnit, quantities, symbols};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::compact;
+use coldplate_base::units::{KnownQuantity, KnownUnit, quantities, symbols};
 
 /// Units that values may carry: every symbol, and every quantity with an example
 ///

@@ -6,19 +6,19 @@ use serde::Serialize;
 
 use super::output::Output;
 use super::text::table;
-use crate::describe::machine::Condition;
-use crate::error::Result;
-use crate::evidence::measurement::faults::{self, Fault, FaultRecord};
-use crate::evidence::measurement::{Data, Row};
-use crate::foundation::atomic_file;
-use crate::foundation::input;
-use crate::foundation::numbers::significant;
-use crate::foundation::table::Table;
-use crate::surrogate::fit::file;
-use crate::surrogate::verdict::instruments::Instruments;
-use crate::surrogate::verdict::update::{self, UpdateRecord};
-use crate::surrogate::verdict::{Surrogate, condition};
-use crate::units::{Dimension, convert, parse};
+use coldplate_base::atomic_file;
+use coldplate_base::error::Result;
+use coldplate_base::input;
+use coldplate_base::numbers::significant;
+use coldplate_base::units::{Dimension, convert, parse};
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::measurement::faults::{self, Fault, FaultRecord};
+use coldplate_evidence::measurement::{Data, Row};
+use coldplate_surrogate::fit::file;
+use coldplate_surrogate::verdict::instruments::Instruments;
+use coldplate_surrogate::verdict::update::{self, UpdateRecord};
+use coldplate_surrogate::verdict::{Surrogate, condition};
+use coldplate_tables::Table;
 
 /// Standard deviation of a reading where nothing is said of it.
 const USUAL_NOISE: &str = "0.1 K";
@@ -185,7 +185,7 @@ fn instruments(args: &Args, surrogate: &Surrogate<'_>) -> Result<Instruments> {
     };
     let kelvin = parse(noise, Dimension::DIFFERENCE).map_err(|e| e.at_key("--noise"))?;
     if kelvin.is_nan() || kelvin <= 0.0 {
-        let error = crate::error::Error::input("a standard deviation is above zero").at_key("--noise").read(noise);
+        let error = coldplate_base::error::Error::input("a standard deviation is above zero").at_key("--noise").read(noise);
         return Err(error.help("write for example --noise \"0.1 K\""));
     }
     Ok(Instruments::with_noise(surrogate, kelvin))
@@ -229,7 +229,7 @@ fn text(record: &UpdateRecord) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::foundation::table::Column;
+    use coldplate_tables::Column;
 
     const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/crates/runtime/fixtures/uncertain.cps");
 

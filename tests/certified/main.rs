@@ -1,11 +1,11 @@
 //! Least squares against the certified values of NIST's Statistical Reference Datasets, and radial functions against
 //! scipy's `RBFInterpolator` (script and version beside the numbers, in `scipy/`).
 
-use coldplate::surrogate::fit::evaluate;
-use coldplate::surrogate::fit::least_squares::least_squares;
-use coldplate::surrogate::fit::model::Kernel;
-use coldplate::surrogate::fit::one_factor::OneFactor;
-use coldplate::surrogate::fit::rbf::System;
+use coldplate_surrogate::fit::evaluate;
+use coldplate_surrogate::fit::least_squares::least_squares;
+use coldplate_surrogate::fit::model::Kernel;
+use coldplate_surrogate::fit::one_factor::OneFactor;
+use coldplate_surrogate::fit::rbf::System;
 
 /// A data set: certified estimates with their standard deviations, residual standard deviation, R squared, rows of y and x.
 struct Certified {

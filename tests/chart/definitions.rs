@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use coldplate::pipeline::charts::{Chart, KINDS};
+use coldplate_jobs::charts::{Chart, KINDS};
 
 fn project() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

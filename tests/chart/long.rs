@@ -1,13 +1,13 @@
 //! The sample figures with long names and many points.
 
-use coldplate::figures::chart::acceptability::{AcceptabilityMap, Here};
-use coldplate::figures::chart::error_overview::ErrorOverview;
-use coldplate::figures::chart::heat::HeatFigure;
-use coldplate::figures::chart::measured::MeasuredFigure;
-use coldplate::figures::chart::one_factor::OneFactorFigure;
-use coldplate::figures::chart::operator_sheet::OperatorSheet;
-use coldplate::figures::chart::residuals::ResidualFigure;
-use coldplate::figures::chart::style::Quantity;
+use coldplate_figures::chart::acceptability::{AcceptabilityMap, Here};
+use coldplate_figures::chart::error_overview::ErrorOverview;
+use coldplate_figures::chart::heat::HeatFigure;
+use coldplate_figures::chart::measured::MeasuredFigure;
+use coldplate_figures::chart::one_factor::OneFactorFigure;
+use coldplate_figures::chart::operator_sheet::OperatorSheet;
+use coldplate_figures::chart::residuals::ResidualFigure;
+use coldplate_figures::chart::style::Quantity;
 
 use super::samples;
 

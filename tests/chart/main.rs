@@ -9,15 +9,15 @@ mod samples;
 mod sheet;
 mod svg;
 
-use coldplate::error::{Kind, Result};
-use coldplate::figures::chart::acceptability::{AcceptabilityMap, CellState, Here};
-use coldplate::figures::chart::canvas::Canvas;
-use coldplate::figures::chart::fonts::{self, Weight};
-use coldplate::figures::chart::output::to_pixels;
-use coldplate::figures::chart::style::{self, Quantity, Rgb, number, series, unit_symbol};
-use coldplate::figures::chart::surface::Surface;
-use coldplate::figures::chart::ticks::{Range, linear, logarithmic};
-use coldplate::figures::chart::{Figure, draw, to_svg_string};
+use coldplate_base::error::{Kind, Result};
+use coldplate_figures::chart::acceptability::{AcceptabilityMap, CellState, Here};
+use coldplate_figures::chart::canvas::Canvas;
+use coldplate_figures::chart::fonts::{self, Weight};
+use coldplate_figures::chart::output::to_pixels;
+use coldplate_figures::chart::style::{self, Quantity, Rgb, number, series, unit_symbol};
+use coldplate_figures::chart::surface::Surface;
+use coldplate_figures::chart::ticks::{Range, linear, logarithmic};
+use coldplate_figures::chart::{Figure, draw, to_svg_string};
 use long::LONG;
 use samples::NASTY;
 
@@ -309,9 +309,9 @@ fn one_sample_is_enough_and_none_is_refused() {
         to_svg_string(&sheet).unwrap_err(),
         to_svg_string(&AcceptabilityMap::default()).unwrap_err(),
         to_svg_string(&AcceptabilityMap { state: vec![], ..samples::map() }).unwrap_err(),
-        to_svg_string(&coldplate::figures::chart::heat::HeatFigure::default()).unwrap_err(),
-        to_svg_string(&coldplate::figures::chart::measured::MeasuredFigure::default()).unwrap_err(),
-        to_svg_string(&coldplate::figures::chart::error_overview::ErrorOverview::default()).unwrap_err(),
+        to_svg_string(&coldplate_figures::chart::heat::HeatFigure::default()).unwrap_err(),
+        to_svg_string(&coldplate_figures::chart::measured::MeasuredFigure::default()).unwrap_err(),
+        to_svg_string(&coldplate_figures::chart::error_overview::ErrorOverview::default()).unwrap_err(),
     ] {
         assert_eq!(error.exit_status(), 2);
     }
@@ -492,7 +492,7 @@ impl Figure for Lines {
         Ok((100.0, 50.0))
     }
     fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
-        let dashed = coldplate::figures::chart::canvas::Stroke { colour: style::INK, width: 2.0, dash: style::DASHED };
+        let dashed = coldplate_figures::chart::canvas::Stroke { colour: style::INK, width: 2.0, dash: style::DASHED };
         canvas.line(&self.0, dashed)?;
         canvas.polygon(&self.0, style::SKY, 0.5)
     }
@@ -515,14 +515,14 @@ fn the_canvas_takes_any_coordinates() {
 fn names_in_any_script_are_seen_in_a_png() {
     let ink = |name: &str| {
         let figure =
-            coldplate::figures::chart::heat::HeatFigure { title: String::new(), sources: vec![(name.into(), 100.0)], ..Default::default() };
+            coldplate_figures::chart::heat::HeatFigure { title: String::new(), sources: vec![(name.into(), 100.0)], ..Default::default() };
         let (pixels, _) = to_pixels(&figure).unwrap();
         pixels.chunks(3).filter(|p| p.iter().all(|b| *b < 60)).count()
     };
     let nothing = ink("");
     for name in ["двигатель", "κινητήρας", "电动机", "電動機モーター"] {
         assert!(ink(name) > nothing + 150, "{name} vanishes");
-        let figure = coldplate::figures::chart::heat::HeatFigure { sources: vec![(name.into(), 1.0)], ..Default::default() };
+        let figure = coldplate_figures::chart::heat::HeatFigure { sources: vec![(name.into(), 1.0)], ..Default::default() };
         assert!(to_svg_string(&figure).unwrap().contains(name));
     }
 }

@@ -1,8 +1,8 @@
 //! Contour lines of a map where margins jump or are steep: no line that means nothing, no label that cannot be told whose it is.
 
-use coldplate::figures::chart::acceptability::{AcceptabilityMap, CellState};
-use coldplate::figures::chart::style::Quantity;
-use coldplate::figures::chart::to_svg_string;
+use coldplate_figures::chart::acceptability::{AcceptabilityMap, CellState};
+use coldplate_figures::chart::style::Quantity;
+use coldplate_figures::chart::to_svg_string;
 
 use super::svg;
 

@@ -1,10 +1,10 @@
 //! The HTML report: stands alone, escapes every text, is well formed.
 
-use coldplate::error::{Error, Result};
-use coldplate::figures::chart::Figure;
-use coldplate::figures::chart::canvas::Canvas;
-use coldplate::figures::chart::surface::Surface;
-use coldplate::figures::report::{Align, Cell, KeyFigure, Report, Table, Tone};
+use coldplate_base::error::{Error, Result};
+use coldplate_figures::chart::Figure;
+use coldplate_figures::chart::canvas::Canvas;
+use coldplate_figures::chart::surface::Surface;
+use coldplate_figures::report::{Align, Cell, KeyFigure, Report, Table, Tone};
 
 use super::{long::LONG, samples};
 

@@ -1,24 +1,24 @@
 //! Figures with data like those of a real run, and with data as nasty as they come.
 
-use coldplate::figures::chart::acceptability::{AcceptabilityMap, CellState, Here};
-use coldplate::figures::chart::balance::{BalanceFigure, HeatPair};
-use coldplate::figures::chart::before_after::BeforeAfter;
-use coldplate::figures::chart::error_overview::{ErrorOverview, PointErrors};
-use coldplate::figures::chart::gains::{GainsFigure, Step};
-use coldplate::figures::chart::heat::HeatFigure;
-use coldplate::figures::chart::machine::{MachineFigure, Piece, Pipe, Probe};
-use coldplate::figures::chart::measured::{MeasuredFigure, SensorRow};
-use coldplate::figures::chart::missing::{Interval, IntervalFigure};
-use coldplate::figures::chart::one_factor::{Curve, OneFactorFigure};
-use coldplate::figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
-use coldplate::figures::chart::panels::{Panel, PanelsFigure};
-use coldplate::figures::chart::parity::{ParityFigure, Sample};
-use coldplate::figures::chart::ranking::{Ranked, RankingFigure, Standing};
-use coldplate::figures::chart::residual_panels::ResidualPanels;
-use coldplate::figures::chart::residual_sheet::ResidualSheet;
-use coldplate::figures::chart::residuals::ResidualFigure;
-use coldplate::figures::chart::sankey::{Band, SankeyFigure, Stage, Station, Total};
-use coldplate::figures::chart::style::Quantity;
+use coldplate_figures::chart::acceptability::{AcceptabilityMap, CellState, Here};
+use coldplate_figures::chart::balance::{BalanceFigure, HeatPair};
+use coldplate_figures::chart::before_after::BeforeAfter;
+use coldplate_figures::chart::error_overview::{ErrorOverview, PointErrors};
+use coldplate_figures::chart::gains::{GainsFigure, Step};
+use coldplate_figures::chart::heat::HeatFigure;
+use coldplate_figures::chart::machine::{MachineFigure, Piece, Pipe, Probe};
+use coldplate_figures::chart::measured::{MeasuredFigure, SensorRow};
+use coldplate_figures::chart::missing::{Interval, IntervalFigure};
+use coldplate_figures::chart::one_factor::{Curve, OneFactorFigure};
+use coldplate_figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
+use coldplate_figures::chart::panels::{Panel, PanelsFigure};
+use coldplate_figures::chart::parity::{ParityFigure, Sample};
+use coldplate_figures::chart::ranking::{Ranked, RankingFigure, Standing};
+use coldplate_figures::chart::residual_panels::ResidualPanels;
+use coldplate_figures::chart::residual_sheet::ResidualSheet;
+use coldplate_figures::chart::residuals::ResidualFigure;
+use coldplate_figures::chart::sankey::{Band, SankeyFigure, Stage, Station, Total};
+use coldplate_figures::chart::style::Quantity;
 
 /// A deterministic scatter in [-1, 1].
 pub fn scatter(k: usize) -> f64 {

@@ -1,10 +1,10 @@
 //! What the sheet for the wall says: flows that are enough whatever its table does not show, limits in full.
 
-use coldplate::figures::chart::acceptability::CellState;
-use coldplate::figures::chart::operator_sheet::OperatorSheet;
-use coldplate::pipeline::charts::operator_sheet;
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::fit::model::{Limit, LimitKind, Point, PointModel, Polynomial, Surrogate, Transform, Variable};
+use coldplate_figures::chart::acceptability::CellState;
+use coldplate_figures::chart::operator_sheet::OperatorSheet;
+use coldplate_jobs::charts::operator_sheet;
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::fit::model::{Limit, LimitKind, Point, PointModel, Polynomial, Surrogate, Transform, Variable};
 
 const HALF_WIDTH: f64 = 0.03;
 const RISE: f64 = 25.0;

@@ -1,6 +1,6 @@
 //! A small reader of the SVG that the charts write: is it well formed, and where do its texts stand.
 
-use coldplate::figures::chart::fonts::{Weight, width};
+use coldplate_figures::chart::fonts::{Weight, width};
 
 /// One tag: its name, its attributes, and the text up to the next tag.
 #[derive(Debug, Clone)]

@@ -74,9 +74,9 @@ fn tables_of_a_sweep_file_have_the_keys_that_are_honoured() {
     folder.put("s.toml", &sweep("[fit]\nmax_degree = 1\nfolds = 4\nseed = 3\n[report]\n"));
     let output = folder.run(&["run", "s.toml", "--out", "out", "--json", "--quiet"]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-    let surrogate = coldplate::surrogate::fit::file::decode(&std::fs::read(folder.0.join("out/surrogate.cps")).unwrap()).unwrap();
+    let surrogate = coldplate_surrogate::fit::file::decode(&std::fs::read(folder.0.join("out/surrogate.cps")).unwrap()).unwrap();
     for point in &surrogate.points {
-        if let coldplate::surrogate::fit::model::PointModel::Polynomial(p) = &point.model {
+        if let coldplate_surrogate::fit::model::PointModel::Polynomial(p) = &point.model {
             assert!(p.terms.iter().all(|t| t.iter().sum::<u8>() <= 1), "{}", point.name);
         }
     }

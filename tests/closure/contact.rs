@@ -2,9 +2,9 @@
 
 use std::f64::consts::PI;
 
-use coldplate::physics::bearing::{self, Palmgren, Skf};
-use coldplate::physics::contact::{self, Asperities, Gas, Rough};
-use coldplate::physics::{gas, radiation};
+use coldplate_physics::bearing::{self, Palmgren, Skf};
+use coldplate_physics::contact::{self, Asperities, Gas, Rough};
+use coldplate_physics::{gas, radiation};
 
 use crate::close;
 

@@ -1,6 +1,6 @@
 //! Free convection: Nusselt numbers beside their sources, gases beside reference equations, derivatives.
 
-use coldplate::physics::convection::{FreeConvection, Gas, Shape};
+use coldplate_physics::convection::{FreeConvection, Gas, Shape};
 
 use crate::close;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use coldplate::physics::drive::{self, Heats, Parameters};
+use coldplate_physics::drive::{self, Heats, Parameters};
 
 use crate::close;
 

@@ -1,9 +1,9 @@
 //! Water, the channel film, bends, friction, pressure drop and flow split.
 
-use coldplate::error::Kind;
-use coldplate::physics::channel::{self, Regime, Run, Wall};
-use coldplate::physics::liquid::Liquid;
-use coldplate::physics::water::{LiquidProperties, saturation_pressure, saturation_temperature};
+use coldplate_base::error::Kind;
+use coldplate_physics::channel::{self, Regime, Run, Wall};
+use coldplate_physics::liquid::Liquid;
+use coldplate_physics::water::{LiquidProperties, saturation_pressure, saturation_temperature};
 
 use crate::close;
 

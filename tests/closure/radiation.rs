@@ -1,6 +1,6 @@
 //! Radiation and residual gas.
 
-use coldplate::physics::{gas, radiation, view};
+use coldplate_physics::{gas, radiation, view};
 
 use crate::close;
 

@@ -1,7 +1,7 @@
 //! View factors in closed form, and what makes a table of them consistent.
 
-use coldplate::physics::exchange::{Terminal, complete, conductors, enforce};
-use coldplate::physics::view;
+use coldplate_physics::exchange::{Terminal, complete, conductors, enforce};
+use coldplate_physics::view;
 use nalgebra::DMatrix;
 
 use crate::close;
@@ -134,7 +134,7 @@ fn two_surfaces_make_the_known_conductor() {
                 resistance += (1.0 - e[i]) / (e[i] * areas[i]);
             }
         }
-        let exact = coldplate::physics::radiation::two_surface(e[0], areas[0], e[1], areas[1], 1.0);
+        let exact = coldplate_physics::radiation::two_surface(e[0], areas[0], e[1], areas[1], 1.0);
         close(1.0 / (resistance + 1.0 / list[0].2), exact, 1e-13);
     }
 }

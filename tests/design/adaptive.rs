@@ -3,13 +3,13 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use coldplate::explore::sweep::bridge::Sweep;
-use coldplate::explore::sweep::{ADDED, JOURNAL, SweepOptions};
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::table::Table;
-use coldplate::pipeline::adaptive::{self, Ran};
-use coldplate::pipeline::figures::Comparison;
-use coldplate::surrogate::fit::file;
+use coldplate_base::progress::Silent;
+use coldplate_explore::sweep::sweep_file::Sweep;
+use coldplate_explore::sweep::{ADDED, JOURNAL, SweepOptions};
+use coldplate_jobs::adaptive::{self, Ran};
+use coldplate_jobs::figures::Comparison;
+use coldplate_surrogate::fit::file;
+use coldplate_tables::Table;
 
 use super::files::{HOLD, plan_of};
 
@@ -39,7 +39,7 @@ fn the_first_design_is_a_latin_hypercube_and_grows() {
     assert_eq!((grown.shown[22][0], grown.shown[22][1], grown.shown[22][3]), (4.5, 20.0, 24.0));
     assert!(growth.place(&grown.conditions[22]).iter().zip([0.25, 1.0]).all(|(a, b)| (a - b).abs() < 1e-12));
     // What is added changes nothing for the rows before, and conditions are solved with slopes until there are enough.
-    let sloped = |plan: &coldplate::explore::sweep::Plan, rows: std::ops::Range<usize>| rows.filter(|r| plan.is_sloped(*r)).count();
+    let sloped = |plan: &coldplate_explore::sweep::Plan, rows: std::ops::Range<usize>| rows.filter(|r| plan.is_sloped(*r)).count();
     assert_eq!(sloped(&plan, 0..12), sloped(&grown, 0..12));
     grown.grow((0..100).map(|_| grown.shown[22].clone()).collect());
     assert_eq!((0..23).filter(|r| grown.is_sloped(*r)).count(), 23);

@@ -1,9 +1,9 @@
 //! Sweep files into conditions, and what is wrong with them.
 
-use coldplate::describe::machine::Variable;
-use coldplate::explore::sweep::{Definition, Plan, Purpose};
-use coldplate::foundation::document::Document;
-use coldplate::units::{self, Dimension};
+use coldplate_base::document::Document;
+use coldplate_base::units::{self, Dimension};
+use coldplate_describe::machine::Variable;
+use coldplate_explore::sweep::{Definition, Plan, Purpose};
 
 pub fn variables() -> Vec<Variable> {
     let variable =
@@ -16,7 +16,7 @@ pub fn variables() -> Vec<Variable> {
     ]
 }
 
-pub fn plan_of(text: &str) -> coldplate::error::Result<Plan> {
+pub fn plan_of(text: &str) -> coldplate_base::error::Result<Plan> {
     let text = format!("name = 'test'\nmachine = '../machines/rig.toml'\n{text}");
     Definition::new(Document::parse(&text, "sweeps/test.toml")?)?.plan(&variables())
 }
@@ -196,9 +196,9 @@ fn followed_variables_are_moved_alone_and_together() {
             "name = \"f\"\nmachine = \"m.toml\"\n[range]\ncoolant_flow = [\"2 L/min\", \"8 L/min\"]\nmotor_speed = [\"500 rpm\", \"3000 rpm\"]\n\
              [design]\nkind = \"sobol\"\nruns = 32\n[follow]\nvariables = \"all\"\nruns = {runs}\n"
         );
-        let machine = coldplate::describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
+        let machine = coldplate_describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
         let definition =
-            coldplate::explore::sweep::Definition::new(coldplate::foundation::document::Document::parse(&text, "f.toml").unwrap()).unwrap();
+            coldplate_explore::sweep::Definition::new(coldplate_base::document::Document::parse(&text, "f.toml").unwrap()).unwrap();
         let plan = definition.plan(&machine.variables).unwrap();
         let group = |name: &str| plan.groups.iter().find(|g| g.name == name).unwrap().rows.clone();
         let alone = group("follow");
@@ -214,14 +214,14 @@ fn followed_variables_are_moved_alone_and_together() {
         }
         assert!(group("follow together").len() >= 12 && group("follow check").len() >= 10);
     }
-    let machine = coldplate::describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
+    let machine = coldplate_describe::machine::Machine::read("examples/tutorial/machine.toml", &[]).unwrap();
     let refused = |follow: &str| {
         let text = format!(
             "name = \"f\"\nmachine = \"m.toml\"\n[range]\ncoolant_flow = [\"2 L/min\", \"8 L/min\"]\nmotor_speed = [\"500 rpm\", \"3000 rpm\"]\n\
              [design]\nkind = \"sobol\"\nruns = 32\n[follow]\n{follow}\n"
         );
-        let document = coldplate::foundation::document::Document::parse(&text, "f.toml").unwrap();
-        coldplate::explore::sweep::Definition::new(document).and_then(|d| d.plan(&machine.variables)).unwrap_err().to_string()
+        let document = coldplate_base::document::Document::parse(&text, "f.toml").unwrap();
+        coldplate_explore::sweep::Definition::new(document).and_then(|d| d.plan(&machine.variables)).unwrap_err().to_string()
     };
     assert!(refused("variables = [\"motor_speed\"]").contains("is varied, not held"));
     assert!(refused("variables = [\"motor_sped\"]").contains("did you mean 'motor_speed'"));

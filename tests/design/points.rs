@@ -1,7 +1,7 @@
 //! Points on the unit cube.
 
-use coldplate::explore::sweep::design::{self, Spacing};
-use coldplate::foundation::random::Random;
+use coldplate_base::random::Random;
+use coldplate_explore::sweep::design::{self, Spacing};
 
 /// Points of the Joe-Kuo Sobol' sequence by scipy 1.17.1, `qmc.Sobol(10, scramble=False)`: index, coordinates.
 const SCIPY: [(usize, [f64; 10]); 11] = [

@@ -1,10 +1,10 @@
 //! Wrong readings and rows that show only beside causes: set aside where causes then explain the rest, and nothing of sound tables.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Diagnosis, Problem, Verdict, settled};
-use coldplate::evidence::measurement::faults::FaultKind;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Diagnosis, Problem, Verdict, settled};
+use coldplate_evidence::measurement::faults::FaultKind;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;

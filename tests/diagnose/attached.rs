@@ -1,8 +1,8 @@
 //! A hose that is screwed to one place of a part: the sensors beside it are not to blame.
 
-use coldplate::evidence::diagnose::{Diagnosis, diagnose};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Diagnosis, diagnose};
 
 use super::hidden::Hidden;
 use super::twin::SMALL;

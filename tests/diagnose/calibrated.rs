@@ -1,12 +1,12 @@
 //! Data that contradict no machine still say something of it.
 
-use coldplate::evidence::diagnose::{Diagnosis, Problem, Verdict, diagnose};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Diagnosis, Problem, Verdict, diagnose};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use super::hidden::Hidden;
 use super::twin::{Family, SMALL, case};

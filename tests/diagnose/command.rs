@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::random::Random;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 use serde_json::Value;
 
 use super::twin::SMALL;
@@ -391,7 +391,7 @@ fn a_written_cause_carries_its_deviation() {
     let machine = write(&folder, "identified.toml", identified);
     let readings = tutorial.join("readings.csv").display().to_string();
     let found = json(&coldplate(&["diagnose", &machine, &readings, "--json", "--out", out.to_str().unwrap()]));
-    let study = coldplate::solve::sensitivity::Study::read(&out, &[], Some(400)).unwrap();
+    let study = coldplate_solve::sensitivity::Study::read(&out, &[], Some(400)).unwrap();
     let stated = study.open_parameters(false).unwrap();
     let causes = found["rungs"].as_array().unwrap().iter().flat_map(|rung| rung["causes"].as_array().unwrap());
     let mut seen = 0;

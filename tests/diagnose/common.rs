@@ -1,14 +1,14 @@
 //! What all members of a kind share, and paths for heat to what has a given temperature.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Diagnosis, Law, Problem, Scales, Verdict, diagnose, hypotheses, sentence};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::{Study, Tables, UncertainNumber};
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Diagnosis, Law, Problem, Scales, Verdict, diagnose, hypotheses, sentence};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::{Study, Tables, UncertainNumber};
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -211,7 +211,7 @@ fn derivatives_of_lumped_causes() {
     let data = &problem.data;
     let scales = Scales::of(data, &study.model.machine);
     let all = hypotheses(study, data, &[]);
-    let found = coldplate::evidence::diagnose::signatures(study, data, Start::Steady, &[], &all, &scales, &[]).unwrap();
+    let found = coldplate_diagnose::signatures(study, data, Start::Steady, &[], &all, &scales, &[]).unwrap();
     let mut seen = Vec::new();
     for (h, column) in all.iter().zip(&found.columns).filter(|(h, _)| !h.is_sensor() && h.law == Law::Constant) {
         let step = 1e-3 * h.scale;

@@ -2,14 +2,14 @@
 //! fit. Here every candidate of every shipped machine has its derivative compared with the program run on its own lines,
 //! written out and read again as text.
 
-use coldplate::describe::machine::Condition;
-use coldplate::error::Result;
-use coldplate::evidence::diagnose::{Effect, Hypothesis, Law, Scales, UserKind, hypotheses, signatures};
-use coldplate::evidence::measurement::{Data, Row};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::physics::gas;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::error::Result;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Effect, Hypothesis, Law, Scales, UserKind, hypotheses, signatures};
+use coldplate_evidence::measurement::{Data, Row};
+use coldplate_explore::simulate::Start;
+use coldplate_physics::gas;
+use coldplate_solve::sensitivity::Study;
 use rayon::prelude::*;
 
 /// Steps of the differences, as shares of the prior's scale; differences over one and over two of them are extrapolated.
@@ -43,7 +43,7 @@ impl Case {
         let study = Study::new(document, Some(cells)).unwrap_or_else(|e| panic!("{name}: {e}"));
         let machine = &study.model.machine;
         let at = |share: f64| {
-            let of = |v: &coldplate::describe::machine::Variable| match (v.name.as_str(), v.range) {
+            let of = |v: &coldplate_describe::machine::Variable| match (v.name.as_str(), v.range) {
                 // Within what the water's properties are known for, whatever the range.
                 ("coolant_temperature", _) => 288.15 + 15.0 * share,
                 (_, Some((low, high))) => low + share * (high - low),
@@ -120,7 +120,7 @@ impl Case {
             return 1.0;
         }
         let chamber = &self.study.model.machine.chamber;
-        let load = coldplate::discretise::network::Load::at(&self.study.model.machine, &self.data.rows[r].condition).unwrap();
+        let load = coldplate_network::Load::at(&self.study.model.machine, &self.data.rows[r].condition).unwrap();
         let film = |more: f64| gas::film(chamber.pressure + more, load.chamber, chamber.accommodation, chamber.gap);
         let short = 1e-4;
         (film(short) - film(0.0)) / short / (film(1.0) - film(0.0))

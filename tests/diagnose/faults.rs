@@ -1,16 +1,16 @@
 //! Faulty readings are found, named by row and column, and left out; clean data and real effects stay as they are.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Problem, Verdict, diagnose};
-use coldplate::evidence::faulty::cleared;
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::faults::{Fault, FaultKind, find};
-use coldplate::evidence::measurement::{Data, Row, Uncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Problem, Verdict, diagnose};
+use coldplate_evidence::faulty::cleared;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::faults::{Fault, FaultKind, find};
+use coldplate_evidence::measurement::{Data, Row, Uncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use super::command::{coldplate, json, message, scratch, write};
 use super::hidden::Hidden;

@@ -1,9 +1,9 @@
 //! What residual gas can do ends where its film saturates: the screen goes no further.
 
-use coldplate::evidence::diagnose::{Scales, hypotheses, signatures};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row};
-use coldplate::explore::simulate::Start;
+use coldplate_diagnose::{Scales, hypotheses, signatures};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row};
+use coldplate_explore::simulate::Start;
 
 use super::logs::{CELLS, study};
 

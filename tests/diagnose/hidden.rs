@@ -1,13 +1,13 @@
 //! Readings of a machine with lines of its file changed, on another mesh, with noise: what is to be found is written in the test.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::Problem;
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::Problem;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 /// Noise of a reading and a sensor's own error, K.
 const NOISE: f64 = 0.03;
@@ -32,7 +32,7 @@ impl Hidden<'_> {
         let study = Study::new(machine.clone(), Some(200)).unwrap();
         let mut random = Random::new(seed);
         let mut one = || -> Vec<f64> {
-            let of = |v: &coldplate::describe::machine::Variable| {
+            let of = |v: &coldplate_describe::machine::Variable| {
                 let share = random.unit();
                 let free = v.range.map_or(v.default.unwrap_or(0.0), |(low, high)| low + share * (high - low));
                 held.iter().find(|(name, _)| *name == v.name).map_or(free, |(_, value)| *value)

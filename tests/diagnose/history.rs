@@ -1,9 +1,9 @@
 //! Signatures of logs, followed in a few unknowns, beside differences of whole runs.
 
-use coldplate::describe::machine::Machine;
-use coldplate::evidence::diagnose::{Effect, Hypothesis, Law, LawForm, Leak, Radiation, Scales, hypotheses, signatures, under_rarer_laws};
-use coldplate::evidence::identify;
-use coldplate::explore::simulate::Start;
+use coldplate_describe::machine::Machine;
+use coldplate_diagnose::{Effect, Hypothesis, Law, LawForm, Leak, Radiation, Scales, hypotheses, signatures, under_rarer_laws};
+use coldplate_evidence::identify;
+use coldplate_explore::simulate::Start;
 
 use crate::logs::{CELLS, ROW, logs, study, table};
 
@@ -26,7 +26,7 @@ fn compare_some(start: Start, lines: &[(String, String)], chosen: Chosen, least:
     let catalogue = chosen(hypotheses(&study, &data, &[]), &study.model.machine, &scales);
     let uncertain = [study.parameter("material.steel.specific_heat").unwrap(), study.parameter("contact.gear.conductance").unwrap()];
     let found = signatures(&study, &data, start, &uncertain, &catalogue, &scales, &[]).unwrap();
-    let run = |study: &coldplate::solve::sensitivity::Study| identify::values_within(study, &data, start, TOLERANCE).unwrap();
+    let run = |study: &coldplate_solve::sensitivity::Study| identify::values_within(study, &data, start, TOLERANCE).unwrap();
     let mut followed = 0;
     let mut worst: (f64, String) = (0.0, String::new());
     for (h, column) in catalogue.iter().zip(&found.columns).filter(|(h, _)| !h.is_sensor()) {

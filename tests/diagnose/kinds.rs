@@ -1,13 +1,13 @@
 //! Kinds that the twins do not draw: an uneven split of parallel channels, another conductivity of a material, losses that follow the temperature, and surfaces that see
 //! each other.
 
-use coldplate::evidence::diagnose::{Diagnosis, Law, Verdict, diagnose};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::Data;
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Diagnosis, Law, Verdict, diagnose};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::Data;
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;

@@ -1,14 +1,14 @@
 //! Laws by the machine's own variables: any that varies, in proportion, squared, inverse, and above a threshold.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Law, LawForm, Problem, Scales, Verdict, diagnose, hypotheses, sentence};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Law, LawForm, Problem, Scales, Verdict, diagnose, hypotheses, sentence};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -119,7 +119,7 @@ fn laws_of_variables_that_vary() {
         let sets = h.sets(study, &scales, &[], 1.0).unwrap().unwrap();
         let edited = study.edited(&sets).unwrap_or_else(|e| panic!("{h:?}: {e}"));
         for row in &data.rows {
-            let load = coldplate::discretise::network::Load::at(&edited.model.machine, &row.condition).unwrap();
+            let load = coldplate_network::Load::at(&edited.model.machine, &row.condition).unwrap();
             let wanted = scales.factor(h.law, &row.condition);
             let own = load.powers.last().unwrap();
             assert!((own - wanted).abs() < 1e-6, "{}: {own} {wanted}", h.law_words());

@@ -1,14 +1,14 @@
 //! Twins over time: nothing where there is nothing, a wrong heat capacity and a slow sensor by name.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Diagnosis, Problem, Verdict, diagnose};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Diagnosis, Problem, Verdict, diagnose};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 /// A motor of its own material and a gear of steel on one cold plate.
 const MACHINE: &str = r#"
@@ -215,7 +215,7 @@ pub fn told(seed: u64, found: &Diagnosis) -> String {
 
 /// The first explanation is this cause alone, and nearly all of the probability is with explanations that hold it.
 pub fn is_named(found: &Diagnosis, kind: &str, place: &str) -> bool {
-    let is_this = |p: &coldplate::evidence::diagnose::Cause| p.hypothesis.kind() == kind && p.hypothesis.place == place;
+    let is_this = |p: &coldplate_diagnose::Cause| p.hypothesis.kind() == kind && p.hypothesis.place == place;
     let with: f64 = found.explanations.iter().filter(|e| e.causes.iter().any(is_this)).map(|e| e.probability).sum();
     let first = &found.explanations[0];
     matches!(found.verdict, Verdict::Explained | Verdict::CannotTell) && first.causes.len() == 1 && is_this(&first.causes[0]) && with > 0.9

@@ -29,10 +29,10 @@ mod synonyms;
 mod twin;
 mod when;
 
-use coldplate::evidence::diagnose::{Effect, Leak, Radiation, Scales, Verdict, diagnose, hypotheses, signatures};
-use coldplate::evidence::identify;
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::progress::Silent;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Effect, Leak, Radiation, Scales, Verdict, diagnose, hypotheses, signatures};
+use coldplate_evidence::identify;
+use coldplate_explore::simulate::Start;
 use twin::score::score;
 use twin::{Family, case};
 

@@ -1,14 +1,14 @@
 //! Predictions that a diagnosis compares are those of an endlessly fine mesh.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Problem, diagnose};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Problem, diagnose};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use crate::twin::SMALL;
 

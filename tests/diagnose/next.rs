@@ -1,9 +1,9 @@
 //! What is proposed to be measured next tells apart what could not be told apart.
 
-use coldplate::evidence::diagnose::{Diagnosis, ExtraSensor, Law, Problem, Trial, Verdict, diagnose};
-use coldplate::evidence::measurement::Uncertainty;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Diagnosis, ExtraSensor, Law, Problem, Trial, Verdict, diagnose};
+use coldplate_evidence::measurement::Uncertainty;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -34,13 +34,13 @@ fn the_proposed_test_decides() {
     }
     let is_intervention = |t: &Trial| !matches!(t, Trial::Steady);
     assert!(before.next.iter().any(|n| is_intervention(&n.trial)) && before.next.iter().any(|n| !is_intervention(&n.trial)));
-    let settles = |n: &coldplate::evidence::diagnose::Next| n.worth.wrong_name.drop() / n.cost;
+    let settles = |n: &coldplate_diagnose::Next| n.worth.wrong_name.drop() / n.cost;
     assert!(before.next.windows(2).all(|w| settles(&w[0]) >= settles(&w[1]) - 0.01), "not in order");
     assert!(before.next.iter().all(|n| n.trial == Trial::Steady || n.mean >= 1.0), "not worth while");
     // The same heat is the same at every flow, pressure and with any heater: only another speed tells.
     let variables = &problem.study.model.machine.variables;
     let speed = variables.iter().position(|v| v.name == "motor_speed").unwrap();
-    let changes_speed = |next: &coldplate::evidence::diagnose::Next| match next.trial {
+    let changes_speed = |next: &coldplate_diagnose::Next| match next.trial {
         Trial::Step { variable, .. } => variable == speed,
         Trial::Steady => (next.condition.si()[speed] / SPEED - 1.0).abs() > 0.05,
         _ => false,

@@ -4,8 +4,8 @@
 use std::path::Path;
 use std::process::Command;
 
-use coldplate::evidence::diagnose::{Diagnosis, sentence};
-use coldplate::foundation::random::Random;
+use coldplate_base::random::Random;
+use coldplate_diagnose::{Diagnosis, sentence};
 use serde_json::Value;
 
 use crate::logs::{CELLS, Error, Hidden, found, is_named, study, told};

@@ -1,7 +1,7 @@
 //! Noise that is stated as twice what it is hides nothing, and makes no alarm.
 
-use coldplate::evidence::diagnose::{Diagnosis, Problem, Verdict, diagnose};
-use coldplate::foundation::progress::Silent;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Diagnosis, Problem, Verdict, diagnose};
 
 use super::twin::score::score;
 use super::twin::{Family, case};

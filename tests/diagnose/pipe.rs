@@ -6,10 +6,10 @@ mod convert;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::solve::sensitivity::Study;
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 use serde_json::Value;
 
 /// What the documented wall stores: 6.93e-4 m2 of steel, 39 m, 7800 to 8000 kg/m3, 480 to 500 J/(kg K): 101 to 108 kJ/K.

@@ -1,10 +1,10 @@
 //! Tables on the reduced model give what full solves give.
 
-use coldplate::evidence::diagnose::{Diagnosis, Problem, diagnose};
-use coldplate::evidence::identify;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::solve::sensitivity::{Study, Tables};
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Diagnosis, Problem, diagnose};
+use coldplate_evidence::identify;
+use coldplate_solve::sensitivity::{Study, Tables};
 
 use super::hidden::Hidden;
 use super::twin::SMALL;

@@ -1,13 +1,13 @@
 //! Weeks of a lumped machine whose conditions never rest: readings are thinned, and still every turn drives the machine.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Law, Problem, Scales, Verdict, diagnose, hypotheses, signatures};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Law, Problem, Scales, Verdict, diagnose, hypotheses, signatures};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 const NOISE: f64 = 0.05;
 

@@ -1,9 +1,9 @@
 //! Machines whose sizes are off by a few per cent, as drawings and machines are: nothing is wrong with them.
 
-use coldplate::evidence::diagnose::{Diagnosis, Verdict, diagnose};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_diagnose::{Diagnosis, Verdict, diagnose};
 
 use super::hidden::Hidden;
 use super::twin::SMALL;

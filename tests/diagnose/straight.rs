@@ -1,8 +1,8 @@
 //! Steps that are followed along slopes end nowhere that the machine does not.
 
-use coldplate::evidence::diagnose::diagnose;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::diagnose;
 
 use super::hidden::Hidden;
 use super::twin::SMALL;
@@ -19,7 +19,7 @@ fn from_beyond_a_black_surface() {
     let hidden =
         Hidden { machine: &machine, cells: (300, 500), lines: &lines, conditions: Hidden::conditions(&machine, 12, 51, &[]), seed: 52 };
     let found = diagnose(&hidden.problem(), &Silent).unwrap();
-    let is_it = |c: &coldplate::evidence::diagnose::Cause| c.hypothesis.kind() == "emissivity" && c.hypothesis.place == "gear";
+    let is_it = |c: &coldplate_diagnose::Cause| c.hypothesis.kind() == "emissivity" && c.hypothesis.place == "gear";
     let alone = found.explanations.iter().find(|e| e.causes.len() == 1 && is_it(&e.causes[0])).expect("it explains much");
     let cause = &alone.causes[0];
     println!("fitted: {}, {} +- {}", alone.is_fitted, cause.amplitude, cause.deviation);

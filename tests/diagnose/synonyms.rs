@@ -1,8 +1,8 @@
 //! Causes that do the same at every condition are one cause with several names.
 
-use coldplate::evidence::diagnose::{Diagnosis, Law, Verdict, diagnose};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_diagnose::{Diagnosis, Law, Verdict, diagnose};
 
 use super::common::lumped;
 use super::hidden::Hidden;
@@ -25,7 +25,7 @@ fn found(held: &[(&str, f64)], seed: u64) -> Diagnosis {
 
 /// All names at the bearing under which single causes are listed, and those that are synonyms of the first.
 fn names(found: &Diagnosis) -> (Vec<Name>, Vec<Name>) {
-    let name = |c: &coldplate::evidence::diagnose::Cause| -> Option<Name> {
+    let name = |c: &coldplate_diagnose::Cause| -> Option<Name> {
         let own =
             [FACTOR, WITH_SPEED, CONSTANT].into_iter().find(|(kind, law)| c.hypothesis.kind() == *kind && c.hypothesis.law == *law)?;
         (c.hypothesis.place == "bearing").then_some(own)
@@ -46,8 +46,7 @@ fn a_source_s_factor_and_heat_in_proportion() {
     assert!(synonyms.len() == 1 && synonyms[0] != listed[0], "{synonyms:?}");
     let [own, other] = [&found.explanations[0].causes[0], &found.explanations[0].synonyms[0].cause];
     // The one in W at full speed, of 4 W in the file, the other as a factor of that.
-    let share =
-        |c: &coldplate::evidence::diagnose::Cause| if c.hypothesis.kind() == "heat source" { c.amplitude / 4.0 } else { c.amplitude };
+    let share = |c: &coldplate_diagnose::Cause| if c.hypothesis.kind() == "heat source" { c.amplitude / 4.0 } else { c.amplitude };
     assert!((share(own) / share(other) - 1.0).abs() < 0.1, "{} {}", own.amplitude, other.amplitude);
 }
 

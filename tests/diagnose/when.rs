@@ -1,15 +1,15 @@
 //! Causes that act in some tests only, or on the way down: named with their test, written with formulas that need it, found in tables and in
 //! logs, and never called where all tests are alike.
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::diagnose::{Diagnosis, Problem, Verdict, diagnose, sentence};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Diagnosis, Problem, Verdict, diagnose, sentence};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use crate::logs;
 

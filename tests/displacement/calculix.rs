@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::Command;
 
-use coldplate::describe::machine::{Face, Machine, Reading, Side};
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::{Face, Machine, Reading, Side};
+use coldplate_solve::meshed::MeshedMachine;
 
 use crate::{POST, folder};
 

@@ -1,10 +1,10 @@
 //! What every test here does: machine text -> mesh -> network -> solution -> numbers, and the comparison.
 
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::Network;
-use coldplate::solve::meshed::{MeshedMachine, SteadyState};
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::units::ZERO_CELSIUS;
+use coldplate_describe::machine::Machine;
+use coldplate_network::Network;
+use coldplate_network::mesh::Mesh;
+use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
 /// Values of the four variables, for machines that name none of them.
 pub const CONDITION: [(&str, &str); 4] =
@@ -87,7 +87,7 @@ impl Solved {
     #[track_caller]
     pub fn contact(&self, name: &str) -> (f64, f64) {
         let flows =
-            coldplate::solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
+            coldplate_solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
         let i = position(flows.iter().map(|f| f.name.as_str()), name);
         (flows[i].heat, flows[i].area)
     }

@@ -1,9 +1,9 @@
 //! Cells that follow the error: the accuracy that was asked for beside the true errors.
 
-use coldplate::describe::machine::{Condition, Machine};
-use coldplate::discretise::mesh::Mesh;
-use coldplate::foundation::progress::Silent;
-use coldplate::solve::meshed::{ChosenCells, MeshedMachine, limit_states};
+use coldplate_base::progress::Silent;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::mesh::Mesh;
+use coldplate_solve::meshed::{ChosenCells, MeshedMachine, limit_states};
 
 use crate::bench;
 

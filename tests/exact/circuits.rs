@@ -1,9 +1,9 @@
 //! Branches with a given flow, and circuits fed by others: mixing junctions and series against the balance of enthalpy.
 
-use coldplate::describe::machine::{Condition, Machine};
-use coldplate::discretise::network::Load;
-use coldplate::solve::transient::{Settings, Transient};
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::units::ZERO_CELSIUS;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::Load;
+use coldplate_solve::transient::{Settings, Transient};
 
 use crate::bench::{self, CONDITION, Solved, check, solve};
 

@@ -5,7 +5,7 @@ use crate::bench::{check, solve};
 /// The law itself, written down once more: Churchill and Chu for a vertical plate, air of constant properties at 300 K would not
 /// do, so the properties are the program's own at the film temperature; what is tested is the balance.
 fn film(shape: &str, length: f64, surface: f64, air: f64) -> f64 {
-    use coldplate::physics::convection::{FreeConvection, Gas, Shape};
+    use coldplate_physics::convection::{FreeConvection, Gas, Shape};
     let shape = Shape::ALL[Shape::NAMES.iter().position(|name| *name == shape).unwrap()];
     let [k, mu, cp] = Gas::Air.at(0.5 * (surface + air));
     let density = 101_325.0 * 0.028_965_46 / (8.314_462_618 * 0.5 * (surface + air));

@@ -1,8 +1,8 @@
 //! Thermal displacement: free expansion, walls, joints, Timoshenko's strip, a gradient across a beam, a tube.
 
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::Network;
+use coldplate_describe::machine::Machine;
+use coldplate_network::Network;
+use coldplate_network::mesh::Mesh;
 
 use crate::bench::{Solved, check, machine, solve};
 

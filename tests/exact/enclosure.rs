@@ -12,7 +12,7 @@ const SIGMA: f64 = 5.670374419e-8;
 /// view factors are given; the others follow.
 #[test]
 fn v19_frustum() {
-    let f13 = coldplate::physics::view::coaxial_discs(0.075, 0.05, 0.075);
+    let f13 = coldplate_physics::view::coaxial_discs(0.075, 0.05, 0.075);
     check("V19", "F13", f13, 0.197828393634, 1.0, 1e-10);
     let (base, top) = (PI * 0.075 * 0.075, PI * 0.05 * 0.05);
     let side = PI * 0.125 * 0.075f64.hypot(0.025);
@@ -199,7 +199,7 @@ fn closed_box_against_a_dense_solution() {
         for (face, exact) in FACES.iter().zip(&exact) {
             check("own", &format!("closed box: heat of the {}, W", face.0), run.heat_in(face.0), *exact, scale, 1e-9);
         }
-        let heats = &coldplate::solve::balance::enclosure_heats(&run.model.network, &run.state.solution.temperatures)[0];
+        let heats = &coldplate_solve::balance::enclosure_heats(&run.model.network, &run.state.solution.temperatures)[0];
         for (place, i) in order.iter().enumerate() {
             check("own", &format!("closed box: heat given off by the {}, W", FACES[*i].0), heats[place], exact[*i], scale, 1e-9);
         }

@@ -1,7 +1,7 @@
 //! Heat-flow sensors: through contacts, boundaries, faces and into water, with the sign each states.
 
-use coldplate::describe::machine::Machine;
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::Machine;
+use coldplate_solve::meshed::MeshedMachine;
 
 use crate::bench::{self, Solved, check, solve};
 

@@ -1,10 +1,10 @@
 //! Contacts whose conductance follows the condition or the time: two nodes, two bars, a switch that opens and closes.
 
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::network::Load;
-use coldplate::solve::Solver;
-use coldplate::solve::transient::{Settings, Transient};
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::units::ZERO_CELSIUS;
+use coldplate_describe::machine::Machine;
+use coldplate_network::Load;
+use coldplate_solve::Solver;
+use coldplate_solve::transient::{Settings, Transient};
 
 use crate::bench::{self, check, solve};
 
@@ -119,7 +119,7 @@ fn a_joint_follows_the_time() {
     let load = |time: f64| {
         let mut si = condition.si().to_vec();
         si[4] = time;
-        Load::at(&model.machine, &coldplate::describe::machine::Condition::from_si(si))
+        Load::at(&model.machine, &coldplate_describe::machine::Condition::from_si(si))
     };
     let mut transient = Transient::new(&model.network, Settings { tolerance: 1e-6, ..Settings::default() }).unwrap();
     let mut state = transient.uniform(&load(0.0).unwrap(), 60.0 + ZERO_CELSIUS);

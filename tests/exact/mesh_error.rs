@@ -1,6 +1,6 @@
 //! What the mesh costs: the estimate beside the true error.
 
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_solve::meshed::MeshedMachine;
 
 use crate::bench::{CONDITION, machine, solve};
 

@@ -1,10 +1,10 @@
 //! View factors from the geometry: rays against closed forms, what stands in the way, and the file they are kept in.
 
 use crate::bench::{check, model};
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::{EnclosureViews, Network};
-use coldplate::physics::view;
+use coldplate_describe::machine::Machine;
+use coldplate_network::mesh::Mesh;
+use coldplate_network::{EnclosureViews, Network};
+use coldplate_physics::view;
 use std::f64::consts::PI;
 
 /// The view factors of the one enclosure of some parts; `surfaces` are faces.

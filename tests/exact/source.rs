@@ -1,7 +1,7 @@
 //! Sources: one that follows its own temperature, heat per volume, in one block, and varying in space.
 
-use coldplate::describe::machine::Machine;
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::Machine;
+use coldplate_solve::meshed::MeshedMachine;
 
 use crate::bench::{self, solve};
 

@@ -1,7 +1,7 @@
 //! Temperatures of faces and joints, several boundaries on one face, and boundaries on parts of faces.
 
 use crate::bench::{check, extrapolate, machine, solve};
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::units::ZERO_CELSIUS;
 use std::f64::consts::PI;
 
 const TUBE: &str = r#"
@@ -198,7 +198,7 @@ fn areas_of_parts_of_faces() {
 fn contradictions_are_refused() {
     let with = |tables: &str| {
         format!("name = \"slab\"\n{}{tables}", SLAB.replace("metal]", "metal]\ndensity = \"1 kg/m3\"\nspecific_heat = \"1 J/(kg K)\""))
-            .parse::<coldplate::describe::machine::Machine>()
+            .parse::<coldplate_describe::machine::Machine>()
     };
     let film = |name: &str, face: &str, within: &str| {
         format!("[boundary.{name}]\nfaces = [\"{face}\"]\n{within}\nfilm = \"10 W/(m2 K)\"\nfluid_temperature = \"20 degC\"\n")
@@ -225,7 +225,7 @@ fn contradictions_are_refused() {
         (film("b", "slab.+z", "within = { x = ['50 mm', '60 mm'] }"), "lies outside its faces"),
     ] {
         let machine = machine(&format!("{SLAB}{tables}"));
-        let error = coldplate::solve::meshed::MeshedMachine::new(machine, Some(500)).unwrap_err();
+        let error = coldplate_solve::meshed::MeshedMachine::new(machine, Some(500)).unwrap_err();
         assert!(format!("{error}").contains(what), "{error}");
         let place = error.location();
         assert!(place.file.is_some() && place.line.is_some() && place.key.is_some() && error.remedy().is_some(), "{error}");
@@ -238,7 +238,7 @@ fn the_area_that_remains_is_said() {
     let half = "[part.cover]\nmaterial = \"metal\"\nbox = [\"20 mm\", \"10 mm\", \"5 mm\"]\non = \"slab.+z\"\nalign = \"corner\"\nsurface = \"none\"\n\
                 [boundary.air]\nfaces = [\"slab.+z\"]\nfilm = \"60 W/(m2 K)\"\nfluid_temperature = \"50 degC\"\n";
     let run = solve(&format!("{SLAB}{half}"), 3e-3);
-    let found = coldplate::solve::meshed::inventory(&run.model, None).unwrap().boundaries;
+    let found = coldplate_solve::meshed::inventory(&run.model, None).unwrap().boundaries;
     let air = found.iter().find(|b| b.name == "air").unwrap();
     check("slab", "area left, m2", air.area, 2e-4, 2e-4, 1e-9);
     check("slab", "covered share", air.covered, 0.5, 1.0, 1e-9);

@@ -2,7 +2,7 @@
 
 use super::functions::*;
 use super::{errors, max, polynomials_only, rms};
-use coldplate::surrogate::fit::{self, Fit, FitOptions};
+use coldplate_surrogate::fit::{self, Fit, FitOptions};
 use std::f64::consts::PI;
 
 /// The machine's flow down to 1 L/min, where the film is hardly turbulent and every temperature rises steeply.

@@ -1,6 +1,6 @@
 //! Functions to fit, designs to fit them on, and a generator with a fixed sequence.
 
-use coldplate::surrogate::fit::{Output, Samples};
+use coldplate_surrogate::fit::{Output, Samples};
 use std::f64::consts::PI;
 
 /// xorshift64* (Vigna 2016).

@@ -1,11 +1,11 @@
 //! Designs that grow where fits are least sure: at the moment they stop, their bands cover what they say.
 
-use coldplate::describe::machine::Variable;
-use coldplate::explore::sweep::{Definition, Growth};
-use coldplate::foundation::document::Document;
-use coldplate::surrogate::fit::placement::{Known, most_telling};
-use coldplate::surrogate::fit::{self, FitOptions, Output, Samples};
-use coldplate::units::Dimension;
+use coldplate_base::document::Document;
+use coldplate_base::units::Dimension;
+use coldplate_describe::machine::Variable;
+use coldplate_explore::sweep::{Definition, Growth};
+use coldplate_surrogate::fit::placement::{Known, most_telling};
+use coldplate_surrogate::fit::{self, FitOptions, Output, Samples};
 
 use super::errors;
 use super::functions::*;

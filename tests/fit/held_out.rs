@@ -2,7 +2,7 @@
 
 use super::functions::*;
 use super::{CUBE, errors, max, rms};
-use coldplate::surrogate::fit::{self, FitOptions};
+use coldplate_surrogate::fit::{self, FitOptions};
 
 /// Fifteen temperatures of a machine-like response from 200 conditions: under 0.02 K, in fact under 0.005 K, everywhere on
 /// 200 others, in well under 20 s.

@@ -7,9 +7,9 @@ mod held_out;
 mod radial;
 mod small;
 
-use coldplate::surrogate::fit::model::{Kernel, PointModel, Transform, Variable};
-use coldplate::surrogate::fit::one_factor::OneFactor;
-use coldplate::surrogate::fit::{self, Family, FitOptions};
+use coldplate_surrogate::fit::model::{Kernel, PointModel, Transform, Variable};
+use coldplate_surrogate::fit::one_factor::OneFactor;
+use coldplate_surrogate::fit::{self, Family, FitOptions};
 use functions::*;
 
 const CUBE: [(f64, f64); 4] = [(-1.0, 1.0); 4];
@@ -89,7 +89,7 @@ fn a_sparse_polynomial_is_recovered() {
 /// The leave-one-out residuals a polynomial reports are those of refitting its terms without each row.
 #[test]
 fn polynomial_leave_one_out_equals_refitting() {
-    use coldplate::surrogate::fit::least_squares::least_squares;
+    use coldplate_surrogate::fit::least_squares::least_squares;
     let mut random = Random::new(8);
     let rows = uniform(40, 2, &mut random);
     let columns = |rows: &[&Vec<f64>]| -> Vec<Vec<f64>> {
@@ -223,10 +223,10 @@ fn noise_is_smoothed() {
 /// By hand: slope 0.6, residual sum of squares 0.2 on two degrees of freedom, Student's 0.975 quantile 4.302653.
 #[test]
 fn the_band_of_one_factor_is_students() {
-    let fitted = coldplate::surrogate::fit::one_factor::OneFactor::fit(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 1.0, 2.0], 1).unwrap();
+    let fitted = coldplate_surrogate::fit::one_factor::OneFactor::fit(&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 1.0, 2.0], 1).unwrap();
     assert!((fitted.coefficients[1] - 0.6).abs() < 1e-12);
     let by_hand = 4.302_652_73 * (0.2f64 / 2.0).sqrt() * 1.5f64.sqrt();
     assert!((fitted.half_width(0.95) - by_hand).abs() < 1e-6, "{} against {by_hand}", fitted.half_width(0.95));
-    let exact = coldplate::surrogate::fit::one_factor::OneFactor::fit(&[0.0, 1.0], &[0.0, 1.0], 1).unwrap();
+    let exact = coldplate_surrogate::fit::one_factor::OneFactor::fit(&[0.0, 1.0], &[0.0, 1.0], 1).unwrap();
     assert!(exact.half_width(0.95).is_infinite());
 }

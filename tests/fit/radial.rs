@@ -1,9 +1,9 @@
 //! Radial functions against refitting, finite differences and their own definition.
 
 use super::functions::*;
-use coldplate::surrogate::fit::model::Kernel;
-use coldplate::surrogate::fit::rbf::{Criterion, System};
-use coldplate::surrogate::fit::{evaluate, rbf};
+use coldplate_surrogate::fit::model::Kernel;
+use coldplate_surrogate::fit::rbf::{Criterion, System};
+use coldplate_surrogate::fit::{evaluate, rbf};
 
 const KERNELS: [Kernel; 4] = [Kernel::Gaussian, Kernel::Multiquadric, Kernel::ThinPlate, Kernel::Cubic];
 const SCALES: [f64; 3] = [0.9, 0.6, 1.3];

@@ -2,7 +2,7 @@
 
 use super::errors;
 use super::functions::*;
-use coldplate::surrogate::fit::{self, FitOptions};
+use coldplate_surrogate::fit::{self, FitOptions};
 
 /// Designs per size.
 const DESIGNS: u64 = 4;

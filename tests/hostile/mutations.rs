@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use coldplate::describe::machine::Machine;
-use coldplate::evidence::measurement::Data;
-use coldplate::foundation::random::Random;
-use coldplate::foundation::table::Table;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Machine;
+use coldplate_evidence::measurement::Data;
+use coldplate_tables::Table;
 
 /// What a mistaken hand puts in the place of a number.
 const NUMBERS: [&str; 12] = ["0", "-1", "1e400", "nan", "inf", "-0.0", "1e-320", "99999999999999999999", "1,5", "", "1/0", "2 *"];

@@ -1,9 +1,9 @@
 //! A machine whose readings are known in closed form: estimates, intervals, open directions, bounds, priors, scans.
 
 use coldplate::Silent;
-use coldplate::evidence::identify::{IdentifyOptions, Scan, identify, next_tests, profile, scan};
-use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
-use coldplate::solve::sensitivity::Study;
+use coldplate_evidence::identify::{IdentifyOptions, Scan, identify, next_tests, profile, scan};
+use coldplate_evidence::measurement::{Data, Uncertainty, VariableUncertainty};
+use coldplate_solve::sensitivity::Study;
 
 use super::common::{SERIES, condition, problem, study, table};
 

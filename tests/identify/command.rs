@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coldplate::solve::sensitivity::Study;
+use coldplate_solve::sensitivity::Study;
 use serde_json::Value;
 
 use super::common::{BLOCKS, SERIES, coldplate, json, message, scratch, write};

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::identify::{Free, Problem};
-use coldplate::evidence::measurement::{Data, Row, Uncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::identify::{Free, Problem};
+use coldplate_evidence::measurement::{Data, Row, Uncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 use serde_json::Value;
 use statrs::distribution::{Binomial, DiscreteCDF};
 

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use coldplate::Silent;
-use coldplate::evidence::identify::{Estimate, Free, IdentifyOptions, Problem, identify_and_learn, values};
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::solve::sensitivity::Study;
-use coldplate::units::Measurand;
+use coldplate_base::units::Measurand;
+use coldplate_evidence::identify::{Estimate, Free, IdentifyOptions, Problem, identify_and_learn, values};
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use super::common::{Normal, SERIES, coldplate, condition, json, problem, scratch, study, table, write};
 

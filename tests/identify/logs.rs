@@ -1,11 +1,11 @@
 //! Emissivity and conductance from a log: warming up, then standing.
 
 use coldplate::Silent;
-use coldplate::evidence::identify::{Free, IdentifyOptions, Problem, identify};
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
-use coldplate::explore::schedule::{self, Schedule};
-use coldplate::explore::simulate::{self, Start};
-use coldplate::solve::sensitivity::Study;
+use coldplate_evidence::identify::{Free, IdentifyOptions, Problem, identify};
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate_explore::schedule::{self, Schedule};
+use coldplate_explore::simulate::{self, Start};
+use coldplate_solve::sensitivity::Study;
 use rayon::prelude::*;
 
 use super::common::{Normal, condition, study};
@@ -40,14 +40,14 @@ const PLANTED: [(&str, f64); 2] = [("part.block.surface.emissivity", 0.8), ("con
 const SEEDS: usize = 16;
 
 /// Rows every twenty minutes: two hours at 2000 rpm, then standing. The row at which the speed falls has no readings.
-fn plan(file: &Study) -> Vec<(f64, coldplate::describe::machine::Condition)> {
+fn plan(file: &Study) -> Vec<(f64, coldplate_describe::machine::Condition)> {
     let at = |speed: f64| condition(file, [2.0, 20.0, speed, 22.0]);
     let running = (0..=6).map(|i| (1200.0 * f64::from(i), at(2000.0)));
     let standing = (7..=15).map(|i| (1200.0 * f64::from(i), at(0.0)));
     running.chain([(7201.0, at(0.0))]).chain(standing).collect()
 }
 
-fn truth(file: &Study, plan: &[(f64, coldplate::describe::machine::Condition)]) -> Vec<Vec<f64>> {
+fn truth(file: &Study, plan: &[(f64, coldplate_describe::machine::Condition)]) -> Vec<Vec<f64>> {
     let rows = plan.iter().map(|(time, c)| schedule::Row { time: *time, values: c.si().to_vec() }).collect();
     let options = simulate::SimulateOptions {
         start: Start::Uniform(22.0 + 273.15),

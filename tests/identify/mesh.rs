@@ -1,11 +1,11 @@
 //! The mesh's share: contacts and an emissivity found on a coarse mesh from readings of a much finer one.
 
 use coldplate::Silent;
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::identify::{Estimate, IdentifyOptions, identify, identify_and_learn, values};
-use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::solve::sensitivity::Study;
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::identify::{Estimate, IdentifyOptions, identify, identify_and_learn, values};
+use coldplate_evidence::measurement::{Data, Uncertainty, VariableUncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 use rayon::prelude::*;
 
 use super::common::{BLOCKS, Normal, condition, is_likely, problem, study, table};

@@ -1,8 +1,8 @@
 //! Numbers that hold in one test alone: `KEY@TEST` and `KEY@*`.
 
-use coldplate::evidence::identify::{Free, Problem};
-use coldplate::evidence::measurement::Uncertainty;
-use coldplate::explore::simulate::Start;
+use coldplate_evidence::identify::{Free, Problem};
+use coldplate_evidence::measurement::Uncertainty;
+use coldplate_explore::simulate::Start;
 
 use super::common::{BLOCKS, SERIES, coldplate, condition, json, message, scratch, study, table, write};
 

@@ -1,11 +1,11 @@
 //! Truth from another mesh with planted parameters and noise drawn from the stated covariance, over many seeds.
 
 use coldplate::Silent;
-use coldplate::describe::machine::Condition;
-use coldplate::evidence::identify::{IdentifyOptions, identify, profile, values};
-use coldplate::evidence::measurement::{Data, Uncertainty, VariableUncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::solve::sensitivity::Study;
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::identify::{IdentifyOptions, identify, profile, values};
+use coldplate_evidence::measurement::{Data, Uncertainty, VariableUncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 use rayon::prelude::*;
 
 use super::common::{BLOCKS, Normal, condition, is_likely, problem, study, table};

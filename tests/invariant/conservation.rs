@@ -2,9 +2,9 @@
 
 use crate::bench::{Solved, solve};
 use crate::{close, everything};
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::network::{Network, Surface};
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::Machine;
+use coldplate_network::{Network, Surface};
+use coldplate_solve::meshed::MeshedMachine;
 
 fn both_meshes() -> [Solved; 2] {
     [15e-3, 5e-3].map(|size| solve(&everything(&["bed", "plate", "other", "bearing"]), size))
@@ -90,7 +90,7 @@ fn maximum_principle() {
 fn every_node_balances() {
     for run in both_meshes() {
         let net: &Network = &run.model.network;
-        let system = coldplate::solve::System::new(net);
+        let system = coldplate_solve::System::new(net);
         let streams = net.stream_states(&run.state.load, &run.state.solution.temperatures).unwrap();
         let residual = system.residual(net, &run.state.load, &streams, &run.state.solution.temperatures);
         let sum: f64 = residual.iter().map(|r| r.abs()).sum();
@@ -129,7 +129,7 @@ fn the_heat_of_the_pump_alone() {
 fn jacobian_against_differences() {
     let run = solve(&everything(&["bed", "plate", "other", "bearing"]), 20e-3);
     let (net, load, solution) = (&run.model.network, &run.state.load, &run.state.solution);
-    let system = coldplate::solve::System::new(net);
+    let system = coldplate_solve::System::new(net);
     let t = &solution.temperatures;
     let jacobian = system.jacobian(net, load, &solution.streams, t);
     // A reproducible direction without structure.

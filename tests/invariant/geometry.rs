@@ -14,7 +14,7 @@ fn areas(parts: &str, size: f64) -> (f64, f64) {
     let area: f64 = model.network.contacts.iter().map(|c| c.area).sum();
     let mut open = 0.0;
     for (g, _) in model.mesh.grids.iter().enumerate() {
-        for side in coldplate::describe::machine::Side::ALL {
+        for side in coldplate_describe::machine::Side::ALL {
             open += model.mesh.open_faces(g, side).map(|(_, a)| a).sum::<f64>();
         }
     }

@@ -1,7 +1,7 @@
 //! The VTU file as a viewer reads it: no polyhedron inside out, every part with its volume.
 
 use crate::bench::solve;
-use coldplate::discretise::mesh::vtu;
+use coldplate_network::mesh::vtu;
 
 /// The bytes of an array of the file.
 fn array(text: &str, name: &str) -> Vec<u8> {

@@ -1,6 +1,6 @@
 //! Channels that cannot be drilled are refused, with the place and what to do.
 
-use coldplate::describe::machine::Machine;
+use coldplate_describe::machine::Machine;
 
 /// A plate of 200 x 100 x 20 mm with channels, one after the other in one circuit.
 fn plate(channels: &[(&str, &str)]) -> Result<Machine, coldplate::Error> {

@@ -1,8 +1,8 @@
 //! Enclosures: what is refused, where, and with which remedy.
 
-use coldplate::describe::machine::{Machine, Views};
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::Network;
+use coldplate_describe::machine::{Machine, Views};
+use coldplate_network::Network;
+use coldplate_network::mesh::Mesh;
 
 const PLATES: &str = "name = 'plates'
 [part.low]

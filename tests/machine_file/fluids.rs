@@ -1,9 +1,9 @@
 //! What flows in circuits, from a machine file on: hot water, boiling, standing water, oils and mixtures by table.
 
-use coldplate::describe::machine::Machine;
-use coldplate::error::Result;
-use coldplate::physics::liquid::Liquid;
-use coldplate::solve::meshed::{MeshedMachine, SolveRecord};
+use coldplate_base::error::Result;
+use coldplate_describe::machine::Machine;
+use coldplate_physics::liquid::Liquid;
+use coldplate_solve::meshed::{MeshedMachine, SolveRecord};
 
 /// A heated plate with one straight channel; `circuit` holds the keys of its circuit.
 fn plate(heat: f64, circuit: &str, more: &str) -> String {

@@ -1,8 +1,8 @@
 //! Formulas: arithmetic against hand-calculated values, derivatives against differences, errors.
 
-use coldplate::error::Location;
-use coldplate::foundation::formula::{Formula, Names, Values};
-use coldplate::units::Dimension;
+use coldplate_base::error::Location;
+use coldplate_base::formula::{Formula, Names, Values};
+use coldplate_base::units::Dimension;
 
 fn names() -> Names {
     let mut names = Names::default();
@@ -17,7 +17,7 @@ fn values() -> Values {
     Values(vec![296.65, 23.5, 2500.0, 3.0, 113.7])
 }
 
-fn parse(text: &str, dimension: Dimension) -> coldplate::error::Result<Formula> {
+fn parse(text: &str, dimension: Dimension) -> coldplate_base::error::Result<Formula> {
     Formula::parse(text, dimension, None, &names(), Location::default())
 }
 

@@ -1,8 +1,8 @@
 //! Parts that radiate alike by one number.
 
-use coldplate::describe::machine::Machine;
-use coldplate::foundation::document::Document;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_describe::machine::Machine;
+use coldplate_solve::sensitivity::Study;
 
 const PARTS: &str = r#"
 name = "three blocks"

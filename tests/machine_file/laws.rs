@@ -1,7 +1,7 @@
 //! The laws of contacts and sources, from a machine file on.
 
-use coldplate::describe::machine::{ContactLaw, Interface, LinearPower, Machine, Slope, SourceLaw};
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::{ContactLaw, Interface, LinearPower, Machine, Slope, SourceLaw};
+use coldplate_solve::meshed::MeshedMachine;
 
 /// Every law as lines of a contact between two steel blocks.
 const LAWS: [(&str, &str); 7] = [

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use coldplate::describe::machine::{
+use coldplate_base::error::Kind;
+use coldplate_describe::machine::{
     BoundaryLaw, Condition, Conductance, ContactLaw, Film, Layout, LimitKind, Machine, OfPressure, Place, Property, Reading, Shape, Side,
     Total,
 };
-use coldplate::error::Kind;
 
 const FULL: &str = include_str!("full.toml");
 
@@ -14,7 +14,7 @@ fn full() -> Machine {
     FULL.parse().unwrap()
 }
 
-fn with(key: &str, value: &str) -> coldplate::error::Result<Machine> {
+fn with(key: &str, value: &str) -> coldplate_base::error::Result<Machine> {
     Machine::from_text(FULL, "full.toml", &[(key.to_string(), value.to_string())])
 }
 
@@ -90,7 +90,7 @@ fn the_example_of_the_reference_is_a_machine() {
     let example = reference.split("```toml\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     let m: Machine = example.parse().unwrap();
     assert_eq!((m.parts.len(), m.channels.len(), m.sensors.len(), m.assumptions.len()), (2, 1, 3, 1));
-    let library = include_str!("../../data/materials.toml");
+    let library = include_str!("../../crates/describe/data/materials.toml");
     for line in library.lines().filter_map(|line| line.strip_prefix("[material.")) {
         let name = line.trim_end_matches(']').trim_matches('"');
         assert!(reference.contains(&format!("`{name}`")), "{name} is not in the reference");
@@ -391,7 +391,7 @@ fn two_boundaries_of_one_kind_on_one_node_are_said() {
         let text =
             format!("name = \"node\"\n[node.body]\n{}{}[sensor.body]\nnode = \"body\"\n", boundary("front", film), boundary("back", other));
         let model = coldplate::MeshedMachine::new(text.parse().unwrap(), None).unwrap();
-        coldplate::solve::meshed::inventory(&model, None).unwrap().warnings
+        coldplate_solve::meshed::inventory(&model, None).unwrap().warnings
     };
     assert!(warnings("heat_flux = \"10 W/m2\"").iter().all(|w| !w.contains("boundaries")));
     for other in [film, "free_convection = \"sphere\"\nlength = \"5 cm\"\nfluid_temperature = \"20 degC\""] {

@@ -1,6 +1,6 @@
 //! Which pairs of blocks share volume: cases that can be decided by hand.
 
-use coldplate::describe::machine::Machine;
+use coldplate_describe::machine::Machine;
 
 fn overlap(a: &str, b: &str) -> bool {
     let part = |name: &str, block: &str| format!("[part.{name}]\nmaterial = 'steel'\nblocks = [{{ {block} }}]\n");

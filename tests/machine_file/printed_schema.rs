@@ -1,6 +1,6 @@
 //! The schema as it is printed in the documentation; `scripts/check-schema` tries what editors read.
 
-use coldplate::describe::machine::SCHEMA;
+use coldplate_describe::machine::SCHEMA;
 
 /// The tables in the documentation are those of the schema.
 #[test]

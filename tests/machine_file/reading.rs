@@ -1,7 +1,7 @@
 //! The strict reader: places, remedies, `--set`, assumptions.
 
-use coldplate::foundation::document::Document;
-use coldplate::units::Dimension;
+use coldplate_base::document::Document;
+use coldplate_base::units::Dimension;
 
 fn parse(text: &str) -> Document {
     Document::parse(text, "rig.toml").unwrap()
@@ -35,7 +35,7 @@ fn unknown_keys_are_errors_with_a_suggestion() {
 fn wrong_kinds_are_named() {
     let file = parse("a = 1\nb = 'x'\nc = [1, 2]\nd = nan\ne = inf\nf = 1e999999\ng = 2020-01-01\nh = -3\n");
     let root = file.root();
-    let message = |result: coldplate::error::Result<f64>| result.unwrap_err().to_string();
+    let message = |result: coldplate_base::error::Result<f64>| result.unwrap_err().to_string();
     assert!(message(root.quantity("a", Dimension::LENGTH)).contains("bare number"));
     assert!(message(root.quantity("c", Dimension::LENGTH)).contains("this is a list"));
     for key in ["b", "d", "e", "f", "g"] {

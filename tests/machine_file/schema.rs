@@ -1,9 +1,9 @@
 //! One schema says what a machine file may hold: misspelt keys, defaults and parameters come from it.
 
-use coldplate::describe::machine::{Machine, SCHEMA};
-use coldplate::describe::schema::{Form, Unstated};
-use coldplate::foundation::document::Document;
-use coldplate::solve::sensitivity::Parameter;
+use coldplate_base::document::Document;
+use coldplate_describe::machine::{Machine, SCHEMA};
+use coldplate_describe::schema::{Form, Unstated};
+use coldplate_solve::sensitivity::Parameter;
 
 const PLATE: &str = include_str!("plate.toml");
 

@@ -1,8 +1,8 @@
 //! Spheres: what is read and what is refused.
 
-use coldplate::describe::machine::{Machine, Shape, Side};
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::Network;
+use coldplate_describe::machine::{Machine, Shape, Side};
+use coldplate_network::Network;
+use coldplate_network::mesh::Mesh;
 
 fn with(rest: &str) -> String {
     format!("name = 'ball'\n[part.ball]\nmaterial = 'steel'\n{rest}\n")

@@ -1,8 +1,8 @@
 //! Numbers that a machine file states as uncertain.
 
-use coldplate::evidence::identify::Free;
-use coldplate::foundation::document::Document;
-use coldplate::solve::sensitivity::{Study, UncertainNumber};
+use coldplate_base::document::Document;
+use coldplate_evidence::identify::Free;
+use coldplate_solve::sensitivity::{Study, UncertainNumber};
 
 const PLATE: &str = include_str!("plate.toml");
 
@@ -79,7 +79,7 @@ fn factors_correlations_and_the_models_own_error() {
     assert!((open[of(key)].deviation - 40.0).abs() < 1e-9 && (open[of("heats")].deviation - 0.04).abs() < 1e-12);
     // Contacts, heats and emissivities are stated, so nothing is assumed of them.
     let assumed: Vec<&str> =
-        open.iter().filter(|p| p.origin == coldplate::solve::sensitivity::Origin::Assumed).map(|p| p.name.as_str()).collect();
+        open.iter().filter(|p| p.origin == coldplate_solve::sensitivity::Origin::Assumed).map(|p| p.name.as_str()).collect();
     assert!(assumed.iter().all(|name| *name == "all films"), "{assumed:?}");
     assert!(study.open_parameters(false).unwrap().len() == 3);
     let correlations = study.correlations(&open).unwrap();

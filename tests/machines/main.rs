@@ -7,9 +7,9 @@ mod teaching;
 
 use std::path::{Path, PathBuf};
 
-use coldplate::describe::machine::{Condition, Machine};
-use coldplate::solve::meshed::{MeshedMachine, SteadyState};
-use coldplate::units::{Celsius, Measurand};
+use coldplate_base::units::{Celsius, Measurand};
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
 /// A folder of the project.
 fn folder(name: &str) -> PathBuf {
@@ -58,9 +58,9 @@ impl Solved {
     }
 
     /// A contact: area (m²), conductance of the interface (W/K), heat (W), drop (K).
-    fn contact(&self, name: &str) -> coldplate::solve::balance::ContactFlow {
+    fn contact(&self, name: &str) -> coldplate_solve::balance::ContactFlow {
         let flows =
-            coldplate::solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
+            coldplate_solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
         flows.into_iter().find(|f| f.name == name).unwrap_or_else(|| panic!("no contact {name}"))
     }
 
@@ -68,7 +68,7 @@ impl Solved {
     fn outlet(&self, channel: &str) -> f64 {
         let stream = self.model.network.streams.iter().find(|s| s.name == channel).unwrap_or_else(|| panic!("no channel {channel}"));
         let kelvin = self.state.solution.temperatures[stream.outlet() as usize];
-        Celsius::from(coldplate::units::Kelvin(kelvin)).0
+        Celsius::from(coldplate_base::units::Kelvin(kelvin)).0
     }
 }
 

@@ -88,7 +88,7 @@ fn the_true_contact_area_is_told_apart_from_the_stated_one() {
     let rig = Solved::new("rig.toml", &[], &WC1, Some(500));
     assert!((rig.contact("motor").area - 0.0143).abs() < 1e-9);
     assert!((rig.contact("reducer").area - 0.010609).abs() < 1e-9);
-    let inventory = coldplate::solve::meshed::inventory(&rig.model, Some(&rig.condition)).unwrap();
+    let inventory = coldplate_solve::meshed::inventory(&rig.model, Some(&rig.condition)).unwrap();
     for part in ["'motor'", "'reducer'"] {
         assert!(inventory.warnings.iter().any(|w| w.contains(part) && w.contains("flux area")), "{:?}", inventory.warnings);
     }

@@ -1,7 +1,7 @@
 //! The shipped sweeps: every one names a machine that exists and a design that can be run.
 
-use coldplate::describe::machine::Machine;
-use coldplate::explore::sweep::{Definition, Group, Plan, Purpose};
+use coldplate_describe::machine::Machine;
+use coldplate_explore::sweep::{Definition, Group, Plan, Purpose};
 
 use super::{files, folder};
 

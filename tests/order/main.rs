@@ -10,8 +10,8 @@ mod bench;
 mod manufactured;
 
 use bench::{model, solve};
-use coldplate::describe::machine::Side;
-use coldplate::discretise::mesh::grid::Grid;
+use coldplate_describe::machine::Side;
+use coldplate_network::mesh::grid::Grid;
 use manufactured::{Field, errors};
 use std::f64::consts::PI;
 

@@ -1,10 +1,10 @@
 //! A chosen temperature field as the solution of a network.
 
-use coldplate::describe::machine::Side;
-use coldplate::discretise::mesh::grid::{Frame, Grid};
-use coldplate::discretise::network::{BoundaryState, HeatSource, Load};
-use coldplate::solve::Solver;
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::Side;
+use coldplate_network::mesh::grid::{Frame, Grid};
+use coldplate_network::{BoundaryState, HeatSource, Load};
+use coldplate_solve::Solver;
+use coldplate_solve::meshed::MeshedMachine;
 
 const SIGMA: f64 = 5.670374419e-8;
 

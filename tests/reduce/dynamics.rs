@@ -1,15 +1,15 @@
 //! Surrogates that move, made from reduced models, against histories in full.
 
-use coldplate::explore::schedule::Schedule;
-use coldplate::explore::simulate::{self, SimulateOptions, Start};
-use coldplate::explore::sweep::design;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::table::{Column, Table};
-use coldplate::pipeline::{fitting, moving};
-use coldplate::reduce::{ReducedModel, reduce};
-use coldplate::surrogate::fit::model::Surrogate;
-use coldplate::surrogate::fit::{FitOptions, file};
-use coldplate::units::{celsius, express};
+use coldplate_base::progress::Silent;
+use coldplate_base::units::{celsius, express};
+use coldplate_explore::schedule::Schedule;
+use coldplate_explore::simulate::{self, SimulateOptions, Start};
+use coldplate_explore::sweep::design;
+use coldplate_jobs::{fitting, moving};
+use coldplate_reduce::{ReducedModel, reduce};
+use coldplate_surrogate::fit::model::Surrogate;
+use coldplate_surrogate::fit::{FitOptions, file};
+use coldplate_tables::{Column, Table};
 
 use crate::histories::{moving_model, schedule};
 use crate::{settings, study};
@@ -29,7 +29,7 @@ fn surrogate(model: &ReducedModel) -> Surrogate {
         for ((column, variable), value) in columns.iter_mut().zip(&machine.variables).zip(&si) {
             column.push(express(*value, &variable.unit, variable.dimension).expect("its own unit"));
         }
-        let answer = model.steady(&coldplate::describe::machine::Condition::from_si(si), &[]).expect("a steady state");
+        let answer = model.steady(&coldplate_describe::machine::Condition::from_si(si), &[]).expect("a steady state");
         let readings = columns[machine.variables.len()..].iter_mut().zip(&answer.finer);
         readings.for_each(|(column, reading)| column.push(celsius(*reading)));
     }

@@ -1,11 +1,11 @@
 //! The temperatures of all cells from a reduced state, against full solves.
 
-use coldplate::describe::machine::Condition;
-use coldplate::discretise::network::Load;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::reduce::{ReducedModel, Settings, reduce};
-use coldplate::solve::Solver;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_network::Load;
+use coldplate_reduce::{ReducedModel, Settings, reduce};
+use coldplate_solve::Solver;
 
 use super::{settings, study};
 

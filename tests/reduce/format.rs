@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use coldplate::foundation::progress::Silent;
-use coldplate::reduce::{Level, ReducedModel, Settings, reduce};
+use coldplate_base::progress::Silent;
+use coldplate_reduce::{Level, ReducedModel, Settings, reduce};
 use nalgebra::DMatrix;
 
 use super::{settings, study};

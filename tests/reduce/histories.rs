@@ -2,12 +2,12 @@
 
 use std::sync::OnceLock;
 
-use coldplate::describe::machine::Machine;
-use coldplate::explore::schedule::{Row, Schedule};
-use coldplate::explore::simulate::{self, SimulateOptions, Start, Subject};
-use coldplate::foundation::progress::Silent;
-use coldplate::reduce::{ReducedModel, reduce};
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::progress::Silent;
+use coldplate_describe::machine::Machine;
+use coldplate_explore::schedule::{Row, Schedule};
+use coldplate_explore::simulate::{self, SimulateOptions, Start, Subject};
+use coldplate_reduce::{ReducedModel, reduce};
+use coldplate_solve::sensitivity::Study;
 
 use crate::{settings, study};
 
@@ -60,7 +60,7 @@ pub fn moving_model(name: &str, cells: usize) -> &'static (Study, ReducedModel) 
     let place = if name == "rig" { &RIG } else { &FIVE_AXIS };
     place.get_or_init(|| {
         let study = study(name, cells);
-        let settings = coldplate::reduce::Settings { histories: 4, ..settings(&study, false) };
+        let settings = coldplate_reduce::Settings { histories: 4, ..settings(&study, false) };
         let model = reduce(&study, &settings, &Silent).expect("a model");
         (study, model)
     })
@@ -101,7 +101,7 @@ fn of_the_five_axis_machine() {
 fn a_sliver_of_time_stops_no_history() {
     let study = study("slab", 300);
     let ranges = vec![(2.0 / 6e4, 8.0 / 6e4), (291.15, 297.15), (0.0, 314.16), (291.15, 301.15)];
-    let settings = coldplate::reduce::Settings { histories: 2, ranges, ..settings(&study, false) };
+    let settings = coldplate_reduce::Settings { histories: 2, ranges, ..settings(&study, false) };
     let made = reduce(&study, &settings, &Silent).expect("a model").in_time.expect("it follows histories");
     assert!(made.largest_error < 0.01, "{} K", made.largest_error);
 }

@@ -7,14 +7,14 @@ mod histories;
 mod spread;
 mod sweeps;
 
-use coldplate::describe::machine::Condition;
-use coldplate::discretise::network::{Load, Network};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::foundation::random::Random;
-use coldplate::reduce::{ReducedModel, Settings, reduce};
-use coldplate::solve::Solver;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_network::{Load, Network};
+use coldplate_reduce::{ReducedModel, Settings, reduce};
+use coldplate_solve::Solver;
+use coldplate_solve::sensitivity::Study;
 
 const ACCURACY: f64 = 1e-3;
 
@@ -25,7 +25,7 @@ fn study(machine: &str, cells: usize) -> Study {
 /// The four usual variables over their ranges, or those of every machine, the rest at their defaults.
 fn settings(study: &Study, with_parameters: bool) -> Settings {
     let usual = [(3.925e-5, 3.14e-4), (291.15, 297.15), (26.2, 261.8), (291.15, 297.15)];
-    let range = |(i, v): (usize, &coldplate::describe::machine::Variable)| match (usual.get(i), v.range, v.default) {
+    let range = |(i, v): (usize, &coldplate_describe::machine::Variable)| match (usual.get(i), v.range, v.default) {
         (Some(_), Some(range), _) | (None, Some(range), None) => range,
         (Some(usual), None, _) => *usual,
         (None, _, Some(value)) => (value, value),

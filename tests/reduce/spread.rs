@@ -1,9 +1,9 @@
 //! Slopes and spreads of a reduced model against those of the full one.
 
-use coldplate::describe::machine::Condition;
-use coldplate::foundation::progress::Silent;
-use coldplate::reduce::{ReducedModel, reduce};
-use coldplate::solve::sensitivity::Derivatives;
+use coldplate_base::progress::Silent;
+use coldplate_describe::machine::Condition;
+use coldplate_reduce::{ReducedModel, reduce};
+use coldplate_solve::sensitivity::Derivatives;
 
 use super::{settings, study};
 

@@ -2,11 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use coldplate::explore::sweep::bridge::Sweep;
-use coldplate::explore::sweep::{Definition, JOURNAL, SweepOptions, Swept};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::table::Table;
-use coldplate::units;
+use coldplate_base::document::Document;
+use coldplate_base::units;
+use coldplate_explore::sweep::sweep_file::Sweep;
+use coldplate_explore::sweep::{Definition, JOURNAL, SweepOptions, Swept};
+use coldplate_tables::Table;
 
 use super::{settings, study};
 
@@ -139,7 +139,7 @@ fn the_bound_goes_into_the_band() {
     let options = coldplate::FitOptions::default();
     let fit = coldplate::fit_table(&swept.table, None, &options).expect("a fit");
     let mut bare = swept.table.clone();
-    bare.provenance.retain(|(key, _)| key != coldplate::explore::sweep::BOUNDS);
+    bare.provenance.retain(|(key, _)| key != coldplate_explore::sweep::BOUNDS);
     let without = coldplate::fit_table(&bare, None, &options).expect("a fit");
     let bounds = swept.bounds.as_ref().expect("bounds");
     let fitted = swept.table.rows();

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use coldplate::explore::sweep::{ADDED, JOURNAL, Plan, Purpose, Round, SweepOptions, Swept, execute_growing, journal};
+use coldplate_explore::sweep::{ADDED, JOURNAL, Plan, Purpose, Round, SweepOptions, Swept, execute_growing, journal};
 
 use super::*;
 

@@ -7,12 +7,12 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use coldplate::describe::machine::{ModelError, Variable};
-use coldplate::error::{Error, Result};
-use coldplate::explore::sweep::journal::{Header, Journal, Outcome};
-use coldplate::explore::sweep::{Definition, JOURNAL, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, execute};
-use coldplate::foundation::document::Document;
-use coldplate::units::Dimension;
+use coldplate_base::document::Document;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::units::Dimension;
+use coldplate_describe::machine::{ModelError, Variable};
+use coldplate_explore::sweep::journal::{Header, Journal, Outcome};
+use coldplate_explore::sweep::{Definition, JOURNAL, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, execute};
 
 /// Names the folder a child process works in.
 const CHILD: &str = "COLDPLATE_RESTART_FOLDER";
@@ -231,7 +231,7 @@ fn results_of_another_build_are_not_resumed() {
     let path = folder.join(JOURNAL);
     let text = std::fs::read_to_string(&path).unwrap();
     let (first, rest) = text.split_once('\n').unwrap();
-    let payload = first.rsplit_once('\t').unwrap().0.replace(coldplate::solve::NUMERICS, "0123456789abcdef");
+    let payload = first.rsplit_once('\t').unwrap().0.replace(&coldplate_explore::numerics(), "0123456789abcdef");
     std::fs::write(&path, format!("{payload}\t{:08x}\n{rest}", crc32fast::hash(payload.as_bytes()))).unwrap();
     let message = execute(&plan, &subject(), &folder, SweepOptions::default(), solve).unwrap_err().to_string();
     assert!(message.contains("numerics of the program: 0123456789abcdef then") && message.contains("--out"), "{message}");

@@ -1,8 +1,8 @@
 //! Derivatives that are known in closed form.
 
-use coldplate::describe::machine::Condition;
-use coldplate::physics::radiation::SIGMA;
-use coldplate::solve::sensitivity::{Study, Target};
+use coldplate_describe::machine::Condition;
+use coldplate_physics::radiation::SIGMA;
+use coldplate_solve::sensitivity::{Study, Target};
 
 use crate::common::{condition, study_of};
 

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use coldplate::describe::machine::{Condition, Machine};
-use coldplate::foundation::document::Document;
-use coldplate::solve::meshed::MeshedMachine;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_solve::meshed::MeshedMachine;
+use coldplate_solve::sensitivity::Study;
 
 /// The path of a machine of the repository.
 pub fn path(name: &str) -> PathBuf {

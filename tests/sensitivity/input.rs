@@ -1,6 +1,6 @@
 //! Names that do not exist, things that do not vary, ends of ranges, and values written back.
 
-use coldplate::solve::sensitivity::{Kind, Target};
+use coldplate_solve::sensitivity::{Kind, Target};
 
 use crate::common::{EVERYTHING, condition, readings, study, study_of};
 

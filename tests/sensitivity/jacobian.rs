@@ -1,9 +1,9 @@
 //! J d against (R(T + e d) - R(T - e d))/2e, and the adjoint identity, at states that are no solution.
 
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::network::Load;
-use coldplate::solve::meshed::MeshedMachine;
-use coldplate::solve::{System, Tangent};
+use coldplate_describe::machine::Machine;
+use coldplate_network::Load;
+use coldplate_solve::meshed::MeshedMachine;
+use coldplate_solve::{System, Tangent};
 
 use crate::common::{ENCLOSED, EVERYTHING, FED, SHIPPED, condition, model};
 

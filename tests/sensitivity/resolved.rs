@@ -1,7 +1,7 @@
 //! Derivatives against four-point differences of full solutions, forward against adjoint, on every kind of parameter.
 
-use coldplate::describe::machine::Condition;
-use coldplate::solve::sensitivity::{Kind, Parameter, Study};
+use coldplate_describe::machine::Condition;
+use coldplate_solve::sensitivity::{Kind, Parameter, Study};
 
 use crate::common::{ENCLOSED, EVERYTHING, condition, readings, study, study_of};
 

@@ -1,13 +1,13 @@
 //! A rise is taken over `ambient_temperature`, in a solve, in its derivative and in a query, where the chamber has another
 //! temperature.
 
-use coldplate::describe::machine::LimitKind;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::table::Table;
-use coldplate::pipeline::fitting::fit_table;
-use coldplate::solve::sensitivity::{Study, Target};
-use coldplate::surrogate::fit::FitOptions;
-use coldplate::surrogate::fit::file::{encode, open};
+use coldplate_base::document::Document;
+use coldplate_describe::machine::LimitKind;
+use coldplate_jobs::fitting::fit_table;
+use coldplate_solve::sensitivity::{Study, Target};
+use coldplate_surrogate::fit::FitOptions;
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_tables::Table;
 
 const MACHINE: &str = r#"
 name = "a block in a chamber that is warmer than the room"

@@ -1,10 +1,10 @@
 //! Candidates straight from the network: against the parameters of the file that mean the same, and against networks that
 //! hold the candidate.
 
-use coldplate::describe::machine::{Conductance, ContactLaw};
-use coldplate::discretise::network::{ContactGroup, Joint, NONE, Network};
-use coldplate::solve::sensitivity::{Derivatives, Disturbance, Study};
-use coldplate::solve::{Solver, Tangent};
+use coldplate_describe::machine::{Conductance, ContactLaw};
+use coldplate_network::{ContactGroup, Joint, NONE, Network};
+use coldplate_solve::sensitivity::{Derivatives, Disturbance, Study};
+use coldplate_solve::{Solver, Tangent};
 
 use crate::common::{ENCLOSED, EVERYTHING, FED, condition, study, study_of};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use coldplate::physics::liquid::Liquid;
+use coldplate_physics::liquid::Liquid;
 
 use super::{coldplate, json, numbers, scratch, write};
 

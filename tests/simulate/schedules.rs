@@ -70,7 +70,7 @@ fn a_measured_file_goes_in_and_a_readable_one_comes_out() {
     }
     assert!(report["energy"]["relative"].as_f64().unwrap() <= 1e-8);
     assert!(report["steps"].as_u64().unwrap() > 5 && report["rejected"].is_u64() && report["seconds"].is_number());
-    let table = coldplate::foundation::table::Table::read(&out).unwrap();
+    let table = coldplate_tables::Table::read(&out).unwrap();
     assert_eq!(rounded(&table), [0.0, 2000.0, 2000.0, 2000.0, 2000.0, 1800.0, 1400.0, 1000.0]);
     // The same digits are in both; what reads JSON here may miss the last bit of a number.
     for (csv, json) in table.column("block").unwrap().values.iter().zip(numbers(&series["block"])) {
@@ -90,7 +90,7 @@ fn a_measured_file_goes_in_and_a_readable_one_comes_out() {
 }
 
 /// Motor speeds of a table, rpm, to a millionth: units there and back leave their rounding.
-fn rounded(table: &coldplate::foundation::table::Table) -> Vec<f64> {
+fn rounded(table: &coldplate_tables::Table) -> Vec<f64> {
     table.column("motor_speed").unwrap().values.iter().map(|v| (v * 1e6).round() / 1e6).collect()
 }
 
@@ -104,7 +104,7 @@ fn values_are_held_repeated_and_continued() {
             ["simulate", "machines/slab.toml", &schedule, "--cells", "300", "--every", "30 s", "--quiet", "--out", out.to_str().unwrap()];
         let output = coldplate(&[&base[..], &USUAL, more].concat());
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
-        let table = coldplate::foundation::table::Table::read(&out).unwrap();
+        let table = coldplate_tables::Table::read(&out).unwrap();
         (table.column("time").unwrap().values.clone(), rounded(&table))
     };
     assert_eq!(speeds(&[]), (vec![0.0, 30.0, 60.0], vec![1000.0, 1500.0, 2000.0]));

@@ -1,6 +1,6 @@
 //! The examples that are shipped, against what their problems have as exact results.
 
-use coldplate::foundation::table::Table;
+use coldplate_tables::Table;
 
 use super::{folder, json, output, root, said};
 

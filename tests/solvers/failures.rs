@@ -1,6 +1,6 @@
 //! Runs that give no result, and what becomes of them.
 
-use coldplate::foundation::table::Table;
+use coldplate_tables::Table;
 
 use super::{folder, json, output, runs, said, shell};
 

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use coldplate::Table;
-use coldplate::foundation::vtu::Vtu;
+use coldplate_base::vtu::Vtu;
 
 use super::{folder, json, output, root, said};
 

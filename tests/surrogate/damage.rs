@@ -1,8 +1,8 @@
 //! Damaged files: a million of them, none of which may cause a panic or pass unnoticed.
 
-use coldplate::surrogate::fit::file::encode;
-use coldplate::surrogate::fit::model::Kernel;
 use coldplate_runtime::{OpenError, Surrogate, format};
+use coldplate_surrogate::fit::file::encode;
+use coldplate_surrogate::fit::model::Kernel;
 
 use crate::examples::*;
 

@@ -1,6 +1,6 @@
 //! The surrogates that the tests and the runtime's benchmark use.
 
-use coldplate::surrogate::fit::model::*;
+use coldplate_surrogate::fit::model::*;
 
 /// SplitMix64: a small generator with a fixed sequence.
 pub struct Random(pub u64);

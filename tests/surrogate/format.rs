@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use coldplate::error::Kind;
-use coldplate::surrogate::fit::file::{decode, encode, open, write};
-use coldplate::surrogate::fit::model::*;
+use coldplate_base::error::Kind;
+use coldplate_surrogate::fit::file::{decode, encode, open, write};
+use coldplate_surrogate::fit::model::*;
 
 use crate::examples::*;
 

@@ -3,10 +3,10 @@
 use std::path::PathBuf;
 use std::process::{Command, Output};
 
-use coldplate::surrogate::fit::file::{decode, encode, open, write};
-use coldplate::surrogate::fit::model::{Followed, FollowedVariable, Interaction, Surrogate, Transform};
-use coldplate::surrogate::verdict::{Acceptability, Inverse, condition, free, query, stated};
 use coldplate_runtime::{OpenError, format};
+use coldplate_surrogate::fit::file::{decode, encode, open, write};
+use coldplate_surrogate::fit::model::{Followed, FollowedVariable, Interaction, Surrogate, Transform};
+use coldplate_surrogate::verdict::{Acceptability, Inverse, condition, free, query, stated};
 
 use crate::examples::*;
 

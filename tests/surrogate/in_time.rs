@@ -1,9 +1,9 @@
 //! Surrogates over time: steps against matrix exponentials, states from readings, what is refused.
 
-use coldplate::surrogate::fit::evaluate::scale_row;
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::fit::model::*;
 use coldplate_runtime::StepError;
+use coldplate_surrogate::fit::evaluate::scale_row;
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::fit::model::*;
 use nalgebra::{DMatrix, DVector};
 
 use crate::examples::*;

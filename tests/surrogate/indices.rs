@@ -1,9 +1,9 @@
 //! Sobol' indices of functions whose indices are known in closed form.
 
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::fit::model::*;
-use coldplate::surrogate::verdict::indices::{Index, Indices, indices};
 use coldplate_runtime::NINETY_FIVE;
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::fit::model::*;
+use coldplate_surrogate::verdict::indices::{Index, Indices, indices};
 
 use crate::examples::*;
 

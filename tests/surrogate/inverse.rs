@@ -1,8 +1,8 @@
 //! The inverse question on limits whose crossings are known in closed form.
 
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::fit::model::*;
-use coldplate::surrogate::verdict::{Acceptability, Inverse, free};
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::fit::model::*;
+use coldplate_surrogate::verdict::{Acceptability, Inverse, free};
 
 use crate::examples::*;
 

@@ -1,8 +1,8 @@
 //! The best acceptable condition, and two variables traded off.
 
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::verdict::trade_off::Exchange;
-use coldplate::surrogate::verdict::{
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::verdict::trade_off::Exchange;
+use coldplate_surrogate::verdict::{
     Acceptability, Free, Inverse, Objective, Optimum, Sense, Surrogate, TradeOff, best, free_within, query_at, trade_off,
 };
 

@@ -1,14 +1,12 @@
 //! Conditions with units, batches, and the command's exit status.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
-use clap::Parser;
-use coldplate::cli::output::Output;
-use coldplate::cli::query::{Args, run};
-use coldplate::error::{Error, Result};
-use coldplate::surrogate::fit::file::{encode, open, write};
-use coldplate::surrogate::verdict::batch::{self, Row};
-use coldplate::surrogate::verdict::condition::condition;
+use coldplate_base::error::{Error, Result};
+use coldplate_surrogate::fit::file::{encode, open, write};
+use coldplate_surrogate::verdict::batch::{self, Row};
+use coldplate_surrogate::verdict::condition::condition;
 
 use crate::examples::*;
 
@@ -107,12 +105,6 @@ fn a_bad_row_or_column_is_named() {
     assert_eq!(rows(short, &[("ambient_temperature", "21 degC")]).unwrap()[0].condition, [8.0, 20.0, 21.0]);
 }
 
-#[derive(Parser)]
-struct Command {
-    #[command(flatten)]
-    args: Args,
-}
-
 struct Folder(PathBuf);
 
 impl Folder {
@@ -123,10 +115,11 @@ impl Folder {
         Self(path)
     }
 
-    fn query(&self, options: &[&str]) -> Result<u8> {
+    /// Exit status and messages of `coldplate query`.
+    fn query(&self, options: &[&str]) -> (i32, String) {
         let file = self.0.join("small.cps");
-        let words = ["query", file.to_str().unwrap()].into_iter().chain(options.iter().copied());
-        run(&Command::try_parse_from(words).unwrap().args, Output { json: true, quiet: true })
+        let output = Command::new(env!("CARGO_BIN_EXE_coldplate")).arg("query").arg(file).args(options).arg("--json").output().unwrap();
+        (output.status.code().unwrap(), String::from_utf8_lossy(&output.stderr).into_owned())
     }
 }
 
@@ -142,23 +135,24 @@ fn the_exit_status_is_the_verdict() {
     let at = |flow, coolant, ambient| {
         folder.query(&["--coolant-flow", flow, "--coolant-temperature", coolant, "--ambient-temperature", ambient])
     };
-    assert_eq!(at("8 L/min", "20 degC", "21 degC"), Ok(0));
-    assert_eq!(at("8 L/min", "25 degC", "21 degC"), Ok(1)); // the motor is well over 28 degC
-    assert_eq!(at("13 L/min", "20 degC", "21 degC"), Ok(3)); // outside
-    assert_eq!(at("8", "20 degC", "21 degC").unwrap_err().exit_status(), 2);
+    assert_eq!(at("8 L/min", "20 degC", "21 degC").0, 0);
+    assert_eq!(at("8 L/min", "25 degC", "21 degC").0, 1); // the motor is well over 28 degC
+    assert_eq!(at("13 L/min", "20 degC", "21 degC").0, 3); // outside
+    assert_eq!(at("8", "20 degC", "21 degC").0, 2);
     let free = ["--free", "coolant-flow", "--coolant-temperature", "20 degC", "--ambient-temperature", "21 degC"];
-    assert_eq!(folder.query(&free), Ok(0));
-    assert!(folder.query(&["--free", "flow"]).unwrap_err().to_string().contains("coolant_flow"));
+    assert_eq!(folder.query(&free).0, 0);
+    assert!(folder.query(&["--free", "flow"]).1.contains("coolant_flow"));
 
     let csv = folder.0.join("many.csv");
     let batch = |rows: &str| {
         std::fs::write(&csv, format!("coolant_flow [L/min],coolant_temperature [degC],ambient_temperature [degC]\n{rows}")).unwrap();
         folder.query(&["--csv", csv.to_str().unwrap()])
     };
-    assert_eq!(batch("8,20,21\n"), Ok(0));
-    assert_eq!(batch("8,20,21\n13,20,21\n"), Ok(3));
-    assert_eq!(batch("8,20,21\n13,20,21\n8,25,21\n"), Ok(1));
-    assert_eq!(batch("8,20,21\n8,20,x\n").unwrap_err().location().line, Some(3));
+    assert_eq!(batch("8,20,21\n").0, 0);
+    assert_eq!(batch("8,20,21\n13,20,21\n").0, 3);
+    assert_eq!(batch("8,20,21\n13,20,21\n8,25,21\n").0, 1);
+    let (status, message) = batch("8,20,21\n8,20,x\n");
+    assert!(status == 2 && message.contains("many.csv:3"), "{message}");
 }
 
 #[test]
@@ -168,6 +162,6 @@ fn a_damaged_file_is_named() {
     let mut bytes = std::fs::read(&path).unwrap();
     bytes[60] ^= 1;
     std::fs::write(&path, bytes).unwrap();
-    let message = folder.query(&[]).unwrap_err().to_string();
+    let message = folder.query(&[]).1;
     assert!(message.contains("checksum") && message.contains("small.cps"), "{message}");
 }

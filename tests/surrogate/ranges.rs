@@ -1,9 +1,9 @@
 //! A surrogate of a machine's own ranges reaches to their very ends.
 
-use coldplate::foundation::document::Document;
-use coldplate::foundation::progress::Silent;
-use coldplate::pipeline::refit::refit;
-use coldplate::surrogate::fit::file;
+use coldplate_base::document::Document;
+use coldplate_base::progress::Silent;
+use coldplate_jobs::refit::refit;
+use coldplate_surrogate::fit::file;
 
 /// Ends that do not survive the way through kelvin and m3/s digit by digit.
 const RANGES: &str = r#"

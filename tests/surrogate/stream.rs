@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use coldplate::surrogate::fit::file::write;
+use coldplate_surrogate::fit::file::write;
 
 use crate::examples::*;
 

@@ -1,13 +1,13 @@
 //! What answers leave open: bands, probabilities, and readings that are learnt.
 
-use coldplate::foundation::random::Random;
-use coldplate::foundation::table::{Column, Table};
-use coldplate::surrogate::fit::evaluate;
-use coldplate::surrogate::fit::file::{decode, encode, open};
-use coldplate::surrogate::fit::model::{States, Surrogate};
-use coldplate::surrogate::verdict::instruments::Instruments;
-use coldplate::surrogate::verdict::{Acceptability, Inverse, free, query, query_at, stated, update};
+use coldplate_base::random::Random;
 use coldplate_runtime::{Band, Belief, LearnError, OpenError, Reading, format};
+use coldplate_surrogate::fit::evaluate;
+use coldplate_surrogate::fit::file::{decode, encode, open};
+use coldplate_surrogate::fit::model::{States, Surrogate};
+use coldplate_surrogate::verdict::instruments::Instruments;
+use coldplate_surrogate::verdict::{Acceptability, Inverse, free, query, query_at, stated, update};
+use coldplate_tables::{Column, Table};
 use nalgebra::{DMatrix, DVector};
 
 use crate::examples::*;
@@ -141,8 +141,7 @@ fn verdicts_follow_the_confidence() {
     // Outside the fitted range nothing is sure.
     assert_eq!(query(&file, &[13.0, 15.0, 24.0]).unwrap().verdict, Acceptability::Uncertain);
     // The least flow that is acceptable is where the probability is the one asked for, and more is needed to be surer.
-    let least = |confidence: f64| match coldplate::surrogate::verdict::free_within(&file, &[0.0, 19.5, 21.0], 0, None, confidence).unwrap()
-    {
+    let least = |confidence: f64| match coldplate_surrogate::verdict::free_within(&file, &[0.0, 19.5, 21.0], 0, None, confidence).unwrap() {
         Inverse::Found { smallest, answer, .. } => {
             let found = answer.chance.unwrap().probability;
             assert!((found - confidence).abs() < 1e-5, "{found} {confidence}");
@@ -254,7 +253,7 @@ fn parameters_may_be_stated() {
     let expected = slope * (1.0 - 500.0 / 400.0) / 0.1;
     let found = after.temperatures[0].value - before.temperatures[0].value;
     assert!(expected > 1.0 && (found - expected).abs() < 1e-9, "{found} {expected}");
-    let parts = |answer: &coldplate::surrogate::verdict::Answer| answer.temperatures[0].parts.unwrap().parameters;
+    let parts = |answer: &coldplate_surrogate::verdict::Answer| answer.temperatures[0].parts.unwrap().parameters;
     assert!(parts(&after) < 0.7 * parts(&before));
     for (name, value, says) in [
         ("contact.foot.conductance", "200 W/(m2 K)", "may be stated from 350.0 to 650.0 W/(m2 K)"),

@@ -1,9 +1,9 @@
 //! Values and gradients against mpmath 1.3 (40 digits; its numerical derivatives), which was given
 //! the same coefficients, centres and ranges and the formulas in the documentation of the model.
 
-use coldplate::surrogate::fit::evaluate;
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::fit::model::*;
+use coldplate_surrogate::fit::evaluate;
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::fit::model::*;
 
 use crate::examples::*;
 
@@ -210,7 +210,7 @@ fn wrong_lengths_and_strange_numbers_are_no_panic() {
             file.evaluate(&x, &mut values).unwrap();
             file.gradient(&x, 1, &mut [0.0; 3]).unwrap();
             assert_eq!(file.in_domain(&x), inside, "{x:?}");
-            assert_eq!(file.verdict(&x).state == coldplate::surrogate::verdict::Acceptability::Uncertain, !inside, "{x:?}");
+            assert_eq!(file.verdict(&x).state == coldplate_surrogate::verdict::Acceptability::Uncertain, !inside, "{x:?}");
         }
     }
 }

@@ -1,8 +1,8 @@
 //! The rules of the verdict, on surrogates whose values are plain numbers.
 
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::fit::model::*;
-use coldplate::surrogate::verdict::{self, Acceptability};
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::fit::model::*;
+use coldplate_surrogate::verdict::{self, Acceptability};
 
 use crate::examples::*;
 

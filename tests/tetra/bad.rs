@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use crate::bench::{fixture, machine};
-use coldplate::describe::gmsh::{Body, Mesh};
-use coldplate::error::Result;
+use coldplate_base::error::Result;
+use coldplate_describe::gmsh::{Body, Mesh};
 
 fn body_of(bytes: &[u8]) -> Result<Body> {
     Mesh::from_bytes(bytes, Path::new("part.msh"))?.body(None, 1.0)

@@ -4,10 +4,10 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use coldplate::describe::gmsh::{Body, Mesh};
-use coldplate::describe::machine::Machine;
-use coldplate::solve::meshed::{MeshedMachine, SteadyState};
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::units::ZERO_CELSIUS;
+use coldplate_describe::gmsh::{Body, Mesh};
+use coldplate_describe::machine::Machine;
+use coldplate_solve::meshed::{MeshedMachine, SteadyState};
 
 /// A file under tests/tetra/meshes.
 pub fn fixture(name: &str) -> PathBuf {
@@ -22,7 +22,7 @@ pub struct Solved {
 
 /// Reads a machine; its meshes count from tests/tetra/meshes, its materials are completed with what no steady state
 /// depends on.
-pub fn machine(text: &str) -> coldplate::error::Result<Machine> {
+pub fn machine(text: &str) -> coldplate_base::error::Result<Machine> {
     let mut whole = String::from("name = \"case\"\n");
     for line in text.lines() {
         whole += line;
@@ -67,7 +67,7 @@ impl Solved {
     #[track_caller]
     pub fn contact(&self, name: &str) -> (f64, f64, f64) {
         let flows =
-            coldplate::solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
+            coldplate_solve::balance::contact_flows(&self.model.network, &self.state.load.contacts, &self.state.solution.temperatures);
         let flow = flows.iter().find(|c| c.name == name).unwrap();
         (flow.area, flow.conductance, flow.heat)
     }
@@ -104,7 +104,7 @@ impl Tets {
     pub fn read(name: &str) -> Self {
         let body: Body = Mesh::read(&fixture(name)).unwrap().body(None, 1.0).unwrap();
         let named =
-            |s: &coldplate::describe::gmsh::NamedSurface| (s.name.clone(), s.faces.iter().map(|f| body.faces[*f as usize]).collect());
+            |s: &coldplate_describe::gmsh::NamedSurface| (s.name.clone(), s.faces.iter().map(|f| body.faces[*f as usize]).collect());
         Self { points: body.points.clone(), tetrahedra: body.tetrahedra.clone(), surfaces: body.surfaces.iter().map(named).collect() }
     }
 

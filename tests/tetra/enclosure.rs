@@ -1,9 +1,9 @@
 //! Imported volumes beside enclosures and spheres: what they shade and cover, and what is refused.
 
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::mesh::Mesh;
-use coldplate::discretise::network::EnclosureViews;
-use coldplate::solve::meshed::MeshedMachine;
+use coldplate_describe::machine::Machine;
+use coldplate_network::EnclosureViews;
+use coldplate_network::mesh::Mesh;
+use coldplate_solve::meshed::MeshedMachine;
 
 use crate::bench::{check, fixture, machine, solve};
 

@@ -8,10 +8,10 @@ mod strides;
 mod water;
 
 use bench::{CONDITION, model};
-use coldplate::discretise::network::Load;
-use coldplate::solve::meshed::MeshedMachine;
-use coldplate::solve::transient::{Settings, Transient, TransientState};
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::units::ZERO_CELSIUS;
+use coldplate_network::Load;
+use coldplate_solve::meshed::MeshedMachine;
+use coldplate_solve::transient::{Settings, Transient, TransientState};
 
 /// A machine run from one temperature (degC) at [`CONDITION`].
 fn run(model: &MeshedMachine, from: f64, until: f64, tolerance: f64) -> TransientState {
@@ -25,7 +25,7 @@ fn run_with(
     from: f64,
     until: f64,
     tolerance: f64,
-    load: &dyn Fn(f64) -> coldplate::error::Result<Load>,
+    load: &dyn Fn(f64) -> coldplate_base::error::Result<Load>,
 ) -> TransientState {
     let mut transient = Transient::new(&model.network, Settings { tolerance, ..Settings::default() }).unwrap();
     let mut state = transient.uniform(&load(0.0).unwrap(), from + ZERO_CELSIUS);

@@ -1,7 +1,7 @@
 //! Heat that is stored: a capacity that depends on temperature, contacts between bodies that store, and the account of it.
 
-use coldplate::discretise::network::{HeatSource, Load};
-use coldplate::solve::transient::{Settings, Transient};
+use coldplate_network::{HeatSource, Load};
+use coldplate_solve::transient::{Settings, Transient};
 
 use super::bench::{CONDITION, model};
 use super::{close, reading, run};

@@ -1,8 +1,8 @@
 //! A linear network of few nodes takes a stretch of straight loads in one exact step.
 
-use coldplate::explore::schedule::{Row, Schedule};
-use coldplate::explore::simulate::{SimulateOptions, run};
-use coldplate::solve::sensitivity::Study;
+use coldplate_explore::schedule::{Row, Schedule};
+use coldplate_explore::simulate::{SimulateOptions, run};
+use coldplate_solve::sensitivity::Study;
 
 /// Half a day of a hall with steps, ramps and rest of the load, in rows minutes to hours apart.
 fn schedule(study: &Study) -> Schedule {

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use super::close;
 use crate::bench::{CONDITION, model};
-use coldplate::describe::machine::Machine;
-use coldplate::discretise::network::Load;
-use coldplate::solve::meshed::MeshedMachine;
-use coldplate::solve::transient::{Settings, Transient};
-use coldplate::units::ZERO_CELSIUS;
+use coldplate_base::units::ZERO_CELSIUS;
+use coldplate_describe::machine::Machine;
+use coldplate_network::Load;
+use coldplate_solve::meshed::MeshedMachine;
+use coldplate_solve::transient::{Settings, Transient};
 
 fn shipped(name: &str, cells: usize) -> MeshedMachine {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("machines").join(name);

@@ -1,14 +1,14 @@
 //! Variables that a sweep holds and follows: another value of one is stated when the surrogate is asked, and the full solver agrees.
 
-use coldplate::describe::machine::Condition;
-use coldplate::explore::sweep::{Definition, SweepOptions, bridge::Sweep};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
-use coldplate::pipeline::fitting::{fit_table, with_followed, with_uncertainty};
-use coldplate::solve::sensitivity::Study;
-use coldplate::surrogate::fit::file::{decode, encode, open};
-use coldplate::surrogate::fit::{Fit, FitOptions};
-use coldplate::surrogate::verdict::{Acceptability, condition, query, stated};
+use coldplate_base::document::Document;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_explore::sweep::{Definition, SweepOptions, sweep_file::Sweep};
+use coldplate_jobs::fitting::{fit_table, with_followed, with_uncertainty};
+use coldplate_solve::sensitivity::Study;
+use coldplate_surrogate::fit::file::{decode, encode, open};
+use coldplate_surrogate::fit::{Fit, FitOptions};
+use coldplate_surrogate::verdict::{Acceptability, condition, query, stated};
 
 use crate::{folder, machine, readings};
 
@@ -56,7 +56,7 @@ fn held_variables_may_be_stated() {
                 let (low, high) = v.range.unwrap();
                 let is_stated = matches!(v.name.as_str(), "coolant_flow" | "motor_speed") || names.contains(&v.name.as_str());
                 let value = if is_stated { low + (high - low) * random.unit() } else { v.default.unwrap() };
-                let shown = coldplate::units::express(value, &v.unit, v.dimension).unwrap();
+                let shown = coldplate_base::units::express(value, &v.unit, v.dimension).unwrap();
                 if is_stated {
                     given.push((v.name.clone(), format!("{shown} {}", v.unit)));
                 }

@@ -7,17 +7,17 @@ mod measured;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use coldplate::describe::machine::Condition;
-use coldplate::explore::sweep::{SweepOptions, bridge::Sweep};
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
-use coldplate::foundation::table::{Column, Table};
-use coldplate::pipeline::fitting::{fit_table, with_uncertainty};
-use coldplate::solve::sensitivity::{Derivatives, OpenParameter, Scale, Study};
-use coldplate::surrogate::fit::FitOptions;
-use coldplate::surrogate::fit::file::{encode, open};
-use coldplate::surrogate::verdict::instruments::Instruments;
-use coldplate::surrogate::verdict::{Acceptability, query, update};
+use coldplate_base::document::Document;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::Condition;
+use coldplate_explore::sweep::{SweepOptions, sweep_file::Sweep};
+use coldplate_jobs::fitting::{fit_table, with_uncertainty};
+use coldplate_solve::sensitivity::{Derivatives, OpenParameter, Scale, Study};
+use coldplate_surrogate::fit::FitOptions;
+use coldplate_surrogate::fit::file::{encode, open};
+use coldplate_surrogate::verdict::instruments::Instruments;
+use coldplate_surrogate::verdict::{Acceptability, query, update};
+use coldplate_tables::{Column, Table};
 use rayon::prelude::*;
 
 fn root() -> PathBuf {
@@ -116,7 +116,7 @@ fn both_ways_to_the_slopes_agree() {
 fn surrogate(document: &Document, cells: usize, folder: &Path) -> Vec<u8> {
     std::fs::create_dir_all(folder).unwrap();
     let sweep = std::fs::read_to_string(root().join("examples/tutorial/sweep.toml")).unwrap();
-    let definition = coldplate::explore::sweep::Definition::new(Document::parse(&sweep, "sweep.toml").unwrap()).unwrap();
+    let definition = coldplate_explore::sweep::Definition::new(Document::parse(&sweep, "sweep.toml").unwrap()).unwrap();
     let study = Study::new(document.clone(), Some(cells)).unwrap();
     let plan = definition.plan(&study.model.machine.variables).unwrap();
     let sweep = Sweep::of(definition, plan, study).unwrap();
@@ -166,7 +166,7 @@ fn in_units(file: &coldplate_runtime::Surrogate<'_>, study: &Study, at: &Conditi
     let machine = &study.model.machine;
     let value = |v: coldplate_runtime::Variable<'_>| {
         let index = machine.variables.iter().position(|own| own.name == v.name).unwrap();
-        coldplate::units::express(at.si()[index], v.unit, machine.variables[index].dimension).unwrap()
+        coldplate_base::units::express(at.si()[index], v.unit, machine.variables[index].dimension).unwrap()
     };
     file.variables().map(value).collect()
 }
@@ -205,7 +205,7 @@ impl Count {
                 count.values += 1;
                 count.held += usize::from(point.low <= *truth && *truth <= point.high);
             }
-            let rise = |truth: &[f64]| truth[2] - coldplate::units::celsius(at.si()[3]);
+            let rise = |truth: &[f64]| truth[2] - coldplate_base::units::celsius(at.si()[3]);
             let margins = [60.0 - truth[0], 15.0 - rise(truth)];
             for (limit, margin) in answer.limits.iter().zip(margins) {
                 let half = (limit.high - limit.low) / 2.0;
@@ -244,7 +244,7 @@ fn bands_cover_what_they_say() {
         let errors: Vec<f64> = (0..5).map(|_| common + 0.3 * random.normal()).collect();
         let read = [4, 8, 20][seed as usize % 3];
         let draw = |random: &mut Random| -> Condition {
-            let of = |v: &coldplate::describe::machine::Variable| v.range.map(|(low, high)| low + (high - low) * random.unit()).unwrap();
+            let of = |v: &coldplate_describe::machine::Variable| v.range.map(|(low, high)| low + (high - low) * random.unit()).unwrap();
             Condition::from_si(study.model.machine.variables.iter().map(of).collect())
         };
         let conditions: Vec<Condition> = (0..read + 6).map(|_| draw(&mut random)).collect();

@@ -2,8 +2,8 @@
 
 use std::process::Command;
 
-use coldplate::pipeline::measured::check;
-use coldplate::solve::sensitivity::Study;
+use coldplate_jobs::measured::check;
+use coldplate_solve::sensitivity::Study;
 
 use super::root;
 

@@ -1,7 +1,7 @@
 //! Why a curve does not agree: the printed number that forbids it, by computation.
 
-use coldplate::error::{Error, Result};
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::error::{Error, Result};
+use coldplate_solve::sensitivity::Study;
 
 use super::numbers;
 use super::search::{Compared, Found};

@@ -5,8 +5,8 @@ pub mod numbers;
 mod page;
 pub mod search;
 
-use coldplate::error::Result;
-use coldplate::foundation::atomic_file;
+use coldplate_base::atomic_file;
+use coldplate_base::error::Result;
 
 use crate::common::{Outcome, Section, project, verdict, wrapped};
 use crate::fits::{AGREE, published};

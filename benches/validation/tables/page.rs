@@ -1,7 +1,7 @@
 //! docs/tables.md.
 
-use coldplate::error::Result;
-use coldplate::foundation::numbers::significant;
+use coldplate_base::error::Result;
+use coldplate_base::numbers::significant;
 
 use super::forbidden;
 use super::numbers::{self, CHANGES, NUMBERS};
@@ -16,7 +16,7 @@ pub fn page(study: &Study, all: &[Published], cells: Option<usize>) -> Result<St
     let own = together.problem.free.iter().filter(|f| f.test.is_some()).count();
     let machine = super::search::beginning(None)?;
     let fine = compared(&together.problem.data, &|test| {
-        let at = |f: &coldplate::evidence::identify::Free| f.test.as_deref().is_none_or(|t| t == test);
+        let at = |f: &coldplate_evidence::identify::Free| f.test.as_deref().is_none_or(|t| t == test);
         let pairs: Vec<_> = together.problem.free.iter().zip(&together.estimate.values).filter(|(f, _)| at(f)).collect();
         machine.with(&pairs.iter().map(|(f, v)| (&f.parameter, **v)).collect::<Vec<_>>())
     })?;

@@ -1,10 +1,10 @@
 //! The tables as measurements, and the machine that gives them.
 
-use coldplate::error::Result;
-use coldplate::evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem};
-use coldplate::evidence::measurement::{Data, Uncertainty, whiten};
-use coldplate::explore::simulate::Start;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::error::Result;
+use coldplate_evidence::identify::{self, Estimate, Free, IdentifyOptions, Problem};
+use coldplate_evidence::measurement::{Data, Uncertainty, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 use super::numbers::{self, CHANGES};
 use crate::common::{owned, project, study};

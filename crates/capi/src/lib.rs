@@ -1,9 +1,8 @@
 //! The runtime for programs in C and every language that calls C; `include/coldplate.h` says what each function does.
 //!
 //! This crate alone of the workspace uses `unsafe`: pointers from C cannot be checked by the compiler. Every function
-//! refuses null pointers; that other pointers are what the header asks for is the caller's part. A handle is never
-//! written to after it was opened, so that several threads may ask it at once. Opening takes memory for the handle;
-//! nothing else does.
+//! refuses null pointers; the caller must make sure that every other pointer is as the header asks. A handle is never
+//! written to after opening: several threads may use it at once. Only opening takes memory, for the handle.
 #![warn(missing_docs)]
 
 mod steps;
@@ -13,7 +12,7 @@ use std::{ptr, slice};
 
 use coldplate_runtime::{Acceptability, Band, LimitValue, OpenError, Surrogate};
 
-/// What a function did.
+/// Return code of a function: success.
 const DONE: c_int = 0;
 const NULL: c_int = 1;
 const NOT_A_SURROGATE: c_int = 2;
@@ -100,7 +99,7 @@ fn state(state: Acceptability) -> c_int {
     state as c_int
 }
 
-/// The text of a code; of one that does not exist, that of a null pointer's.
+/// The text of a code; an unknown code gets the text for a null pointer.
 #[unsafe(no_mangle)]
 pub extern "C" fn coldplate_error_text(code: c_int) -> *const c_char {
     let known = usize::try_from(code).ok().and_then(|code| TEXTS.get(code));
@@ -110,7 +109,8 @@ pub extern "C" fn coldplate_error_text(code: c_int) -> *const c_char {
 /// Opens a file that lies in memory.
 ///
 /// # Safety
-/// `bytes` points to `length` bytes that stay as they are until the handle is closed; `out` to a place for a handle.
+/// `bytes` points to `length` bytes that do not change until the handle is closed; `out` points to a place for a
+/// handle.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_open(bytes: *const u8, length: usize, out: *mut *mut Handle) -> c_int {
     if bytes.is_null() || out.is_null() {
@@ -131,19 +131,19 @@ pub unsafe extern "C" fn coldplate_open(bytes: *const u8, length: usize, out: *m
     code
 }
 
-/// Closes a handle; a null pointer is none.
+/// Closes a handle; does nothing for a null pointer.
 ///
 /// # Safety
 /// `handle` came from [`coldplate_open`] and is not used afterwards.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_close(handle: *mut Handle) {
     if !handle.is_null() {
-        // SAFETY: it came out of `Box::into_raw` and is given back once.
+        // SAFETY: the handle came out of `Box::into_raw` and is given back once.
         drop(unsafe { Box::from_raw(handle) });
     }
 }
 
-/// How many variables.
+/// Number of variables.
 ///
 /// # Safety
 /// `handle` is open, or null.
@@ -153,7 +153,7 @@ pub unsafe extern "C" fn coldplate_variables(handle: *const Handle) -> usize {
     unsafe { handle.as_ref() }.map_or(0, |own| own.0.variable_count())
 }
 
-/// How many points.
+/// Number of points.
 ///
 /// # Safety
 /// `handle` is open, or null.
@@ -163,7 +163,7 @@ pub unsafe extern "C" fn coldplate_points(handle: *const Handle) -> usize {
     unsafe { handle.as_ref() }.map_or(0, |own| own.0.point_count())
 }
 
-/// How many limits.
+/// Number of limits.
 ///
 /// # Safety
 /// `handle` is open, or null.
@@ -186,10 +186,10 @@ pub unsafe extern "C" fn coldplate_variable(handle: *const Handle, index: usize,
     DONE
 }
 
-/// A point: name, unit, and the ends of its band of 95 % about its value.
+/// A point: name, unit, and the ends of its 95 % band relative to its value.
 ///
 /// # Safety
-/// As [`coldplate_variable`].
+/// Requirements of [`coldplate_variable`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_point(handle: *const Handle, index: usize, out: *mut Entry) -> c_int {
     // SAFETY: the caller promises what the pointers point to.
@@ -202,7 +202,7 @@ pub unsafe extern "C" fn coldplate_point(handle: *const Handle, index: usize, ou
 /// The name of a limit.
 ///
 /// # Safety
-/// As [`coldplate_variable`].
+/// Requirements of [`coldplate_variable`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_limit_name(handle: *const Handle, index: usize, out: *mut Text) -> c_int {
     // SAFETY: the caller promises what the pointers point to.
@@ -233,10 +233,10 @@ pub unsafe extern "C" fn coldplate_evaluate(
     if own.0.evaluate(x, values).is_ok() { DONE } else { LENGTH }
 }
 
-/// What a controller adds: every displacement with the opposite sign, 0 for other points.
+/// The correction that a controller adds: every displacement with the opposite sign, 0 for other points.
 ///
 /// # Safety
-/// As [`coldplate_evaluate`].
+/// Requirements of [`coldplate_evaluate`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_offset(
     handle: *const Handle,
@@ -281,7 +281,7 @@ pub unsafe extern "C" fn coldplate_gradient(
 /// Values, bands, and the verdict at a confidence.
 ///
 /// # Safety
-/// As [`coldplate_evaluate`]; `bands` has `points` places too, and `verdict` is a place for the answer.
+/// Requirements of [`coldplate_evaluate`]; `bands` has `points` places too, and `verdict` is a place for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_assess(
     handle: *const Handle,
@@ -299,7 +299,7 @@ pub unsafe extern "C" fn coldplate_assess(
     else {
         return NULL;
     };
-    // SAFETY: as above.
+    // SAFETY: the caller promises what the pointers point to, for these as for those above.
     let (Some(bands), Some(verdict)) = (unsafe { places(bands, points) }, unsafe { verdict.as_mut() }) else { return NULL };
     if !(confidence > 0.5 && confidence < 1.0) {
         return CONFIDENCE;
@@ -319,7 +319,7 @@ pub unsafe extern "C" fn coldplate_assess(
 /// One limit, from the points' values at the condition.
 ///
 /// # Safety
-/// As [`coldplate_evaluate`]; `out` is null or a place for the answer.
+/// Requirements of [`coldplate_evaluate`]; `out` is null or a place for the answer.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_limit(
     handle: *const Handle,
@@ -336,7 +336,7 @@ pub unsafe extern "C" fn coldplate_limit(
     else {
         return NULL;
     };
-    // SAFETY: as above.
+    // SAFETY: the caller promises a place for the answer.
     let Some(out) = (unsafe { out.as_mut() }) else { return NULL };
     if x.len() != own.0.variable_count() || values.len() != own.0.point_count() {
         return LENGTH;
@@ -354,7 +354,7 @@ pub unsafe extern "C" fn coldplate_limit(
 /// # Safety
 /// `data` is null or points to `length` numbers.
 unsafe fn numbers<'x>(data: *const f64, length: usize) -> Option<&'x [f64]> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises `length` numbers.
     if data.is_null() { None } else { Some(unsafe { slice::from_raw_parts(data, length) }) }
 }
 
@@ -363,6 +363,6 @@ unsafe fn numbers<'x>(data: *const f64, length: usize) -> Option<&'x [f64]> {
 /// # Safety
 /// `data` is null or points to `length` places that nobody else uses meanwhile.
 unsafe fn places<'x, T>(data: *mut T, length: usize) -> Option<&'x mut [T]> {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises `length` places that nobody else uses.
     if data.is_null() { None } else { Some(unsafe { slice::from_raw_parts_mut(data, length) }) }
 }

@@ -1,4 +1,4 @@
-//! Steps over time: states, and what moves them.
+//! Steps over time: states, and the functions that make, move and read them.
 
 use std::ffi::c_int;
 
@@ -7,7 +7,8 @@ use coldplate_runtime::{State, StepError};
 
 use crate::{DONE, Handle, LENGTH, NULL, NUMBER, STEADY, numbers, places};
 
-/// Numbers in a state; as a number, so that the header can be held against it.
+/// Numbers in a state (count): `MAX_STATES` states and the last step. Written as a literal, so that a test can compare
+/// the header with it.
 pub const NUMBERS: usize = 33;
 const _: () = assert!(NUMBERS == MAX_STATES + 1);
 
@@ -18,7 +19,7 @@ pub struct StateRecord {
     numbers: [f64; NUMBERS],
 }
 
-/// How many states the machine has over time; 0 where the file knows steady states only.
+/// Number of states of the machine over time; 0 if the file holds steady states only.
 ///
 /// # Safety
 /// `handle` is open, or null.
@@ -31,12 +32,12 @@ pub unsafe extern "C" fn coldplate_states(handle: *const Handle) -> usize {
 /// The steady state at a condition.
 ///
 /// # Safety
-/// As [`coldplate_evaluate`](crate::coldplate_evaluate); `out` is null or a place for a state.
+/// Requirements of [`coldplate_evaluate`](crate::coldplate_evaluate); `out` is null or a place for a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_at_rest(handle: *const Handle, x: *const f64, variables: usize, out: *mut StateRecord) -> c_int {
     // SAFETY: the caller promises what the pointers point to.
     let (Some(own), Some(x)) = (unsafe { handle.as_ref() }, unsafe { numbers(x, variables) }) else { return NULL };
-    // SAFETY: as above.
+    // SAFETY: the caller promises a place for a state, or null.
     unsafe { put(own.0.at_rest(x), out) }
 }
 
@@ -48,14 +49,16 @@ pub unsafe extern "C" fn coldplate_at_rest(handle: *const Handle, x: *const f64,
 pub unsafe extern "C" fn coldplate_at_temperature(handle: *const Handle, temperature: f64, out: *mut StateRecord) -> c_int {
     // SAFETY: the caller promises what the pointers point to.
     let Some(own) = (unsafe { handle.as_ref() }) else { return NULL };
-    // SAFETY: as above.
+    // SAFETY: the caller promises a place for a state, or null.
     unsafe { put(own.0.at_temperature(temperature), out) }
 }
 
-/// The most probable state given readings, each with this standard deviation; not a number where a point is not measured.
+/// The most probable state given readings of the points, each with the standard deviation `deviation`. A reading is NaN
+/// for a point that is not measured.
 ///
 /// # Safety
-/// As [`coldplate_evaluate`](crate::coldplate_evaluate); `readings` has `points` numbers, `out` is null or a place for a state.
+/// Requirements of [`coldplate_evaluate`](crate::coldplate_evaluate); `readings` has `points` numbers, `out` is null or
+/// a place for a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_at_readings(
     handle: *const Handle,
@@ -72,14 +75,14 @@ pub unsafe extern "C" fn coldplate_at_readings(
     else {
         return NULL;
     };
-    // SAFETY: as above.
+    // SAFETY: the caller promises a place for a state, or null.
     unsafe { put(own.0.at_readings(x, readings, deviation), out) }
 }
 
-/// Moves a state by a duration (s) at a condition that holds all that time.
+/// Moves a state by a duration (s) at a constant condition.
 ///
 /// # Safety
-/// As [`coldplate_evaluate`](crate::coldplate_evaluate); `state` is null or a state.
+/// Requirements of [`coldplate_evaluate`](crate::coldplate_evaluate); `state` is null or a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_step(
     handle: *const Handle,
@@ -103,10 +106,10 @@ pub unsafe extern "C" fn coldplate_step(
     }
 }
 
-/// What the points read in a state at a condition.
+/// Readings of the points in a state at a condition.
 ///
 /// # Safety
-/// As [`coldplate_evaluate`](crate::coldplate_evaluate); `state` is null or a state.
+/// Requirements of [`coldplate_evaluate`](crate::coldplate_evaluate); `state` is null or a state.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn coldplate_read(
     handle: *const Handle,
@@ -133,12 +136,12 @@ fn refused(error: StepError) -> c_int {
     }
 }
 
-/// Writes a state that was made.
+/// Writes a new state to `out`, or returns the code of the error.
 ///
 /// # Safety
 /// `out` is null or a place for a state.
 unsafe fn put(made: Result<State, StepError>, out: *mut StateRecord) -> c_int {
-    // SAFETY: the caller promises it.
+    // SAFETY: the caller promises a place for a state, or null.
     let Some(out) = (unsafe { out.as_mut() }) else { return NULL };
     match made {
         Ok(state) => {

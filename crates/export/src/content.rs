@@ -1,4 +1,4 @@
-//! What every target writes: the numbers of a surrogate, laid out as the arithmetic needs them.
+//! Content of every target: the numbers of a surrogate, laid out in the order of the arithmetic.
 
 use coldplate_runtime::{Kernel, LimitKind, Surrogate, Transform};
 
@@ -8,7 +8,7 @@ pub(crate) struct Content {
     pub(crate) held: Vec<Held>,
     pub(crate) points: Vec<Point>,
     pub(crate) limits: Vec<Limit>,
-    /// Every scaling that some model asks for; models name their scalings by place.
+    /// Every scaling that a model uses; models refer to scalings by place.
     pub(crate) scalings: Vec<Scaling>,
     pub(crate) polynomials: Vec<Polynomial>,
     pub(crate) bases: Vec<Basis>,
@@ -37,7 +37,7 @@ pub(crate) struct Point {
 }
 
 impl Point {
-    /// Whether it tells how far a place moves, as the runtime has it.
+    /// Whether the point is a displacement, as in the runtime.
     pub(crate) fn is_displacement(&self) -> bool {
         self.unit == "um"
     }
@@ -59,12 +59,12 @@ pub(crate) struct Scaling {
 }
 
 pub(crate) struct Polynomial {
-    /// Place of the scaling of each variable.
+    /// Index of the scaling of each variable.
     pub(crate) scalings: Vec<usize>,
     pub(crate) points: Vec<usize>,
-    /// Term by term, one exponent per variable.
+    /// Exponents, term by term, one per variable.
     pub(crate) exponents: Vec<u8>,
-    /// Term by term, one coefficient per point.
+    /// Coefficients, term by term, one per point.
     pub(crate) coefficients: Vec<f64>,
     pub(crate) terms: usize,
 }
@@ -74,11 +74,11 @@ pub(crate) struct Basis {
     pub(crate) kernel: Kernel,
     /// Inverse length scale per variable.
     pub(crate) scales: Vec<f64>,
-    /// Centre by centre, one coordinate per variable.
+    /// Coordinates of the centres, centre by centre, one per variable.
     pub(crate) centres: Vec<f64>,
     pub(crate) count: usize,
     pub(crate) points: Vec<usize>,
-    /// Centre by centre, one weight per point.
+    /// Weights, centre by centre, one per point.
     pub(crate) weights: Vec<f64>,
 }
 
@@ -87,24 +87,24 @@ pub(crate) struct Uncertainty {
     pub(crate) scalings: Vec<usize>,
     pub(crate) exponents: Vec<u8>,
     pub(crate) terms: usize,
-    /// Point by point, term by term, one coefficient per parameter.
+    /// Slopes: point by point, term by term, one coefficient per parameter.
     pub(crate) slopes: Vec<f64>,
-    /// Per point, what the model misses: of its own, and in common with the others.
+    /// Standard deviation of the model error per point: alone, and in common with the other points.
     pub(crate) own: Vec<f64>,
     pub(crate) common: Vec<f64>,
     pub(crate) growth: f64,
-    /// Mean of the measured conditions and half of the fitted range, per variable; a half of zero where distance counts
-    /// for nothing.
+    /// Mean of the measured conditions and half of the fitted range, per variable; a half of zero switches the distance
+    /// off.
     pub(crate) centre: Vec<f64>,
     pub(crate) halves: Vec<f64>,
-    /// Mean of the states and packed lower triangle of their covariance, where they are known.
+    /// Mean of the states and packed lower triangle of their covariance, if they are known.
     pub(crate) known: Option<Known>,
 }
 
-/// The machine over time, as the file has it.
+/// The machine over time, with the numbers of the file.
 pub(crate) struct InTime {
     pub(crate) states: usize,
-    /// Of the steady states, and of rates and outputs.
+    /// Terms of the steady states; those of rates and outputs follow.
     pub(crate) steady: Terms,
     pub(crate) moving: Terms,
     pub(crate) errors: Vec<f64>,
@@ -117,7 +117,7 @@ pub(crate) struct InTime {
     pub(crate) tests: Vec<TimeTest>,
 }
 
-/// A duration at one condition that begins in the steady state of another, and the values at its end.
+/// A duration at one condition, starting from the steady state of another, and the values at its end.
 pub(crate) struct TimeTest {
     pub(crate) start: Vec<f64>,
     pub(crate) condition: Vec<f64>,
@@ -139,11 +139,11 @@ pub(crate) struct Known {
 
 /// See [`Uncertainty::spread`].
 pub(crate) struct Spread {
-    /// Of the parameters, row by row; `None` for the identity.
+    /// Covariance of the parameters, row by row; `None` for the identity.
     pub(crate) covariance: Option<Vec<f64>>,
-    /// Point by point, one per parameter.
+    /// Covariance with the parameters: point by point, one per parameter.
     pub(crate) cross: Vec<f64>,
-    /// Per point.
+    /// Variance of the model error per point.
     pub(crate) missed: Vec<f64>,
 }
 
@@ -264,14 +264,14 @@ impl Content {
     }
 }
 
-/// The scalings met so far.
+/// The scalings found so far.
 struct Scalings<'s, 'a> {
     surrogate: &'s Surrogate<'a>,
     list: Vec<Scaling>,
 }
 
 impl Scalings<'_, '_> {
-    /// The place of each variable's scaling in the list.
+    /// Index of each variable's scaling in the list.
     fn places(&mut self, transform: impl Fn(usize) -> Transform) -> Vec<usize> {
         (0..self.surrogate.variable_count()).map(|variable| self.place(variable, transform(variable))).collect()
     }
@@ -288,7 +288,7 @@ impl Scalings<'_, '_> {
 }
 
 impl Limit {
-    /// Its kind, as the file numbers it.
+    /// Code of the kind of limit, as in the file.
     pub(crate) fn code(&self) -> usize {
         match self.kind {
             LimitKind::Maximum { .. } => 0,
@@ -307,7 +307,7 @@ impl Known {
 }
 
 impl Uncertainty {
-    /// Point by point, term by term, what the mean of the parameters adds to the coefficient of the term.
+    /// Point by point, term by term: the contribution of the parameters' mean to the coefficient of the term.
     pub(crate) fn shifts(&self, known: &Known) -> Vec<f64> {
         if self.parameters == 0 {
             return vec![0.0; self.own.len() * self.terms];
@@ -315,7 +315,7 @@ impl Uncertainty {
         self.slopes.chunks_exact(self.parameters).map(|row| row.iter().zip(&known.mean).map(|(slope, mean)| slope * mean).sum()).collect()
     }
 
-    /// What the mean of the states that belong to points adds to each point's value.
+    /// Contribution of the mean of each point's own state to the point's value.
     pub(crate) fn missed_means(&self, known: &Known) -> Vec<f64> {
         let of = |state: usize| known.mean.get(state).copied().unwrap_or(0.0);
         let last = self.parameters + self.own.len();
@@ -323,8 +323,8 @@ impl Uncertainty {
         each.map(|(point, (own, common))| own * of(self.parameters + point) + common * of(last)).collect()
     }
 
-    /// The variance of a point's value by the states, taken apart: with the slopes J of the point along the parameters it is
-    /// J' covariance J + 2 J' cross + missed.
+    /// Variance of a point's value from the states, in parts. With the slopes J of the point along the parameters the
+    /// variance is J' covariance J + 2 J' cross + missed.
     pub(crate) fn spread(&self) -> Spread {
         let (parameters, points) = (self.parameters, self.own.len());
         let last = parameters + points;

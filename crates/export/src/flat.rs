@@ -11,7 +11,7 @@ pub(crate) struct Table {
 pub(crate) enum Entries {
     Count(usize),
     Number(f64),
-    /// Places and small counts; an empty list where there is nothing to list.
+    /// Indices and small counts; an empty list if there is nothing to list.
     Places(Vec<usize>),
     Numbers(Vec<f64>),
 }
@@ -38,8 +38,8 @@ impl Tables {
     }
 }
 
-/// Those of the machine over time, in the order of the file: rates term by term and column by column, outputs point by point and
-/// term by term.
+/// Tables of the machine over time, in the order of the file: rates term by term and column by column, outputs point by
+/// point and term by term.
 pub(crate) fn time_tables(own: &InTime, tables: &mut Tables) {
     for (name, count) in [("states_count", own.states), ("steady_terms", own.steady.count), ("moving_terms", own.moving.count)] {
         tables.count(name, count);
@@ -65,7 +65,7 @@ pub(crate) fn scalings(content: &Content, tables: &mut Tables) {
     tables.numbers("scaling_offset", content.scalings.iter().map(|s| s.offset));
 }
 
-/// The constants, as arrays for all models together and where each begins in them.
+/// The constants, as arrays for all models together, with the place at which each model begins.
 pub(crate) fn tables(content: &Content) -> Tables {
     let mut tables = Tables::default();
     for (name, count) in [
@@ -130,7 +130,7 @@ pub(crate) fn tables(content: &Content) -> Tables {
     tables
 }
 
-/// Where each of some runs begins when they follow each other.
+/// Start of each of several runs that follow each other.
 fn starts(lengths: impl Iterator<Item = usize>) -> impl Iterator<Item = usize> {
     lengths.scan(0, |at, length| {
         let start = *at;

@@ -66,7 +66,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content) -> String {
     written
 }
 
-/// What a reader has to know of variables, points and limits, by the keys of the object.
+/// Facts about variables, points and limits for a reader, by the keys of the object.
 pub(crate) fn facts(surrogate: &Surrogate<'_>) -> Vec<(&'static str, String)> {
     vec![
         (
@@ -172,7 +172,7 @@ fn uncertainty(surrogate: &Surrogate<'_>, content: &Content) -> Option<String> {
     Some(object(members))
 }
 
-/// What the machine does over time, by the keys that `docs/embed.md` lists.
+/// The machine over time, by the keys listed in `docs/embed.md`.
 fn in_time(own: &InTime, variables: usize) -> String {
     let states = own.states;
     let square = |part: &[f64]| rows(part, states, |entry| number(*entry));
@@ -239,7 +239,7 @@ fn list(items: impl Iterator<Item = String>) -> String {
     format!("[{}]", items.collect::<Vec<_>>().join(", "))
 }
 
-/// Shortest text that reads back as the same number. Every number of a file is finite.
+/// Shortest text that reads back as an equal number. Every number of a file is finite.
 fn number(value: f64) -> String {
     format!("{value:?}")
 }

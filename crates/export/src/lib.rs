@@ -1,4 +1,4 @@
-//! Writes an opened surrogate for other languages and programs. Whatever is written answers as the runtime does.
+//! Writes an opened surrogate for other languages and programs. Every export gives the answers of the runtime.
 //!
 //! ```
 //! use coldplate_export::{Target, export};
@@ -29,14 +29,14 @@ use coldplate_runtime::Surrogate;
 
 use content::Content;
 
-/// What a surrogate can be written as.
+/// Format in which a surrogate can be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
     /// Everything in the file as one JSON object.
     Json,
     /// A source file and a header in C99, which compile as C++ too.
     C99,
-    /// The same in single precision.
+    /// A source file and a header in C99, in single precision.
     C99Single,
     /// A function file for Octave and MATLAB.
     Octave,
@@ -55,11 +55,11 @@ pub enum Target {
 }
 
 impl Target {
-    /// Every target but those in another precision, in the order in which they are listed for users.
+    /// Every target except those in another precision, in the order in which they are listed for users.
     pub const ALL: [Self; 9] =
         [Self::C99, Self::Fmu2, Self::Fmu3, Self::Html, Self::Json, Self::Modelica, Self::Octave, Self::Onnx, Self::St];
 
-    /// The name a user asks for it by.
+    /// Name by which a user asks for the target.
     #[must_use]
     pub fn key(self) -> &'static str {
         match self {
@@ -79,11 +79,11 @@ impl Target {
 /// A file to write.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct File {
-    /// Its name, without a folder.
+    /// Name of the file, without a folder.
     pub name: String,
-    /// Its content.
+    /// Content of the file.
     pub content: Vec<u8>,
-    /// What a user should know of it.
+    /// Remark on the file for the user, if there is one.
     pub remark: Option<String>,
 }
 
@@ -93,15 +93,15 @@ impl File {
     }
 }
 
-/// Why nothing was written.
+/// Reason why nothing was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ExportError {
     /// The name has no letter and no digit to make an identifier of.
     Name(String),
-    /// The files do not fit into an archive; says why.
+    /// The files do not fit into an archive, with the reason.
     Archive(String),
-    /// Single precision does not do for the surrogate; says why.
+    /// Single precision is not sufficient for the surrogate, with the reason.
     Single(String),
 }
 
@@ -121,8 +121,8 @@ impl std::error::Error for ExportError {}
 /// underscores becomes an underscore.
 ///
 /// # Errors
-/// If the name has nothing to make an identifier of, an archive would be larger than its format allows, or values in single
-/// precision would be off by more than a tenth of the half width of their bands and 0.01 of their unit.
+/// The name has no letter or digit for an identifier, an archive would be larger than its format allows, or values in
+/// single precision would be off by more than a tenth of the half width of their bands and 0.01 of their unit.
 pub fn export(surrogate: &Surrogate<'_>, target: Target, name: &str) -> Result<Vec<File>, ExportError> {
     let identifier = name::identifier(name).ok_or_else(|| ExportError::Name(name.into()))?;
     let content = Content::of(surrogate);

@@ -1,11 +1,12 @@
-//! Identifiers from names that people gave.
+//! Identifiers made from names that people gave.
 
 use std::collections::BTreeSet;
 
-/// Longest identifier made of a name.
+/// Longest identifier made from a name, in characters. Chosen: leaves room for prefixes within the 63 characters that
+/// C99 distinguishes.
 const LONGEST: usize = 48;
 
-/// Letters, digits and single underscores, beginning with a letter; `None` where nothing is left.
+/// Letters, digits and single underscores, beginning with a letter; `None` if nothing is left.
 pub(crate) fn identifier(name: &str) -> Option<String> {
     let mut made = String::new();
     for c in name.chars() {
@@ -21,7 +22,7 @@ pub(crate) fn identifier(name: &str) -> Option<String> {
     Some(if first.is_ascii_digit() { format!("s{made}") } else { made.to_owned() })
 }
 
-/// One identifier per name, no two alike whatever their case; a number where nothing else is left.
+/// One identifier per name, all different also without regard to case; a number if nothing else is left.
 pub(crate) fn distinct<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let mut made = Vec::new();
@@ -38,7 +39,7 @@ pub(crate) fn distinct<'n>(names: impl Iterator<Item = &'n str>) -> Vec<String> 
     made
 }
 
-/// Text that may stand in a comment: nothing that begins or ends one, and ASCII alone.
+/// Text in a form allowed in a comment: no marks that begin or end one, and ASCII alone.
 pub(crate) fn comment(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii_graphic() && !"*?\\".contains(c) || c == ' ' { c } else { '_' }).collect()
 }

@@ -1,8 +1,8 @@
 //! Text with parts that depend on the surrogate.
 //!
-//! A line of `//? A B` begins a part that is kept where every flag named holds (`!A`: where it does not), `//? else`
-//! turns it round, and `//? end` ends it; parts nest. A line of `//! NAME` is replaced by the block of that name. The words
-//! `surrogate_` and `SURROGATE_` stand for the name.
+//! A line `//? A B` begins a part that is kept if every named flag holds (`!A`: if it does not hold). `//? else`
+//! inverts the condition, and `//? end` ends the part; parts nest. A line `//! NAME` is replaced by the block of this
+//! name. The words `surrogate_` and `SURROGATE_` stand for the name.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use coldplate_runtime::{Kernel, Transform};
 
 use crate::content::{Content, Point};
 
-/// What a template depends on.
+/// Flags and blocks for filling a template.
 #[derive(Debug, Default)]
 pub(crate) struct Filling {
     pub(crate) flags: BTreeMap<&'static str, bool>,
@@ -60,7 +60,7 @@ impl Filling {
     /// The text of `template` for a surrogate of this name.
     pub(crate) fn fill(&self, template: &str, name: &str) -> String {
         let mut text = String::new();
-        // Whether the lines are kept, for the whole and for each part that is open.
+        // Whether lines are kept, for the whole text and for each open part.
         let mut kept = vec![true];
         for line in template.lines() {
             let line_is = |mark: &str| line.trim_start().strip_prefix(mark).map(str::trim);
@@ -99,7 +99,7 @@ impl Filling {
     }
 }
 
-/// Entries with commas between them, as many to a line as fit.
+/// Entries with commas between them, filled into lines.
 pub(crate) fn wrapped(entries: &[String], indent: &str) -> String {
     let mut text = String::new();
     let mut line = String::from(indent);

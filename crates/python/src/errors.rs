@@ -1,11 +1,11 @@
-//! Errors of the library as exceptions of the package, with the same text as at the terminal.
+//! Errors of the library as Python exceptions, with the text of the command line.
 
 use coldplate::Error;
-use coldplate::error::Kind;
+use coldplate_base::error::Kind;
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 
-/// The exception of the package for an error of the library.
+/// The Python exception for an error of the library.
 pub fn raised(py: Python<'_>, error: &Error) -> PyErr {
     let name = if error.kind() == Kind::Input { "InputError" } else { "NumericsError" };
     let class = py.import("coldplate._errors").and_then(|module| module.getattr(name));
@@ -20,12 +20,12 @@ pub fn told<T>(py: Python<'_>, result: coldplate::Result<T>) -> PyResult<T> {
     result.map_err(|error| raised(py, &error))
 }
 
-/// Bad input of this layer.
+/// Bad input of the Python layer.
 pub fn wrong(py: Python<'_>, what: impl Into<String>) -> PyErr {
     raised(py, &Error::input(what))
 }
 
-/// A record as the JSON of the command line.
+/// A record as JSON, as on the command line.
 pub fn json(py: Python<'_>, record: &impl serde::Serialize) -> PyResult<String> {
     serde_json::to_string(record).map_err(|e| wrong(py, format!("this result cannot be written as JSON: {e}")))
 }

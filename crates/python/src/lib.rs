@@ -1,7 +1,7 @@
-//! coldplate for Python: the part in Rust, which the package `coldplate` dresses.
+//! coldplate for Python: the part in Rust, behind the Python package `coldplate`.
 //!
-//! Conditions go in and values come out as arrays; what is not an array comes out as the JSON of the command line, which the
-//! package reads. Long work runs on a thread of its own, so that Ctrl-C is heard.
+//! Conditions go in and values come out as arrays; other results come out as the JSON of the command line, which the
+//! package reads. Long work runs on a thread of its own, so that Ctrl-C stops it.
 
 mod errors;
 mod pipeline;

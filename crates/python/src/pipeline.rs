@@ -1,26 +1,26 @@
-//! From machine file to diagnosis: each function is a command, and gives what its JSON says.
+//! From machine file to diagnosis: each function corresponds to a command and returns the command's JSON.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use coldplate::cli::measured;
-use coldplate::evidence::diagnose::Problem as Diagnosed;
-use coldplate::evidence::identify::{Free, IdentifyOptions, Problem as Identified, identify_and_learn, write_machine};
-use coldplate::explore::schedule::{Schedule, ScheduleOptions};
-use coldplate::explore::simulate::record::HistoryRecord;
-use coldplate::explore::simulate::{self, History, SimulateOptions, Start, Subject};
-use coldplate::figures::chart::output::to_svg_string;
-use coldplate::foundation::atomic_file;
-use coldplate::foundation::table::Table;
-use coldplate::pipeline::diagnosis::examine;
-use coldplate::pipeline::fitting::{self, FitRecord};
-use coldplate::pipeline::info::Info;
-use coldplate::pipeline::reduced::{self, MadeRecord};
-use coldplate::pipeline::sensitivity::Sensitivities;
-use coldplate::pipeline::{adaptive, course};
-use coldplate::reduce::{Settings, reduce};
-use coldplate::units::{Dimension, parse};
 use coldplate::{FitOptions, MeshedMachine, Progress, Study, Sweep, SweepOptions};
+use coldplate_base::atomic_file;
+use coldplate_base::units::{Dimension, parse};
+use coldplate_diagnose::Problem as Diagnosed;
+use coldplate_evidence::given;
+use coldplate_evidence::identify::{Free, IdentifyOptions, Problem as Identified, identify_and_learn, write_machine};
+use coldplate_explore::schedule::{Schedule, ScheduleOptions};
+use coldplate_explore::simulate::record::HistoryRecord;
+use coldplate_explore::simulate::{self, History, SimulateOptions, Start, Subject};
+use coldplate_figures::chart::output::to_svg_string;
+use coldplate_findings::examine;
+use coldplate_jobs::fitting::{self, FitRecord};
+use coldplate_jobs::info::Info;
+use coldplate_jobs::reduced::{self, MadeRecord};
+use coldplate_jobs::sensitivity::Sensitivities;
+use coldplate_jobs::{adaptive, course};
+use coldplate_reduce::{Settings, reduce};
+use coldplate_tables::Table;
 use pyo3::prelude::*;
 
 use crate::errors::{json, told};
@@ -30,7 +30,8 @@ use crate::work;
 /// Names and values with units.
 pub type Pairs = Vec<(String, String)>;
 
-/// Of a reduced model: whether open parameters vary, whether it keeps its field, most conditions solved in full, histories, seed.
+/// Settings of a reduced model: whether open parameters vary, whether it keeps its field, most conditions solved in
+/// full, number of training histories, seed.
 type Reduction = (bool, bool, usize, usize, u64);
 
 fn borrowed(pairs: &Pairs) -> Vec<(&str, &str)> {
@@ -53,19 +54,19 @@ impl Machine {
         Ok(Self { path, sets, machine })
     }
 
-    /// Its name.
+    /// Name of the machine.
     #[getter]
     fn name(&self) -> &str {
         &self.machine.name
     }
 
-    /// Where its file is.
+    /// Path of the machine file.
     #[getter]
     fn path(&self) -> PathBuf {
         self.path.clone()
     }
 
-    /// What is in the file, as JSON.
+    /// Content of the file, as JSON.
     fn info(&self, py: Python<'_>) -> PyResult<String> {
         json(py, &told(py, Info::of(&self.path))?)
     }
@@ -87,7 +88,7 @@ impl Machine {
         json(py, &record)
     }
 
-    /// What readings owe to variables and numbers of the file at a condition, as JSON.
+    /// Sensitivities of readings to variables and numbers of the file at a condition, as JSON.
     #[pyo3(signature = (condition, by, readings, cells, progress))]
     fn sensitivity(
         &self,
@@ -109,7 +110,7 @@ impl Machine {
         json(py, &record)
     }
 
-    /// A reduced model: the bytes of its file, and how it was made as JSON.
+    /// A reduced model: the bytes of its file, and the record of its making as JSON.
     #[pyo3(signature = (accuracy, vary, ranges, settings, cells, progress))]
     #[allow(clippy::too_many_arguments)]
     fn reduce(
@@ -172,7 +173,7 @@ impl Machine {
     }
 }
 
-/// How a simulation is asked for.
+/// Options of a simulation.
 pub fn simulated(start: &str, within: &str, every: Option<&str>) -> coldplate::Result<SimulateOptions> {
     Ok(SimulateOptions {
         start: match start.trim() {
@@ -219,8 +220,8 @@ pub fn sweep<'py>(
     Ok((json(py, &record)?, given(py, table)))
 }
 
-/// A surrogate of a table: the bytes of its file, and the record of the fit as JSON. `beside` is the folder of a sweep, whose slopes
-/// and followed variables are taken in.
+/// A surrogate fitted to a table: the bytes of its file, and the record of the fit as JSON. `beside` is the folder of a
+/// sweep; its slopes and followed variables are included.
 #[pyfunction]
 #[pyo3(signature = (table, machine, beside, max_degree, seed, progress))]
 pub fn fit<'py>(
@@ -251,7 +252,8 @@ pub fn fit<'py>(
     Ok((bytes, json(py, &record)?))
 }
 
-/// Numbers of a machine file from readings: the record as JSON, and the text of the machine file with them.
+/// Calibration of a machine file's numbers from readings: the record as JSON, and the text of the machine file with
+/// these numbers.
 #[pyfunction]
 #[pyo3(signature = (machine, data, free, tests, starts, cells, progress))]
 #[allow(clippy::too_many_arguments)]
@@ -269,9 +271,9 @@ pub fn identify(
     let (record, text) = work::run(py, progress, |heard| {
         let began = Instant::now();
         let study = Study::read(&path, &sets, cells)?;
-        let mut all = measured::data(data.as_deref(), &study.model.machine)?;
-        let uncertainty = measured::stated(data.as_deref(), &path, &all, &study.model.machine)?;
-        let faults = measured::clear(&mut all, &study, &uncertainty, Start::Steady, false)?;
+        let mut all = given::data(data.as_deref(), &study.model.machine)?;
+        let uncertainty = given::stated(data.as_deref(), &path, &all, &study.model.machine)?;
+        let faults = given::clear(&mut all, &study, &uncertainty, Start::Steady, false)?;
         let chosen = if tests.is_empty() { all } else { all.split(&tests)?.0 };
         let free = free.iter().map(|text| Free::each(text, &study, &chosen)).collect::<coldplate::Result<Vec<_>>>()?.concat();
         let problem = Identified { study, data: chosen, uncertainty, free, start: Start::Steady }.thinned();
@@ -285,8 +287,8 @@ pub fn identify(
     Ok((json(py, &record)?, text))
 }
 
-/// What the machine file gets wrong: the record as JSON, the answer in a sentence, the text of the extended machine file where one
-/// can be written, the report as HTML and the ladder of gains as SVG.
+/// Diagnosis of a machine file: the record as JSON, the answer in a sentence, the text of the extended machine file if
+/// there is one, the report as HTML and the ladder of gains as SVG.
 #[pyfunction]
 #[pyo3(signature = (machine, data, cells, progress))]
 #[allow(clippy::type_complexity)]
@@ -300,13 +302,13 @@ pub fn diagnose(
     let (path, sets) = (machine.path.clone(), machine.sets.clone());
     let (record, headline, extended, report, gains) = work::run(py, progress, |heard| {
         let study = Study::read(&path, &sets, Some(cells.unwrap_or(USUAL_CELLS)))?;
-        let table = measured::data(Some(&data), &study.model.machine)?;
-        let uncertainty = measured::stated(Some(&data), &path, &table, &study.model.machine)?;
+        let table = given::data(Some(&data), &study.model.machine)?;
+        let uncertainty = given::stated(Some(&data), &path, &table, &study.model.machine)?;
         let uncertain = study.uncertain()?;
         let mut problem = Diagnosed::new(study, table);
         (problem.uncertainty, problem.uncertain) = (uncertainty, uncertain);
         let problem = problem.cleared()?.thinned().timed()?;
-        let goal = measured::goal(None, &path, &problem.study.model.machine, "extended")?;
+        let goal = given::goal(None, &path, &problem.study.model.machine, "extended")?;
         let found = examine(&problem, &goal, None, heard)?;
         let gains = found.gains().map(|figure| to_svg_string(&figure)).transpose()?;
         let extended = found.extended.as_ref().map(|own| own.text.clone());
@@ -316,7 +318,8 @@ pub fn diagnose(
     Ok((json(py, &record)?, headline, extended, report, gains))
 }
 
-/// Cells that suffice where only differences matter.
+/// Number of cells (count) if only differences of readings matter. Chosen: speed against the error of the mesh, which
+/// cancels in differences.
 const USUAL_CELLS: usize = 3000;
 
 /// Writes a file under a temporary name and renames it.

@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
-use coldplate::explore::schedule::{Schedule, ScheduleOptions};
-use coldplate::explore::simulate::{self, Subject};
-use coldplate::pipeline::reduced::{SteadyRecord, place};
-use coldplate::reduce::ReducedModel;
-use coldplate::units::{convert, express};
 use coldplate::{Condition, Error};
+use coldplate_base::units::{convert, express};
+use coldplate_explore::schedule::{Schedule, ScheduleOptions};
+use coldplate_explore::simulate::{self, Subject};
+use coldplate_jobs::reduced::{SteadyRecord, place};
+use coldplate_reduce::ReducedModel;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -26,11 +26,11 @@ pub struct Reduced {
     model: ReducedModel,
 }
 
-/// Values and bounds (n, sensors), and whether each condition is within the ranges of the training.
+/// Values and bounds (n, sensors), and whether each condition lies within the ranges of the training.
 type Predicted<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<bool>>);
 
 impl Reduced {
-    /// Places of the variables that vary.
+    /// Indices of the variables that vary.
     fn varied(&self) -> impl Iterator<Item = usize> {
         self.model.ranges.iter().enumerate().filter(|(_, (low, high))| high > low).map(|(place, _)| place)
     }
@@ -64,7 +64,7 @@ impl Reduced {
         &self.content
     }
 
-    /// The machine's name.
+    /// Name of the machine.
     #[getter]
     fn name(&self) -> &str {
         &self.model.machine.name
@@ -97,8 +97,8 @@ impl Reduced {
         json(py, &told(py, record)?)
     }
 
-    /// Readings at conditions (n, variables that vary), how far each may be from that of the full model, and whether each condition
-    /// is within the ranges of the training.
+    /// Readings at conditions (n, variables that vary), bounds of their error against the full model, and whether each
+    /// condition lies within the ranges of the training.
     #[pyo3(signature = (x, progress))]
     fn predict<'py>(
         &self,

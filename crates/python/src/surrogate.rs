@@ -2,17 +2,17 @@
 
 use std::path::PathBuf;
 
-use coldplate::foundation::table::Table;
-use coldplate::pipeline::info::Info;
-use coldplate::pipeline::service;
-use coldplate::surrogate::fit::file;
-use coldplate::surrogate::verdict::instruments::Instruments;
-use coldplate::surrogate::verdict::question::Question;
-use coldplate::surrogate::verdict::{stated, update};
-use coldplate::units::{self, parse};
+use coldplate_base::units::{self, parse};
 use coldplate_export::{Target, export};
+use coldplate_jobs::info::Info;
+use coldplate_jobs::service;
 use coldplate_runtime::format::MAX_STATES;
 use coldplate_runtime::{Acceptability, Band, Room, ShapeError, State, StepError, Surrogate as Opened};
+use coldplate_surrogate::fit::file;
+use coldplate_surrogate::verdict::instruments::Instruments;
+use coldplate_surrogate::verdict::question::Question;
+use coldplate_surrogate::verdict::{stated, update};
+use coldplate_tables::Table;
 use numpy::ndarray::{Array2, Array3, Dimension};
 use numpy::{Element, IntoPyArray, PyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pulp::{Arch, Simd, WithSimd};
@@ -21,7 +21,8 @@ use rayon::prelude::*;
 
 use crate::errors::{json, told, wrong};
 
-/// Conditions that a thread takes at once.
+/// Number of conditions that a thread takes at once (count). Chosen: the cost of handing over is small beside the work,
+/// and work spreads evenly.
 const PIECE: usize = 1024;
 
 self_cell::self_cell!(
@@ -53,14 +54,14 @@ impl Surrogate {
         self.file.borrow_dependent()
     }
 
-    /// The conditions row by row, if each has a value per variable.
+    /// The conditions row by row, if each has one value per variable.
     fn rows<'x>(&self, py: Python<'_>, x: &'x PyReadonlyArray2<'_, f64>) -> PyResult<(std::borrow::Cow<'x, [f64]>, usize, usize)> {
         let (array, variables) = (x.as_array(), self.opened().variable_count());
         let (n, columns) = array.dim();
         if columns != variables {
             return Err(wrong(py, format!("conditions of this surrogate have shape (n, {variables}), these (n, {columns})")));
         }
-        // Columns beside each other, as data frames have them, are put in rows first.
+        // Arrays in column order, as data frames have them, are copied to row order first.
         let flat = array.to_slice().map_or_else(|| array.iter().copied().collect::<Vec<_>>().into(), std::borrow::Cow::Borrowed);
         Ok((flat, n, variables))
     }
@@ -80,7 +81,7 @@ impl Surrogate {
         self.file.borrow_owner()
     }
 
-    /// What is in it, as JSON.
+    /// Content of the file, as JSON.
     fn info(&self, py: Python<'_>) -> PyResult<String> {
         json(py, &told(py, Info::of_surrogate(self.file.borrow_owner()))?)
     }
@@ -102,8 +103,9 @@ impl Surrogate {
         json(py, &told(py, record)?)
     }
 
-    /// With readings learnt from a table: the bytes of the file that knows them, and the record as JSON. `noise` is the standard
-    /// deviation of a reading; otherwise what the file beside the data says of instruments, else 0.1 K.
+    /// The surrogate after learning from the readings of a table: the bytes of its file, and the record as JSON.
+    /// `noise` is the standard deviation of a reading. Without it the instruments stated in the file beside the data
+    /// count, else 0.1 K.
     #[pyo3(signature = (data, noise))]
     fn update(&self, py: Python<'_>, data: PathBuf, noise: Option<&str>) -> PyResult<(Vec<u8>, String)> {
         let found = py.detach(|| {
@@ -119,14 +121,14 @@ impl Surrogate {
         Ok((found.bytes, json(py, &found.record)?))
     }
 
-    /// By how much each point may be off over time; empty where the file knows steady states only.
+    /// Largest error of each point over time; empty if the file holds steady states only.
     fn errors_in_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         let points = self.opened().point_count();
         let errors = self.opened().in_time().map(|own| (0..points).map(|point| own.error(point)).collect::<Vec<_>>());
         errors.unwrap_or_default().into_pyarray(py)
     }
 
-    /// The state at rest at a condition, at one temperature everywhere, or as readings tell: its numbers.
+    /// A state as its numbers: at rest at a condition, at one temperature everywhere, or estimated from readings.
     fn at_rest(&self, py: Python<'_>, x: Vec<f64>) -> PyResult<Vec<f64>> {
         numbers(py, self.opened().at_rest(&x))
     }
@@ -139,7 +141,8 @@ impl Surrogate {
         numbers(py, self.opened().at_readings(&x, &readings, deviation))
     }
 
-    /// Values (n, points) after each of n steps of so many seconds at conditions (n, variables), and the state at the end.
+    /// Values (n, points) after each of n steps of equal duration (s) at conditions (n, variables), and the state at
+    /// the end.
     fn follow<'py>(
         &self,
         py: Python<'py>,
@@ -169,7 +172,8 @@ impl Surrogate {
         Ok((values.into_pyarray(py), moved.numbers().to_vec()))
     }
 
-    /// Values (n, points) at conditions (n, variables). numpy takes the memory: it asks the system for large pages.
+    /// Values (n, points) at conditions (n, variables). numpy allocates the memory, because it asks the system for
+    /// large pages.
     fn evaluate<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let (x, n, variables) = self.rows(py, &x)?;
         let (opened, points) = (self.opened(), self.opened().point_count());
@@ -204,8 +208,8 @@ impl Surrogate {
         Ok(slopes.into_pyarray(py))
     }
 
-    /// Values, half widths of bands of 95 %, verdicts (0 acceptable, 1 not, 2 uncertain), the probability that all limits are kept,
-    /// margins and whether each condition is inside the fitted range.
+    /// Values, half widths of 95 % bands, verdicts (0 acceptable, 1 not, 2 uncertain), probabilities that all limits
+    /// are kept, margins, and whether each condition lies inside the fitted range.
     fn assess<'py>(&self, py: Python<'py>, x: PyReadonlyArray2<'py, f64>, confidence: f64) -> PyResult<Assessed<'py>> {
         if !(confidence > 0.5 && confidence < 1.0) {
             return Err(wrong(py, "a confidence above 0.5 and below 1 is wanted, for example 0.95"));
@@ -231,7 +235,7 @@ impl Surrogate {
     }
 }
 
-/// Puts what was found in pieces into one array, a row of so many columns for each condition.
+/// Joins results found in pieces into one array with one row per condition.
 fn joined<T: Element + Copy + Send + Sync, D: Dimension>(
     py: Python<'_>,
     array: &Bound<'_, PyArray<T, D>>,
@@ -256,7 +260,7 @@ fn deviation(text: &str) -> coldplate::Result<f64> {
     Err(error.help("write for example noise=\"0.1 K\""))
 }
 
-/// Values of a piece, in the widest registers that this machine has.
+/// Values of a piece, in the widest registers of the present machine.
 struct Batch<'b, 'f> {
     opened: &'b Opened<'f>,
     x: &'b [f64],
@@ -273,12 +277,12 @@ impl WithSimd for Batch<'_, '_> {
     }
 }
 
-/// A state that was made, as its numbers.
+/// A new state, as its numbers.
 fn numbers(py: Python<'_>, made: Result<State, StepError>) -> PyResult<Vec<f64>> {
     made.map(|state| state.numbers().to_vec()).map_err(|e| wrong(py, e.to_string()))
 }
 
-/// What was found at some conditions, one after the other.
+/// Results at some conditions, one after the other.
 #[derive(Default)]
 struct Found {
     values: Vec<f64>,

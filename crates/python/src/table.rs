@@ -2,13 +2,13 @@
 
 use std::path::PathBuf;
 
-use coldplate::foundation::table::{Column, Table, TextColumn};
+use coldplate_tables::{Column, Table, TextColumn};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 
 use crate::errors::told;
 
-/// A table for Python: text columns, number columns with their units, how many of these are conditions, provenance.
+/// A table for Python: text columns, number columns with their units, number of condition columns, provenance.
 pub type Given<'py> = (Vec<(String, Vec<String>)>, Vec<(String, String, Bound<'py, PyArray1<f64>>)>, usize, Vec<(String, String)>);
 
 /// A table of the library for Python.
@@ -21,7 +21,7 @@ pub fn given(py: Python<'_>, table: Table) -> Given<'_> {
 /// Columns of Python as a table of the library.
 pub type Columns<'py> = (Vec<(String, Vec<String>)>, Vec<(String, String, PyReadonlyArray1<'py, f64>)>, usize, Vec<(String, String)>);
 
-/// The table that Python's columns make.
+/// The table made from Python's columns.
 pub fn taken(py: Python<'_>, (texts, numbers, inputs, provenance): Columns<'_>) -> PyResult<Table> {
     let columns = numbers.into_iter().map(|(name, unit, values)| Column { name, unit, values: values.as_array().to_vec() }).collect();
     let texts = texts.into_iter().map(|(name, values)| TextColumn { name, values }).collect();

@@ -1,5 +1,5 @@
-//! Long work that can be looked at and stopped: it runs on a thread of its own, while the thread that Python called from hears
-//! its progress and Ctrl-C.
+//! Long work that can be observed and stopped. The work runs on a thread of its own; the thread that Python called from
+//! handles its progress and Ctrl-C.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,31 +12,31 @@ use pyo3::prelude::*;
 
 use crate::errors::raised;
 
-/// How often Ctrl-C is looked for.
+/// Interval between checks for Ctrl-C, 50 ms. Chosen: a stop feels immediate, and waiting costs no time.
 const LOOK: Duration = Duration::from_millis(50);
-/// Stack of the thread that works, as large as that of a main thread.
+/// Stack of the working thread, bytes (8 MiB): the usual size for a main thread.
 const STACK: usize = 8 << 20;
 
-/// What the work says: a stage, or pieces done of a total.
+/// A report of the work: a stage, or the number of finished pieces and their total.
 type Word = (String, Option<(usize, usize)>);
 
-/// Passes words on, and ends the work where nobody wants it any more.
+/// Passes reports on, and stops work that nobody wants any more.
 pub struct Heard {
     words: Mutex<Sender<Word>>,
     stopped: AtomicBool,
 }
 
-/// What work that is not wanted any more unwinds with; no panic, so no message.
+/// Payload with which stopped work unwinds; it is no panic, and prints no message.
 struct Stopped;
 
 impl Heard {
     fn pass(&self, word: Word) {
         self.stop();
-        // Nobody listens once the work is given up.
+        // Nobody receives reports once the work is given up.
         let _ = self.words.lock().unwrap_or_else(PoisonError::into_inner).send(word);
     }
 
-    /// Ends the work here where it has been given up.
+    /// Stops the work here if it has been given up.
     pub fn stop(&self) {
         if self.stopped.load(Ordering::Relaxed) {
             resume_unwind(Box::new(Stopped));
@@ -58,8 +58,9 @@ impl Progress for Heard {
     }
 }
 
-/// Does `work` without holding Python's lock. `progress`, where there is one, is called with a text, and pieces done and their
-/// total or twice `None`. An exception of its own, and Ctrl-C, end the work at its next word of progress.
+/// Does `work` without holding Python's lock. `progress`, if given, is called with a text, the number of finished
+/// pieces and their total, or `None` for both numbers. An exception raised by it, and Ctrl-C, stop the work at its next
+/// report.
 pub fn run<T: Send>(
     py: Python<'_>,
     progress: Option<&Bound<'_, PyAny>>,
@@ -88,7 +89,7 @@ pub fn run<T: Send>(
             };
             let mut interrupted: PyResult<()> = Ok(());
             loop {
-                // What was said before the end is still passed on.
+                // Reports sent before the end are still passed on.
                 let over = worker.is_finished();
                 let word = match receiver.recv_timeout(if over { Duration::ZERO } else { LOOK }) {
                     Ok(word) => Some(word),

@@ -1,117 +1,298 @@
-//! Parquet files for coldplate's tables: plain slices in, plain vectors out.
+//! Conditions and outputs, row by row, with names, units and provenance.
 //!
-//! This crate is the only place that knows polars. A table is text columns, then number columns
-//! (`f64`, NaN for a missing value, which is stored as null), and key-value metadata at file level,
-//! which pyarrow shows as `pyarrow.parquet.read_metadata(path).metadata`.
+//! The common form of all results: a sweep writes a table, a fit reads one, measured data are one. Values keep the unit
+//! of their column, as in the file.
 //!
 //! ```
-//! let mut file = Vec::new();
-//! let metadata = [("unit.flow".to_string(), "L/min".to_string())];
-//! coldplate_tables::write_parquet(&mut file, &[("set", &["a".into(), "b".into()])], &[("flow", &[1.5, f64::NAN])], &metadata).unwrap();
-//! let frame = coldplate_tables::read_parquet(file).unwrap();
-//! assert_eq!(frame.numbers[0].1[0], 1.5);
-//! assert!(frame.numbers[0].1[1].is_nan());
-//! assert_eq!(frame.texts[0].1, ["a", "b"]);
-//! assert_eq!(frame.metadata, metadata);
+//! use crate::Table;
+//! use coldplate_base::units::Dimension;
+//! let text = "test, coolant_flow [L/min], motor [degC]\nfirst, 9.42, 21.5\nsecond, 4.71,\n";
+//! let table = Table::from_csv(text, "data.csv").unwrap();
+//! assert_eq!(table.column("motor").unwrap().values[0], 21.5);
+//! assert!(table.column("motor").unwrap().values[1].is_nan()); // a missing reading
+//! assert_eq!(table.text("test").unwrap().values, ["first", "second"]);
+//! assert_eq!(table.column_si("motor", Dimension::TEMPERATURE).unwrap()[0], 294.65);
 //! ```
+
 #![forbid(unsafe_code)]
 #![warn(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
 
-use std::fmt;
-use std::io::{Cursor, Write};
+mod csv;
+mod foreign;
+mod frame;
+mod parquet;
 
-use polars_core::error::PolarsError;
-use polars_core::prelude::{Column, DataFrame, DataType, IntoColumn, NamedFrom, Series};
-use polars_io::SerReader;
+use std::path::Path;
 
-use polars_io::parquet::read::ParquetReader;
-use polars_io::parquet::write::{KeyValueMetadata, ParquetWriter};
+pub use csv::quoted;
+pub use foreign::UnitOf;
 
-/// Content of a file.
-#[derive(Debug, Clone, Default)]
-pub struct Frame {
-    /// Text columns in the order of the file; a null is an empty text.
-    pub texts: Vec<(String, Vec<String>)>,
-    /// Number columns in the order of the file; a null is NaN.
-    pub numbers: Vec<(String, Vec<f64>)>,
-    /// Key-value metadata of the file, without the serialised Arrow schema.
-    pub metadata: Vec<(String, String)>,
+use coldplate_base::error::{Error, Result, did_you_mean};
+use coldplate_base::units::{self, Dimension};
+use coldplate_base::{atomic_file, input};
+
+/// Hash of the sources of this crate and of the lock file it was built with.
+pub const SOURCES: &str = env!("COLDPLATE_SOURCES");
+
+/// Column names that always mean condition variables.
+pub const CONDITION_NAMES: [&str; 4] = ["coolant_flow", "coolant_temperature", "motor_speed", "ambient_temperature"];
+
+/// Text in the group column that marks conditions for checking the fit to moved held variables; the other conditions
+/// take part in this fit.
+pub const FOLLOW_CHECK: &str = "follow check";
+
+/// A column of numbers.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Column {
+    /// Name, for example `coolant_flow`.
+    pub name: String,
+    /// Unit of the values, for example `L/min`; `1` for a pure number.
+    pub unit: String,
+    /// Values, one per row; NaN for a missing one.
+    pub values: Vec<f64>,
 }
 
-/// Why a file could not be written or read.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Failure(String);
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+impl Column {
+    /// `name [unit]`, as in the header of a file.
+    pub fn header(&self) -> String {
+        format!("{} [{}]", self.name, self.unit)
     }
 }
 
-impl std::error::Error for Failure {}
+/// A column of text, such as the name of a test.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct TextColumn {
+    /// Name; text columns have no unit in a file.
+    pub name: String,
+    /// Texts, one per row.
+    pub values: Vec<String>,
+}
 
-impl From<PolarsError> for Failure {
-    fn from(error: PolarsError) -> Self {
-        Self(error.to_string())
+/// Conditions × outputs.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Table {
+    /// Text columns.
+    pub texts: Vec<TextColumn>,
+    /// Number columns; the first [`Table::inputs`] are the condition variables.
+    pub columns: Vec<Column>,
+    /// Number of condition variables among the columns.
+    pub inputs: usize,
+    /// Origin of the numbers: key and value, one line each.
+    pub provenance: Vec<(String, String)>,
+}
+
+impl Table {
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.columns.first().map(|c| c.values.len()).or_else(|| self.texts.first().map(|t| t.values.len())).unwrap_or(0)
     }
-}
 
-/// The key under which Arrow writers keep their own schema.
-const ARROW_SCHEMA: &str = "ARROW:schema";
-
-/// Writes text columns, then number columns, all of one length, with zstd compression.
-///
-/// # Errors
-/// Columns of different lengths or of the same name, or the writer fails.
-pub fn write_parquet(
-    out: impl Write,
-    texts: &[(&str, &[String])],
-    numbers: &[(&str, &[f64])],
-    metadata: &[(String, String)],
-) -> Result<(), Failure> {
-    let mut columns: Vec<Column> = Vec::with_capacity(texts.len() + numbers.len());
-    columns.extend(texts.iter().map(|(name, values)| Series::new((*name).into(), *values).into_column()));
-    for (name, values) in numbers {
-        let values: Vec<Option<f64>> = values.iter().map(|v| (!v.is_nan()).then_some(*v)).collect();
-        columns.push(Series::new((*name).into(), values).into_column());
+    /// The condition variables.
+    pub fn conditions(&self) -> &[Column] {
+        &self.columns[..self.inputs.min(self.columns.len())]
     }
-    let mut frame = DataFrame::new_infer_height(columns)?;
-    ParquetWriter::new(out)
-        .set_parallel(false)
-        .with_key_value_metadata(Some(KeyValueMetadata::from_static(metadata.to_vec())))
-        .finish(&mut frame)?;
-    Ok(())
-}
 
-/// Reads a Parquet file of numbers, flags and texts from its bytes.
-///
-/// # Errors
-/// Not a Parquet file, a damaged one, or one with a column of another kind.
-pub fn read_parquet(bytes: Vec<u8>) -> Result<Frame, Failure> {
-    // The decoder is not proof against damaged files: a panic inside it is a damaged file too.
-    std::panic::catch_unwind(|| decode(bytes)).unwrap_or_else(|_| Err(Failure("the file is damaged".into())))
-}
+    /// The number columns that are not condition variables.
+    pub fn outputs(&self) -> &[Column] {
+        &self.columns[self.inputs.min(self.columns.len())..]
+    }
 
-fn decode(bytes: Vec<u8>) -> Result<Frame, Failure> {
-    let mut reader = ParquetReader::new(Cursor::new(bytes));
-    let metadata = reader.get_metadata()?.key_value_metadata().clone().unwrap_or_default();
-    let data = reader.finish()?;
-    let mut frame = Frame {
-        metadata: metadata.into_iter().filter(|e| e.key != ARROW_SCHEMA).map(|e| (e.key, e.value.unwrap_or_default())).collect(),
-        ..Frame::default()
-    };
-    for column in data.columns() {
-        let name = column.name().to_string();
-        match column.dtype() {
-            DataType::String => {
-                frame.texts.push((name, column.str()?.iter().map(|text| text.unwrap_or_default().to_string()).collect()));
+    /// The number column called `name`.
+    ///
+    /// # Errors
+    /// There is none, or it is text; a similar name is suggested.
+    pub fn column(&self, name: &str) -> Result<&Column> {
+        if let Some(column) = self.columns.iter().find(|c| c.name == name) {
+            return Ok(column);
+        }
+        if self.text(name).is_some() {
+            return Err(Error::input(format!("the column '{name}' is text, because its header has no unit"))
+                .at_key(name)
+                .help(format!("write the header as '{name} [unit]', with [1] for a pure number")));
+        }
+        let names: Vec<&str> = self.columns.iter().map(|c| c.name.as_str()).collect();
+        let help = match did_you_mean(name, names.iter().copied()) {
+            Some(meant) => format!("did you mean '{meant}'?"),
+            None => format!("columns here: {}", names.join(", ")),
+        };
+        Err(Error::input(format!("there is no column '{name}'")).at_key(name).help(help))
+    }
+
+    /// The text column called `name`, if there is one.
+    pub fn text(&self, name: &str) -> Option<&TextColumn> {
+        self.texts.iter().find(|t| t.name == name)
+    }
+
+    /// The values of a column in SI; NaN for a missing one.
+    ///
+    /// # Errors
+    /// There is no column of this name, or its unit is not one of `dimension`.
+    pub fn column_si(&self, name: &str, dimension: Dimension) -> Result<Vec<f64>> {
+        let column = self.column(name)?;
+        let place = |e: Error| e.at_key(column.header());
+        let si = |v: &f64| if v.is_nan() { Ok(f64::NAN) } else { units::convert(*v, &column.unit, dimension).map_err(place) };
+        column.values.iter().map(si).collect()
+    }
+
+    /// The rows for which `keep` holds.
+    #[must_use]
+    pub fn select(&self, keep: impl Fn(usize) -> bool) -> Table {
+        let rows: Vec<usize> = (0..self.rows()).filter(|row| keep(*row)).collect();
+        let mut table = self.clone();
+        for column in &mut table.columns {
+            column.values = rows.iter().map(|row| column.values[*row]).collect();
+        }
+        for column in &mut table.texts {
+            column.values = rows.iter().map(|row| column.values[*row].clone()).collect();
+        }
+        table
+    }
+
+    /// Makes the columns `names`, in this order, the condition variables; the others follow in their order.
+    ///
+    /// # Errors
+    /// Errors of [`Table::column`].
+    pub fn make_inputs(&mut self, names: &[&str]) -> Result<()> {
+        for name in names {
+            self.column(name)?;
+        }
+        let place = |c: &Column| names.iter().position(|n| *n == c.name).unwrap_or(names.len());
+        self.columns.sort_by_key(place);
+        self.inputs = self.columns.iter().filter(|c| place(c) < names.len()).count();
+        Ok(())
+    }
+
+    /// Checks that all columns have equal lengths and different names.
+    ///
+    /// # Errors
+    /// The error names the column that does not fit.
+    pub fn check(&self) -> Result<()> {
+        let rows = self.rows();
+        let lengths = self.texts.iter().map(|t| (&t.name, t.values.len())).chain(self.columns.iter().map(|c| (&c.name, c.values.len())));
+        let mut names = std::collections::HashSet::new();
+        for (name, length) in lengths {
+            if length != rows {
+                return Err(Error::input(format!("the column has {length} rows where the others have {rows}")).at_key(name.as_str()));
             }
-            kind if kind.is_primitive_numeric() || *kind == DataType::Boolean => {
-                let values = column.cast(&DataType::Float64)?;
-                frame.numbers.push((name, values.f64()?.iter().map(|value| value.unwrap_or(f64::NAN)).collect()));
+            if !names.insert(name.as_str()) {
+                return Err(Error::input(format!("two columns are called '{name}'")).at_key(name.as_str()).help("rename one of them"));
             }
-            kind => return Err(Failure(format!("column '{name}' holds {kind}, which is neither number nor text"))),
+        }
+        Ok(())
+    }
+
+    /// Reads a table: Parquet if the name ends in `.parquet`, CSV otherwise.
+    ///
+    /// # Errors
+    /// The file cannot be read, or its content is not a table.
+    pub fn read(path: impl AsRef<Path>) -> Result<Table> {
+        Ok(Self::read_with_lines(path)?.0)
+    }
+
+    /// Reads a table like [`Table::read`], and returns the line of the header and of every row; a Parquet file has no
+    /// lines.
+    ///
+    /// # Errors
+    /// Errors of [`Table::read`].
+    pub fn read_with_lines(path: impl AsRef<Path>) -> Result<(Table, Vec<usize>)> {
+        let path = path.as_ref();
+        if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet")) {
+            return Ok((Table::from_parquet(input::read(path).map_err(|e| e.help("check the path"))?, path)?, Vec::new()));
+        }
+        let text = input::text(path).map_err(|e| e.help("check the path"))?;
+        Ok((Table::from_csv(&text, path)?, Table::csv_lines(&text)))
+    }
+
+    /// Checks that a table can be written under this name.
+    ///
+    /// # Errors
+    /// The name ends neither in `.csv` nor in `.parquet`.
+    pub fn check_name(path: &Path) -> Result<()> {
+        let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        // A device or a pipe has no ending; it receives text.
+        match ending.as_deref() {
+            None | Some("csv" | "parquet") => Ok(()),
+            Some(other) => {
+                Err(Error::input(format!("tables are not written as .{other}")).in_file(path).help("end the name in .csv or .parquet"))
+            }
         }
     }
-    Ok(frame)
+
+    /// Writes the table as `path` with the extension `.csv` and again with `.parquet`.
+    ///
+    /// # Errors
+    /// The table is malformed or a file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        self.write_csv(&path.with_extension("csv"))?;
+        self.write_parquet(&path.with_extension("parquet"))
+    }
+
+    /// Writes a CSV file.
+    ///
+    /// # Errors
+    /// The table is malformed or the file cannot be written.
+    pub fn write_csv(&self, path: &Path) -> Result<()> {
+        let text = self.to_csv()?;
+        atomic_file::write(path, text.as_bytes())
+    }
+
+    /// Writes a Parquet file.
+    ///
+    /// # Errors
+    /// The table is malformed or the file cannot be written.
+    pub fn write_parquet(&self, path: &Path) -> Result<()> {
+        let bytes = self.to_parquet()?;
+        atomic_file::write(path, &bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample() -> Table {
+        let column = |name: &str, unit: &str, values: &[f64]| Column { name: name.into(), unit: unit.into(), values: values.into() };
+        Table {
+            texts: vec![TextColumn { name: "test".into(), values: vec!["a".into(), "b, \"c\"".into(), "#d".into()] }],
+            columns: vec![
+                column("coolant_flow", "L/min", &[0.1 + 0.2, 1e-7, 9.42]),
+                column("motor, front", "degC", &[21.5, f64::NAN, -1.0 / 3.0]),
+                column("re", "1", &[5e300, f64::MIN_POSITIVE, -0.0]),
+            ],
+            inputs: 1,
+            provenance: vec![("machine".into(), "rig: small".into())],
+        }
+    }
+
+    fn bits(table: &Table) -> Vec<Vec<u64>> {
+        table.columns.iter().map(|c| c.values.iter().map(|v| v.to_bits()).collect()).collect()
+    }
+
+    #[test]
+    fn csv_gives_back_every_bit() {
+        let table = sample();
+        let back = Table::from_csv(&table.to_csv().unwrap(), "x.csv").unwrap();
+        assert_eq!(bits(&back), bits(&table));
+        assert_eq!((&back.texts, back.inputs, &back.provenance), (&table.texts, 1, &table.provenance));
+        assert_eq!(back.columns[1].header(), "motor, front [degC]");
+    }
+
+    #[test]
+    fn rows_and_inputs_can_be_chosen() {
+        let mut table = sample().select(|row| row != 1);
+        assert_eq!(table.rows(), 2);
+        assert_eq!(table.text("test").unwrap().values, ["a", "#d"]);
+        table.make_inputs(&["re", "coolant_flow"]).unwrap();
+        assert_eq!(table.conditions().iter().map(|c| c.name.as_str()).collect::<Vec<_>>(), ["re", "coolant_flow"]);
+        assert_eq!(table.outputs()[0].name, "motor, front");
+    }
+
+    #[test]
+    fn a_missing_column_suggests_its_name() {
+        let message = sample().column("cooland_flow").unwrap_err().to_string();
+        assert!(message.contains("did you mean 'coolant_flow'"), "{message}");
+        let message = sample().column("test").unwrap_err().to_string();
+        assert!(message.contains("test [unit]"), "{message}");
+    }
 }

@@ -7,14 +7,15 @@ use std::path::PathBuf;
 use super::condition::pair_of;
 use super::measured;
 use super::output::{self, Output};
-use crate::error::Result;
-use crate::evidence::diagnose::Problem;
-use crate::figures::chart::draw_as;
-use crate::figures::chart::output::check_name;
-use crate::foundation::atomic_file;
-use crate::pipeline::diagnosis::input::{costs, kind_named, uncertain, user_kinds};
-use crate::pipeline::{diagnosis, refit};
-use crate::solve::sensitivity::{Study, Tables};
+use coldplate_base::atomic_file;
+use coldplate_base::error::Result;
+use coldplate_diagnose::Problem;
+use coldplate_evidence::given;
+use coldplate_figures::chart::draw_as;
+use coldplate_figures::chart::output::check_name;
+use coldplate_findings::input::{costs, kind_named, uncertain, user_kinds};
+use coldplate_jobs::refit;
+use coldplate_solve::sensitivity::{Study, Tables};
 
 /// What the simulation gets wrong against measured data, the cause by name, the extended machine and its gain
 #[derive(Debug, clap::Args)]
@@ -80,7 +81,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let tables = if args.full { Tables::InFull } else { Tables::Reduced };
     let study = Study::read(&args.machine, &sets, Some(args.cells.unwrap_or(USUAL_CELLS)))?.with_tables(tables);
     let machine = &study.model.machine;
-    let path = measured::goal(args.out.as_deref(), &args.machine, machine, "extended")?;
+    let path = given::goal(args.out.as_deref(), &args.machine, machine, "extended")?;
     if let Some(report) = &args.report {
         output::check_page(report)?;
     }
@@ -88,12 +89,12 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         check_name(chart).and_then(|()| atomic_file::check(chart)).map_err(|e| e.at_key("--chart"))?;
     }
     if let Some(surrogate) = &args.surrogate {
-        measured::must_be_new(surrogate, "--surrogate")?;
+        given::must_be_new(surrogate, "--surrogate")?;
         refit::check(machine).map_err(|e| e.in_file(&args.machine))?;
     }
-    let data = measured::data(args.data.as_deref(), machine)?;
+    let data = given::data(args.data.as_deref(), machine)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &data, machine, out)?;
-    let start = measured::start(&args.from)?;
+    let start = given::start(&args.from)?;
     let mut uncertain = args.uncertain.iter().map(|text| uncertain(text, &study)).collect::<Result<Vec<_>>>()?;
     // What the command says of a number takes the place of what the file says.
     let of_file = study.uncertain()?.into_iter().filter(|own| uncertain.iter().all(|said| said.parameter.name != own.parameter.name));
@@ -122,7 +123,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         }
     }
     problem = problem.timed()?;
-    let found = diagnosis::examine(&problem, &path, args.surrogate.as_deref(), &out.progress())?;
+    let found = coldplate_findings::examine(&problem, &path, args.surrogate.as_deref(), &out.progress())?;
     // Everything is made before anything is written.
     let report = args.report.as_ref().map(|_| found.report()).transpose()?;
     found.write()?;

@@ -1,10 +1,10 @@
 //! A diagnosis as text.
 
 use super::super::text::table;
-use crate::evidence::diagnose::{ExtraSensor, Verdict};
-use crate::evidence::measurement::faults;
-use crate::foundation::numbers::short;
-use crate::pipeline::diagnosis::{Findings, ladder, next_test_in_words, probability, words, worth_in_words};
+use coldplate_base::numbers::short;
+use coldplate_diagnose::{ExtraSensor, Verdict};
+use coldplate_evidence::measurement::faults;
+use coldplate_findings::{Findings, ladder, next_test_in_words, probability, words, worth_in_words};
 
 /// The answer for a terminal.
 pub(super) fn text(found: &Findings<'_>) -> String {

@@ -6,15 +6,16 @@ mod show;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use super::cells::CellsArgs;
 use super::measured;
+use super::mesh_options::CellsArgs;
 use super::output::Output;
-use crate::error::{Error, Result};
-use crate::evidence::identify::record::HeldOut;
-use crate::evidence::identify::{self, Free, IdentifyOptions, Problem};
-use crate::foundation::atomic_file;
-use crate::foundation::progress::Progress;
-use crate::solve::sensitivity::{Study, Tables};
+use coldplate_base::atomic_file;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::progress::Progress;
+use coldplate_evidence::given;
+use coldplate_evidence::identify::record::HeldOut;
+use coldplate_evidence::identify::{self, Free, IdentifyOptions, Problem};
+use coldplate_solve::sensitivity::{Study, Tables};
 use show::Found;
 
 /// Parameters of a machine file from measured data
@@ -79,11 +80,11 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
     let tables = if args.full { Tables::InFull } else { Tables::Reduced };
     let study = Study::read(&args.machine, &sets, args.cells.cells)?.with_tables(tables);
     let machine = &study.model.machine;
-    let mut all = measured::data(args.data.as_deref(), machine)?;
-    measured::drop_sensors(&mut all, &args.without)?;
+    let mut all = given::data(args.data.as_deref(), machine)?;
+    given::drop_sensors(&mut all, &args.without)?;
     let uncertainty = measured::uncertainty(args.data.as_deref(), &args.machine, &all, machine, out)?;
-    let start = measured::start(&args.from)?;
-    let faults = measured::clear(&mut all, &study, &uncertainty, start, args.keep_all)?;
+    let start = given::start(&args.from)?;
+    let faults = given::clear(&mut all, &study, &uncertainty, start, args.keep_all)?;
     let (data, others) = if args.use_tests.is_empty() {
         (all.clone(), None)
     } else {
@@ -99,7 +100,7 @@ pub fn run(args: &Args, out: Output) -> Result<u8> {
         )));
     }
     let free = args.free.iter().map(|text| Free::each(text, &study, &data)).collect::<Result<Vec<_>>>()?.concat();
-    let path = args.out.as_deref().map(|path| measured::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
+    let path = args.out.as_deref().map(|path| given::goal(Some(path), &args.machine, machine, "identified")).transpose()?;
     let mut problem = Problem { study, data, uncertainty, free, start };
     if !args.every_row {
         let before = problem.data.count();

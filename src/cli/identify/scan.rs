@@ -6,13 +6,13 @@ use serde::Serialize;
 
 use super::super::output::Output;
 use super::Args;
-use crate::error::{Error, Result};
-use crate::evidence::identify::{self, Problem, Scan};
-use crate::evidence::measurement::whiten;
-use crate::figures::chart::draw_as;
-use crate::figures::chart::style::Quantity;
-use crate::figures::chart::valley::{Trace, ValleyFigure};
-use crate::solve::sensitivity::Parameter;
+use coldplate_base::error::{Error, Result};
+use coldplate_evidence::identify::{self, Problem, Scan};
+use coldplate_evidence::measurement::whiten;
+use coldplate_figures::chart::draw_as;
+use coldplate_figures::chart::style::Quantity;
+use coldplate_figures::chart::valley::{Trace, ValleyFigure};
+use coldplate_solve::sensitivity::Parameter;
 
 /// The grid as outside programs read it, in the parameters' units; pairs without a steady state are `null`.
 #[derive(Debug, Serialize)]

@@ -3,13 +3,13 @@
 use std::path::Path;
 
 use super::super::text::table;
-use crate::describe::machine::Machine;
-use crate::evidence::identify::record::{HeldOut, IdentifyRecord};
-use crate::evidence::identify::{Advice, Estimate, Problem, Profile};
-use crate::evidence::measurement::faults::{self, Fault};
-use crate::evidence::measurement::{Data, whiten};
-use crate::foundation::numbers::significant;
-use crate::units::Measurand;
+use coldplate_base::numbers::significant;
+use coldplate_base::units::Measurand;
+use coldplate_describe::machine::Machine;
+use coldplate_evidence::identify::record::{HeldOut, IdentifyRecord};
+use coldplate_evidence::identify::{Advice, Estimate, Problem, Profile};
+use coldplate_evidence::measurement::faults::{self, Fault};
+use coldplate_evidence::measurement::{Data, whiten};
 
 /// A sensor whose own error comes out larger than this many of its stated deviations is named.
 const TOLD: f64 = 2.0;

@@ -6,10 +6,12 @@ use coldplate_runtime::Variable;
 use super::status;
 use super::text::{outside_sentence, plain, text};
 use crate::cli::text::table;
-use crate::foundation::numbers::without_zeros;
-use crate::surrogate::verdict::question::{Reply, shown};
-use crate::surrogate::verdict::trade_off::Exchange;
-use crate::surrogate::verdict::{Acceptability, Answer, Free, Inverse, Objective, Optimum, Outside, Sense, Surrogate, TradeOff, condition};
+use coldplate_base::numbers::without_zeros;
+use coldplate_surrogate::verdict::question::{Reply, shown};
+use coldplate_surrogate::verdict::trade_off::Exchange;
+use coldplate_surrogate::verdict::{
+    Acceptability, Answer, Free, Inverse, Objective, Optimum, Outside, Sense, Surrogate, TradeOff, condition,
+};
 
 /// The reply in words, and the exit status; nothing where no variable was free.
 pub(super) fn told(surrogate: &Surrogate<'_>, reply: &Reply) -> (String, u8) {

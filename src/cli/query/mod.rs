@@ -12,12 +12,12 @@ use coldplate_runtime::CONFIDENCE;
 use super::condition::ConditionArgs;
 use super::fit::check_ending;
 use super::output::Output;
-use crate::error::{Error, Result};
-use crate::foundation::{atomic_file, input};
-use crate::surrogate::fit::file;
-use crate::surrogate::verdict::question::{Question, Reply};
-use crate::surrogate::verdict::stream::{self, Form};
-use crate::surrogate::verdict::{Acceptability, Surrogate, stated};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::{atomic_file, input};
+use coldplate_surrogate::fit::file;
+use coldplate_surrogate::verdict::question::{Question, Reply};
+use coldplate_surrogate::verdict::stream::{self, Form};
+use coldplate_surrogate::verdict::{Acceptability, Surrogate, stated};
 
 /// Arguments of `coldplate query`.
 #[derive(Debug, clap::Args)]

@@ -1,10 +1,10 @@
 //! What a query says at the terminal: the condition, the points with their bands, the limits, the verdict in words.
 
 use crate::cli::text::table;
-use crate::foundation::numbers::{compact, significant};
-use crate::surrogate::fit::model::{Held, MOVED};
-use crate::surrogate::verdict::indices::{Indices, Quantity};
-use crate::surrogate::verdict::{Acceptability, Answer, ChanceAnswer, LimitAnswer, Outside, Settling, Surrogate, Temperature};
+use coldplate_base::numbers::{compact, significant};
+use coldplate_surrogate::fit::model::{Held, MOVED};
+use coldplate_surrogate::verdict::indices::{Indices, Quantity};
+use coldplate_surrogate::verdict::{Acceptability, Answer, ChanceAnswer, LimitAnswer, Outside, Settling, Surrogate, Temperature};
 
 /// Shares of a variance smaller than this are not shown.
 const LEAST_SHARE: f64 = 0.02;

@@ -7,13 +7,13 @@ use std::time::Instant;
 
 use super::condition::pair_of;
 use super::output::Output;
-use crate::error::{Error, Result};
-use crate::explore::sweep::bridge::Sweep;
-use crate::explore::sweep::record::SweepRecord;
-use crate::explore::sweep::shards::Shard;
-use crate::explore::sweep::{SweepOptions, Swept};
-use crate::pipeline::adaptive::{self, Adaptation, Ran};
-use crate::pipeline::designs;
+use coldplate_base::error::{Error, Result};
+use coldplate_explore::sweep::record::SweepRecord;
+use coldplate_explore::sweep::shards::Shard;
+use coldplate_explore::sweep::sweep_file::Sweep;
+use coldplate_explore::sweep::{SweepOptions, Swept};
+use coldplate_jobs::adaptive::{self, Adaptation, Ran};
+use coldplate_jobs::designs;
 
 /// Design of experiments: run every condition of a sweep file, or as many as its accuracy needs, resuming what is there
 #[derive(Debug, clap::Args)]

@@ -8,13 +8,13 @@ use serde::Serialize;
 use super::{Cluster, notes, told};
 use crate::cli::condition::pair_of;
 use crate::cli::output::Output;
-use crate::error::Result;
-use crate::explore::cluster::{self, ClusterOptions, ClusterRecord};
-use crate::explore::sweep::bridge::Sweep;
-use crate::explore::sweep::merge::{Merged, ranges};
-use crate::explore::sweep::record::SweepRecord;
-use crate::explore::sweep::shards::{self, Shard};
-use crate::explore::sweep::{Definition, SweepOptions};
+use coldplate_base::error::Result;
+use coldplate_explore::cluster::{self, ClusterOptions, ClusterRecord};
+use coldplate_explore::sweep::merge::{Merged, ranges};
+use coldplate_explore::sweep::record::SweepRecord;
+use coldplate_explore::sweep::shards::{self, Shard};
+use coldplate_explore::sweep::sweep_file::Sweep;
+use coldplate_explore::sweep::{Definition, SweepOptions};
 
 /// What the command of a part repeats of the one that was typed.
 pub(crate) struct Typed<'a> {

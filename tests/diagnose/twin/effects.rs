@@ -1,9 +1,9 @@
 //! What goes wrong in such machines, with magnitudes as they have them.
 
-use coldplate::describe::machine::{Circuit, Contact, Machine, Part, Property};
-use coldplate::evidence::diagnose::Law;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::{Circuit, Contact, Machine, Part, Property};
+use coldplate_diagnose::Law;
+use coldplate_solve::sensitivity::Study;
 
 use super::{Hidden, between, choose};
 
@@ -25,7 +25,7 @@ pub fn effect(study: &Study, sensors: &[usize], kinds: usize, random: &mut Rando
         let p = study.parameter(&key).ok()?;
         Some(p.to_set(p.value * factor, machine).ok()?.into_iter().collect())
     };
-    let total: f64 = coldplate::discretise::network::Load::at(machine, &machine.condition(&[]).unwrap()).unwrap().powers.iter().sum();
+    let total: f64 = coldplate_network::Load::at(machine, &machine.condition(&[]).unwrap()).unwrap().powers.iter().sum();
     loop {
         let made: Option<Hidden> = match (random.unit() * kinds as f64) as usize {
             0 => {

@@ -6,14 +6,14 @@
 pub mod effects;
 pub mod score;
 
-use coldplate::describe::machine::{Condition, Variable};
-use coldplate::evidence::diagnose::{Law, Problem, Scales};
-use coldplate::evidence::identify;
-use coldplate::evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
-use coldplate::explore::simulate::Start;
-use coldplate::foundation::document::Document;
-use coldplate::foundation::random::Random;
-use coldplate::solve::sensitivity::Study;
+use coldplate_base::document::Document;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::{Condition, Variable};
+use coldplate_diagnose::{Law, Problem, Scales};
+use coldplate_evidence::identify;
+use coldplate_evidence::measurement::{Data, Row, Uncertainty, VariableUncertainty};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::Study;
 
 /// What was hidden.
 #[derive(Debug, Clone, PartialEq)]

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use coldplate::describe::machine::{HeatedPlace, Machine, Place};
-use coldplate::evidence::diagnose::{Cause, Diagnosis, Explanation, Law, Scales, Verdict};
-use coldplate::evidence::measurement::Whitener;
+use coldplate_describe::machine::{HeatedPlace, Machine, Place};
+use coldplate_diagnose::{Cause, Diagnosis, Explanation, Law, Scales, Verdict};
+use coldplate_evidence::measurement::Whitener;
 use nalgebra::DMatrix;
 
 use super::{Case, Hidden};

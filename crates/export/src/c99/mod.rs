@@ -23,7 +23,7 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     vec![File::new(format!("{name}.h"), header.into_bytes()), File::new(format!("{name}.c"), source.into_bytes())]
 }
 
-/// The same in single precision, with what that costs.
+/// Header and source for single precision, with the error of single precision.
 pub(crate) fn write_single(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Result<Vec<File>, ExportError> {
     let single = Single::of(surrogate, content)?;
     let [header, source] = filled(content, name, Some(&single)).map(|text| single::narrowed(&text).into_bytes());
@@ -32,7 +32,7 @@ pub(crate) fn write_single(surrogate: &Surrogate<'_>, content: &Content, name: &
     Ok(vec![File::new(format!("{name}.h"), header), source])
 }
 
-/// What single precision costs, by the unit: where most.
+/// Remark on the error of single precision: the largest for each unit.
 fn remark(content: &Content, single: &Single) -> String {
     let mut most: Vec<(&Point, f64)> = Vec::new();
     for (point, error) in content.points.iter().zip(&single.errors) {
@@ -73,7 +73,7 @@ fn filled(content: &Content, name: &str, single: Option<&Single>) -> [String; 2]
     [filling.fill(HEADER, name), filling.fill(SOURCE, name)]
 }
 
-/// Which functions of pairs there are, and which of plain numbers are then used by none.
+/// Flags for the functions of pairs that are used, and for the functions of plain numbers that are then unused.
 fn pair_flags(filling: &mut Filling, content: &Content) {
     let holds = |flag: &str| filling.flags.get(flag).copied().unwrap_or(false);
     let has_ln = holds("ln");
@@ -89,7 +89,7 @@ fn pair_flags(filling: &mut Filling, content: &Content) {
     }
 }
 
-/// What the comment at the top of both files says.
+/// Comment at the top of both files.
 fn head(content: &Content, name: &str) -> String {
     let mut text = format!(" * {name}: a surrogate of {} points over {} variables.\n", content.points.len(), content.variables.len());
     for held in &content.held {
@@ -138,7 +138,7 @@ fn names(content: &Content, name: &str) -> String {
 /// The constants of the source file.
 struct Tables<'n> {
     name: &'n str,
-    /// Whether the numbers of the bases are pairs.
+    /// Whether the numbers of the bases are stored as pairs.
     is_paired: bool,
     text: String,
 }
@@ -232,7 +232,7 @@ impl Tables<'_> {
         self.table(&format!("{name}_basis_entry"), "bases", entries);
     }
 
-    /// The scalings, with their numbers in pairs.
+    /// The scalings, with their numbers as pairs.
     fn pair_scalings(&mut self, content: &Content) {
         let name = self.name;
         let _ = writeln!(
@@ -350,7 +350,7 @@ impl Tables<'_> {
         self.table("unsigned char", what, values.iter().map(|value| format!("{value}U")));
     }
 
-    /// A constant array; C knows none without an entry, so that an empty one gets a zero that nobody reads.
+    /// A constant array. C has no empty arrays: an empty table gets one zero that is not read.
     fn table(&mut self, kind: &str, what: &str, entries: impl Iterator<Item = String>) {
         let mut entries: Vec<String> = entries.collect();
         if entries.is_empty() {

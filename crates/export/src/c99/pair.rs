@@ -4,7 +4,7 @@ use coldplate_runtime::{Kernel, Transform};
 
 use crate::content::{Basis, Scaling};
 
-/// The sum of two numbers, the second below the last place of the first.
+/// A number as the sum of two, the second smaller than the last place of the first.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pair {
     pub(super) high: f32,
@@ -12,15 +12,17 @@ pub(super) struct Pair {
 }
 
 const LN_2: f64 = std::f64::consts::LN_2;
-/// From where on exp(-x) is zero.
+/// Argument x (dimensionless) from which on exp(-x) is taken as zero: exp(-87) is near the smallest normal number of
+/// single precision.
 const FAR: f32 = 87.0;
-/// 1/7!, 1/6!, ..., 1/0!
+/// Taylor coefficients 1/7!, 1/6!, ..., 1/0! of exp (dimensionless).
 const SERIES: [f64; 8] = [1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5, 1.0, 1.0];
-/// 1/13!, ..., 1/8!: what is left of the series is small enough for its first digits to do.
+/// Taylor coefficients 1/13!, ..., 1/8! of exp (dimensionless): the rest of the series is small enough for single
+/// precision.
 const REST: [f32; 6] = [1.0 / 6_227_020_800.0, 1.0 / 479_001_600.0, 1.0 / 39_916_800.0, 1.0 / 3_628_800.0, 1.0 / 362_880.0, 1.0 / 40_320.0];
 
 impl Pair {
-    /// The nearest pair.
+    /// The pair nearest to a number.
     pub(super) fn of(value: f64) -> Self {
         let high = value as f32;
         Self { high, low: (value - f64::from(high)) as f32 }
@@ -100,12 +102,12 @@ impl Pair {
     }
 }
 
-/// What rounding the product of two numbers leaves out.
+/// Rounding error of the product of two numbers.
 fn lost(a: f32, b: f32, product: f32) -> f32 {
     (f64::from(a) * f64::from(b) - f64::from(product)) as f32
 }
 
-/// A basis whose numbers are pairs.
+/// A radial basis whose numbers are pairs.
 pub(super) struct PairedBasis<'c> {
     own: &'c Basis,
     /// Low end, factor and offset of the scaling of each variable.

@@ -1,4 +1,4 @@
-//! The same in single precision, for processors that have no other: what it costs, and how the text changes.
+//! C source in single precision, for processors without double precision: its error, and the changes of the text.
 
 use coldplate_runtime::{Band, Kernel, Surrogate, Transform};
 
@@ -6,25 +6,30 @@ use super::pair::PairedBasis;
 use crate::ExportError;
 use crate::content::{Content, Point, Scaling, SelfTest};
 
-/// Conditions at which values are compared, beside the corners of the ranges.
+/// Number of conditions at which values are compared, beside the corners of the ranges (count). Chosen: time of the
+/// export against the chance to miss the largest error; that error is doubled.
 const CONDITIONS: usize = 4000;
-/// Terms and centres that are added up at a time.
+/// Number of terms or centres summed in one block (count): equal to the block of the runtime and of the C source, for
+/// equal rounding.
 const BLOCK: usize = 128;
-/// Bases are computed in pairs of numbers where a value may be off by more than this without them, in its unit.
+/// Error of a value, in its unit, above which the bases are computed in pairs of numbers. Chosen: far below the
+/// accuracy of sensors; pairs cost time.
 const PLAIN: f64 = 1e-4;
-/// A value may be off by this share of the half width of its band, and by so much in its unit however narrow that is.
+/// Largest allowed error of a value: SHARE of the half width of its band, or LEAST in its unit if that is larger.
+/// Chosen: small beside the band and beside the accuracy of sensors.
 const SHARE: f64 = 0.1;
 const LEAST: f64 = 0.01;
-/// Conditions that are added to the self-test: those at which arithmetic that loses digits is furthest off.
+/// Number of conditions added to the self-test (count), at which arithmetic that loses digits is furthest off. Chosen:
+/// size of the source against the chance to notice such arithmetic.
 const TESTS: usize = 16;
 
-/// What single precision costs a surrogate, and how that is kept small.
+/// Error of a surrogate in single precision, and the measures that keep it small.
 pub(super) struct Single {
-    /// By how much each point's value may be off inside the fitted range: twice the largest difference that is found.
+    /// Largest error of each point's value inside the fitted range, in its unit: twice the largest difference found.
     pub(super) errors: Vec<f64>,
-    /// Whether the bases are computed in pairs of numbers, since their parts cancel.
+    /// Whether the bases are computed in pairs of numbers, because their terms cancel.
     pub(super) is_paired: bool,
-    /// Self-tests beside those of the file.
+    /// Self-tests in addition to those of the file.
     pub(super) tests: Vec<SelfTest>,
 }
 
@@ -33,7 +38,7 @@ type Case = (Vec<f64>, Vec<f64>);
 
 impl Single {
     /// # Errors
-    /// Where a number is too large for single precision, or a value would be off by more than is allowed.
+    /// A number is too large for single precision, or a value would be off by more than is allowed.
     pub(super) fn of(surrogate: &Surrogate<'_>, content: &Content) -> Result<Self, ExportError> {
         let too_large = || ExportError::Single("numbers of this surrogate are too large for it".into());
         let cases = conditions(content).map(|x| {
@@ -46,7 +51,7 @@ impl Single {
         let mut found = None;
         if !content.bases.is_empty() && largest(&plain) > PLAIN {
             let bases: Vec<_> = content.bases.iter().map(|own| PairedBasis::new(own, &content.scalings)).collect();
-            // Where it is the polynomials or the size of the values that cost digits, pairs are of no use.
+            // Pairs do not help if the digits are lost in the polynomials or by the size of the values.
             found = apart(content, &bases, &cases).filter(|paired| largest(paired) < 0.5 * largest(&plain));
         }
         let is_paired = found.is_some();
@@ -57,7 +62,7 @@ impl Single {
     }
 }
 
-/// Case by case, by how much each point is off; `None` where that is no finite number.
+/// Error of each point, case by case; `None` if one is no finite number.
 fn apart(content: &Content, paired: &[PairedBasis<'_>], cases: &[Case]) -> Option<Vec<Vec<f64>>> {
     let case = |(x, exact): &Case| {
         let found = values(content, paired, x);
@@ -67,7 +72,7 @@ fn apart(content: &Content, paired: &[PairedBasis<'_>], cases: &[Case]) -> Optio
     cases.iter().map(case).collect()
 }
 
-/// As it would be stated.
+/// Largest error as stated to the user: twice the largest difference.
 fn largest(apart: &[Vec<f64>]) -> f64 {
     2.0 * apart.iter().flatten().copied().fold(0.0, f64::max)
 }
@@ -86,12 +91,12 @@ fn refuse_if_too_far(content: &Content, errors: &[f64]) -> Result<(), ExportErro
     Err(ExportError::Single(format!("the value of '{name}' would be off by up to {error:.2} {unit}, and {allowed:.2} {unit} are allowed")))
 }
 
-/// Differences of temperatures are in kelvins.
+/// Unit of an error: differences of temperatures are in kelvins.
 pub(super) fn unit_of_errors(unit: &str) -> &str {
     if unit == "degC" { "K" } else { unit }
 }
 
-/// The cases that are furthest off at some point.
+/// The cases with the largest error of any point.
 fn furthest(apart: &[Vec<f64>]) -> Vec<usize> {
     let most: Vec<f64> = apart.iter().map(|case| case.iter().copied().fold(0.0, f64::max)).collect();
     let mut places: Vec<usize> = (0..most.len()).collect();
@@ -109,12 +114,12 @@ fn self_test(surrogate: &Surrogate<'_>, (x, exact): &Case) -> SelfTest {
     SelfTest { condition: x.clone(), values, deviations }
 }
 
-/// The corners, and conditions that fill the ranges evenly.
+/// The corners of the ranges, and conditions that fill the ranges evenly.
 fn conditions(content: &Content) -> impl Iterator<Item = Vec<f64>> + '_ {
     let variables = &content.variables;
     let corners = (0..1_usize << variables.len())
         .map(move |corner| variables.iter().enumerate().map(|(v, own)| if corner >> v & 1 == 0 { own.low } else { own.high }).collect());
-    // The root of x^(n+1) = x + 1 has powers whose multiples fill n directions evenly.
+    // Low-discrepancy sequence: multiples of the powers of the root of x^(n+1) = x + 1 fill n directions evenly.
     let root = (0..60).fold(2.0_f64, |root, _| (1.0 + root).powf(1.0 / (variables.len() + 1) as f64));
     let inside = (1..=CONDITIONS).map(move |k| {
         let share = |v: usize| (k as f64 * root.powi(-(v as i32 + 1))).fract();
@@ -123,7 +128,7 @@ fn conditions(content: &Content) -> impl Iterator<Item = Vec<f64>> + '_ {
     corners.chain(inside)
 }
 
-/// The values of all points, as the source computes them: with these bases in pairs, if there are any.
+/// The values of all points in the arithmetic of the C source; `paired` holds the bases in pairs, if there are any.
 fn values(content: &Content, paired: &[PairedBasis<'_>], x: &[f64]) -> Vec<f32> {
     let u: Vec<f32> = content.scalings.iter().map(|own| scaled(own, x)).collect();
     let picked = |places: &[usize]| places.iter().map(|place| u[*place]).collect::<Vec<f32>>();
@@ -168,7 +173,7 @@ fn scaled(own: &Scaling, x: &[f64]) -> f32 {
     (g - own.low as f32) * own.factor as f32 + own.offset as f32
 }
 
-/// Term by term; the variables enter in pairs.
+/// Values of the monomials; the variables enter in pairs.
 fn monomials(u: &[f32], exponents: &[u8]) -> Vec<f32> {
     let power = |u: f32, exponent: u8| (0..exponent).fold(1.0, |power, _| power * u);
     let pair = |(u, e): (&[f32], &[u8])| u.iter().zip(e).fold(1.0, |product, (u, e)| product * power(*u, *e));
@@ -192,7 +197,7 @@ fn kernel(kernel: Kernel, square: f32) -> f32 {
     }
 }
 
-/// C in double precision as C in single precision: types, numbers and functions. Comments and texts stay.
+/// Converts C in double precision to single precision: types, numbers and functions. Comments and texts stay.
 pub(super) fn narrowed(text: &str) -> String {
     let mut narrow = String::with_capacity(text.len());
     let mut rest = text;
@@ -224,7 +229,7 @@ pub(super) fn narrowed(text: &str) -> String {
     narrow
 }
 
-/// Bytes of the identifier or number that a text begins with; a number has its sign behind the `e`.
+/// Length in bytes of the identifier or number at the beginning of a text; a number includes the sign behind its `e`.
 fn token(text: &str) -> usize {
     let is_number = text.starts_with(|c: char| c.is_ascii_digit());
     let mut before = ' ';

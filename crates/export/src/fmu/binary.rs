@@ -1,4 +1,4 @@
-//! The binary of this machine, made by its C compiler.
+//! The binary for the present machine, made by its C compiler.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,25 +7,25 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::Version;
 use crate::File;
 
-/// A shared library, and the folder of the archive that it belongs in.
+/// A shared library, and its folder in the archive.
 pub(super) struct Binary {
     pub(super) platform: String,
     pub(super) content: Vec<u8>,
 }
 
-/// Compiles the sources. Otherwise the reason in words.
+/// Compiles the sources. The error is the reason in words.
 pub(super) fn build(sources: &[File], name: &str, version: Version) -> Result<Binary, String> {
     let (arch, os) = (std::env::consts::ARCH, std::env::consts::OS);
     let platform = platform(version, arch, os).ok_or_else(|| format!("units have no name for {arch} with {os}"))?;
     let compiler = std::env::var("CC").ok().filter(|own| !own.is_empty()).unwrap_or_else(|| "cc".into());
-    // No two exports share a folder, also within one process.
+    // No two exports share a folder, not even within one process.
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let number = COUNT.fetch_add(1, Ordering::Relaxed);
     let folder = std::env::temp_dir().join(format!("coldplate-fmu-{}-{number}", std::process::id()));
     let built = std::fs::create_dir_all(&folder)
         .map_err(|error| format!("no folder to compile in: {error}"))
         .and_then(|()| compile(sources, name, &compiler, &folder));
-    // What is left of the folder does not change the unit.
+    // A remainder of the folder does not change the unit.
     let _ = std::fs::remove_dir_all(&folder);
     built.map(|content| Binary { platform, content })
 }

@@ -1,4 +1,4 @@
-//! What an importer reads: variables with their units and what the unit can do.
+//! Description for importers: variables with their units, and the capabilities of the unit.
 
 use std::fmt::Write as _;
 
@@ -36,15 +36,15 @@ enum Kind {
     Initial {
         unit: String,
     },
-    /// A state of what moves.
+    /// A state of the dynamics.
     Moving,
-    /// The derivative of the state of this reference.
+    /// The derivative of the state with this reference.
     Slope {
         of: usize,
     },
 }
 
-/// Whether a kind of variable stands in a list.
+/// Whether a list contains a kind of variable.
 type Belongs = fn(&Kind) -> bool;
 
 impl Kind {
@@ -52,16 +52,17 @@ impl Kind {
         matches!(self, Self::Output { .. } | Self::Inside | Self::State)
     }
 
-    /// Whether it is known when the initialization begins: everything that is calculated.
+    /// Whether the value is unknown when the initialization begins: true for everything that is calculated.
     fn is_unknown(&self) -> bool {
         self.is_output() || matches!(self, Self::Moving | Self::Slope { .. })
     }
 }
 
-/// The temperature that a unit which moves begins with, where it is asked to begin with one.
+/// Start temperature (in the points' unit) of a unit with dynamics that is asked to begin at one temperature. Chosen:
+/// room temperature in degC.
 const INITIAL: f64 = 20.0;
 
-/// The value of an input as long as nobody sets it: the middle of its range.
+/// Start value of an input, used until someone sets it: the middle of its range.
 pub(super) fn start(variable: &Variable) -> f64 {
     0.5 * variable.low + 0.5 * variable.high
 }
@@ -326,7 +327,7 @@ impl Description<'_> {
     }
 }
 
-/// Verdicts, by their numbers.
+/// Names of the verdicts, by number.
 const STATES: [&str; 3] = ["acceptable", "uncertain", "not_acceptable"];
 
 fn unit_of(unit: &str) -> String {
@@ -338,7 +339,7 @@ fn difference(unit: &str) -> &str {
     if unit == "degC" { "K" } else { unit }
 }
 
-/// A unit in SI units, where it is one that surrogates of machines have; others are known by their names alone.
+/// A unit in SI base units, if it is one that surrogates of machines use; other units are known by name alone.
 fn base(unit: &str) -> Option<&'static str> {
     Some(match unit {
         "1" => "",
@@ -360,7 +361,7 @@ fn base(unit: &str) -> Option<&'static str> {
     })
 }
 
-/// Text that may stand in an attribute.
+/// Text in the form allowed in an attribute.
 fn escaped(text: &str) -> String {
     text.chars().fold(String::new(), |mut made, c| {
         match c {

@@ -1,5 +1,5 @@
-//! Functional mock-up units 2.0 and 3.0, for model exchange and co-simulation, with sources and, where this machine has a C
-//! compiler, its binary.
+//! Functional mock-up units 2.0 and 3.0, for model exchange and co-simulation. They contain the sources and, if the
+//! present machine has a C compiler, its binary.
 
 mod binary;
 mod description;
@@ -96,7 +96,7 @@ fn interface(content: &Content, name: &str, token: &str, version: Version) -> St
     filling.fill(CORE, name)
 }
 
-/// What an importer hands back so that description and binary are known to belong together: 128 bits of FNV-1a.
+/// Token by which an importer knows that description and binary belong together: 128 bits of FNV-1a.
 fn token(text: &str) -> String {
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
     let mut hash: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;

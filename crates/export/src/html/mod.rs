@@ -1,4 +1,4 @@
-//! A page that answers while its sliders move: one file, which asks for nothing and needs no server.
+//! A page with immediate answers to its sliders: one file, which loads nothing else and needs no server.
 
 use coldplate_runtime::Surrogate;
 
@@ -7,15 +7,15 @@ use crate::template::Filling;
 use crate::{File, json};
 
 const PAGE: &str = include_str!("page.html");
-/// The arithmetic, which tests run by itself.
+/// Arithmetic of the surrogate; tests run it alone.
 const CORE: &str = include_str!("surrogate.js");
-/// Points over every variable, as pictures.
+/// Pictures of the points over every variable.
 const PREDICTIONS: &str = include_str!("predictions.js");
-/// The machine over time, likewise.
+/// Arithmetic of the machine over time; tests run it alone.
 const IN_TIME: &str = include_str!("in_time.js");
-/// How readings follow the time, as a picture.
+/// Picture of the readings over time.
 const COURSE: &str = include_str!("course.js");
-/// Measured tables beside it.
+/// Measured tables beside the picture.
 const READINGS: &str = include_str!("readings.js");
 
 pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) -> Vec<File> {
@@ -30,7 +30,7 @@ pub(crate) fn write(surrogate: &Surrogate<'_>, content: &Content, name: &str) ->
     vec![File::new(format!("{name}.html"), filling.fill(PAGE, name).into_bytes())]
 }
 
-/// JSON in which no tag begins: names stay text, whatever they hold.
+/// JSON in which no tag begins: names stay text, whatever characters they contain.
 fn without_tags(json: &str) -> String {
     json.replace('<', "\\u003c")
 }

@@ -47,7 +47,7 @@ fn interface(content: &Content) -> String {
     text
 }
 
-/// Adds row `i` of a table that begins at `start`, times the product, to the values of its points.
+/// Adds row `i` of a table that begins at `start`, times the product, to the values of the points of the table.
 fn sums(points: &[usize], table: &str, start: usize) -> String {
     let columns = points.len();
     let line = |(column, point): (usize, &usize)| {
@@ -57,7 +57,8 @@ fn sums(points: &[usize], table: &str, start: usize) -> String {
     points.iter().enumerate().map(line).collect()
 }
 
-/// u = (g - low) * factor + offset. Where a variable has no reciprocal or logarithm, outside its range, it enters at its low end.
+/// u = (g - low) * factor + offset. A variable without reciprocal or logarithm, outside its range, enters at its low
+/// end.
 fn scalings(content: &Content) -> String {
     let mut text = String::new();
     for (place, own) in content.scalings.iter().enumerate() {
@@ -72,7 +73,7 @@ fn scalings(content: &Content) -> String {
     text
 }
 
-/// A loop for each polynomial, with its own bounds: compilers know none that depend on another loop.
+/// A loop for each polynomial, with bounds of its own: compilers do not support bounds that depend on another loop.
 fn polynomials(content: &Content) -> String {
     let (mut text, variables) = (String::new(), content.variables.len());
     let (mut terms, mut coefficients) = (0, 0);
@@ -96,7 +97,7 @@ fn polynomials(content: &Content) -> String {
     text
 }
 
-/// The same for each basis.
+/// A loop for each radial basis, with bounds of its own.
 fn bases(content: &Content) -> String {
     let (mut text, variables) = (String::new(), content.variables.len());
     let (mut centres, mut weights) = (0, 0);
@@ -152,7 +153,7 @@ fn equations(content: &Content) -> String {
     format!("    ({outputs}) = evaluate(x);\n    inside = {};\n", inside.join("\n      and "))
 }
 
-/// The outputs of `evaluate` where its values alone are wanted.
+/// The outputs of `evaluate` for callers that need its values alone.
 fn outputs(content: &Content) -> String {
     let list = if content.limits.is_empty() { "values, bands" } else { "values, bands, margins" };
     let margins = if content.limits.is_empty() { "" } else { "    Real margins[limits];\n" };
@@ -198,7 +199,7 @@ fn lists(content: &Content) -> String {
     text
 }
 
-/// Tables whose entries count from 0; the function adds one. One without entries gets a zero that nobody reads.
+/// Tables whose entries count from 0; the function adds one. An empty table gets one zero that is not read.
 fn write_tables(tables: &Tables, text: &mut String) {
     for Table { name, entries } in &tables.0 {
         let (kind, mut entries) = match entries {

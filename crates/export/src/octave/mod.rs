@@ -1,4 +1,4 @@
-//! A function file for Octave and MATLAB, and a second one for what moves.
+//! A function file for Octave and MATLAB, and a second one for the machine over time.
 
 use std::fmt::Write as _;
 
@@ -19,7 +19,7 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
     files
 }
 
-/// A second function, since a file has one that is seen from outside.
+/// The second function file: a file has only one function visible from outside.
 fn in_time(content: &Content, own: &InTime, name: &str) -> File {
     let mut filling = Filling::of(content);
     filling.block("signature", format!("function [first, values] = {name}_in_time(what, varargin)\n"));
@@ -58,7 +58,7 @@ fn time_numbers(content: &Content, own: &InTime) -> String {
     set("at_zero", matrix(own.uniform.iter().copied().take(states), 1));
     set("per_unit", matrix(own.uniform.iter().copied().skip(states), 1));
     set("steady_coefficients", matrix(own.steady_coefficients.iter().copied(), states));
-    // A row per term, the rates column by column in it.
+    // Rows: terms. The rates of a term follow column by column in its row.
     set("rates", matrix(own.rates.iter().copied(), states * states));
     let per_point = own.moving.count * states;
     for point in 0..content.points.len() {
@@ -161,12 +161,12 @@ fn numbers(content: &Content) -> String {
     text
 }
 
-/// Places counted from 1.
+/// Indices counted from 1.
 fn places(places: &[usize]) -> String {
     format!("[{}]", places.iter().map(|place| (place + 1).to_string()).collect::<Vec<_>>().join(" "))
 }
 
-/// A matrix of so many columns, a few rows to a line.
+/// A matrix with `columns` columns, a few rows to a line.
 fn matrix(values: impl Iterator<Item = f64>, columns: usize) -> String {
     let values: Vec<String> = values.map(|value| format!("{value:?}")).collect();
     if values.is_empty() {

@@ -6,7 +6,7 @@ use super::proto::{ATTRIBUTE_INT, Attribute, BOOL, DOUBLE, Dimension, Graph, INT
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Value(String);
 
-/// What an output holds.
+/// Type of the elements of an output.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Elements {
     Numbers,
@@ -24,7 +24,7 @@ impl Builder {
         self.graph
     }
 
-    /// An input of numbers, as many rows as the caller likes.
+    /// An input of numbers with any number of rows.
     pub(super) fn input(&mut self, name: &str, columns: usize, description: &str) -> Value {
         self.graph.inputs.push(information(name, &[columns], Elements::Numbers, description));
         Value(name.into())
@@ -51,7 +51,7 @@ impl Builder {
         self.numbers(&[], &[value])
     }
 
-    /// A constant list of places or lengths.
+    /// A constant list of indices or lengths.
     pub(super) fn integers(&mut self, values: &[i64]) -> Value {
         self.tensor(INT64, &[values.len()], values.iter().flat_map(|value| value.to_le_bytes()).collect())
     }
@@ -61,7 +61,7 @@ impl Builder {
         self.op_with(operator, inputs, &[])
     }
 
-    /// The same with attributes.
+    /// The result of an operation with attributes.
     pub(super) fn op_with(&mut self, operator: &str, inputs: &[&Value], attributes: &[(&str, i64)]) -> Value {
         let name = format!("{}_{}", operator.to_lowercase(), self.graph.nodes.len());
         let inputs: Vec<Value> = inputs.iter().map(|&value| value.clone()).collect();
@@ -69,14 +69,14 @@ impl Builder {
         Value(name)
     }
 
-    /// Columns of a table, by their places.
+    /// Columns of a table, by index.
     pub(super) fn columns(&mut self, table: &Value, places: &[usize]) -> Value {
         let places: Vec<i64> = places.iter().map(|place| *place as i64).collect();
         let places = self.integers(&places);
         self.op_with("Gather", &[table, &places], &[("axis", 1)])
     }
 
-    /// The same numbers with rows of this shape.
+    /// The numbers of a table with rows of another shape.
     pub(super) fn reshaped(&mut self, table: &Value, row: &[usize]) -> Value {
         let shape: Vec<i64> = std::iter::once(-1).chain(row.iter().map(|length| *length as i64)).collect();
         let shape = self.integers(&shape);
@@ -91,7 +91,7 @@ impl Builder {
         }
     }
 
-    /// The table with one more column, all of this number.
+    /// The table with one more column that repeats this number.
     pub(super) fn with_column(&mut self, table: &Value, value: f64) -> Value {
         let (pads, value) = (self.integers(&[0, 0, 0, 1]), self.number(value));
         self.op("Pad", &[table, &pads, &value])
@@ -99,7 +99,7 @@ impl Builder {
 
     fn tensor(&mut self, elements: i32, shape: &[usize], bytes: Vec<u8>) -> Value {
         let shape: Vec<i64> = shape.iter().map(|length| *length as i64).collect();
-        // One copy of what is there already.
+        // An equal constant that exists already is used again.
         if let Some(own) = self.graph.initializers.iter().find(|own| own.elements == elements && own.shape == shape && own.bytes == bytes) {
             return Value(own.name.clone());
         }

@@ -1,4 +1,4 @@
-//! An ONNX model in double precision: values, bands, whether a condition is inside, and what is left to the limits.
+//! An ONNX model in double precision: values, bands, domain flag, and margins of the limits.
 
 mod graph;
 mod proto;
@@ -11,7 +11,7 @@ use crate::{File, json};
 use graph::{Builder, Elements, Value};
 use proto::{Entry, Model, OperatorSet};
 
-/// Version of the operators, and the oldest version of the format that has it.
+/// Version of the operators, and the oldest version of the format with these operators.
 const OPSET: i64 = 17;
 const FORMAT: i64 = 8;
 
@@ -54,7 +54,7 @@ impl Writer {
                 self.total_bands(&x, slopes.as_ref(), own, &half_widths)
             }
             None => {
-                // The same in every row.
+                // Equal in every row.
                 let widths = self.graph.row(&half_widths);
                 let zeros = self.zeros_like(&values);
                 self.graph.op("Add", &[&zeros, &widths])
@@ -84,14 +84,14 @@ impl Writer {
         self.graph.finish(name)
     }
 
-    /// A column per scaling.
+    /// A table with a column per scaling.
     fn scaled(&mut self, x: &Value, scalings: &[Scaling]) -> Value {
         let count = |own: Transform| scalings.iter().any(|s| s.transform == own);
         let variables = scalings.iter().map(|s| s.variable + 1).max().unwrap_or(0);
         let all: Vec<usize> = (0..variables).collect();
         let x = self.graph.columns(x, &all);
         let mut tables = vec![x.clone()];
-        // Where the columns of each transform begin.
+        // First column of each transform.
         let mut starts = [0; 3];
         for (transform, operator) in [(Transform::Reciprocal, "Reciprocal"), (Transform::Log, "Log")] {
             if count(transform) {
@@ -110,7 +110,7 @@ impl Writer {
         self.graph.op("Add", &[&wide, &offset])
     }
 
-    /// A column per term. Where there is no term, one column of ones.
+    /// A table with a column per term; without terms, one column of ones.
     fn monomials(&mut self, scaled: &Value, scalings: &[usize], exponents: &[u8]) -> Value {
         let count = scalings.len();
         let constant = vec![0; count];
@@ -135,7 +135,7 @@ impl Writer {
                 self.graph.columns(&table, &places)
             })
             .collect();
-        // The runtime's order: the variables enter in pairs.
+        // The runtime's order of multiplication: the variables enter in pairs.
         let pairs: Vec<Value> = factors.chunks(2).map(|pair| self.product(pair)).collect();
         self.product(&pairs)
     }
@@ -183,7 +183,7 @@ impl Writer {
                 None => own,
             });
         }
-        // There is a variable, so that there is a distance.
+        // There is at least one variable, and therefore a distance.
         let square = square.unwrap_or_else(|| scaled.clone());
         let values = match own.kernel {
             Kernel::ThinPlate => {
@@ -210,7 +210,8 @@ impl Writer {
         self.graph.op("MatMul", &[&values, &weights])
     }
 
-    /// The columns of these tables, which belong to `points`, in the order of all points; zero for a point that is not there.
+    /// The columns of these tables, which belong to `points`, in the order of all points; zero for a point without a
+    /// column.
     fn in_order(&mut self, tables: &[Value], points: &[usize], count: usize) -> Value {
         let mut table = self.graph.beside(tables);
         if points.len() < count {
@@ -220,13 +221,14 @@ impl Writer {
         self.graph.columns(&table, &places)
     }
 
-    /// The slopes of every point along every parameter at each condition, (n, points, parameters); nothing without parameters.
+    /// The slopes of every point along every parameter at each condition, (n, points, parameters); `None` without
+    /// parameters.
     fn slopes(&mut self, scaled: &Value, own: &Uncertainty, points: usize) -> Option<Value> {
         if own.parameters == 0 {
             return None;
         }
         let monomials = self.monomials(scaled, &own.scalings, &own.exponents);
-        // Term by term, a column per point and parameter.
+        // Rows: terms. Columns: points and parameters.
         let table: Vec<f64> = (0..own.terms)
             .flat_map(|t| {
                 (0..points).flat_map(move |p| (0..own.parameters).map(move |k| own.slopes[(p * own.terms + t) * own.parameters + k]))
@@ -237,15 +239,15 @@ impl Writer {
         Some(self.graph.reshaped(&all, &[points, own.parameters]))
     }
 
-    /// The slopes, (n, points, parameters), times a matrix, as rows of this shape. All points of all rows are one table on the
-    /// way, since a product of three dimensions has no empty batch.
+    /// The slopes, (n, points, parameters), times a matrix, with rows of this shape. All points of all rows form one
+    /// table for the product, because a product in three dimensions allows no empty batch.
     fn by_rows(&mut self, slopes: &Value, parameters: usize, matrix: &Value, shape: &[usize]) -> Value {
         let rows = self.graph.reshaped(slopes, &[parameters]);
         let product = self.graph.op("MatMul", &[&rows, matrix]);
         self.graph.reshaped(&product, shape)
     }
 
-    /// The values with what the mean of the states adds.
+    /// The values plus the contribution of the mean of the states.
     fn shifted(&mut self, values: &Value, slopes: Option<&Value>, own: &Uncertainty, known: &Known) -> Value {
         let mut shifted = values.clone();
         if let Some(slopes) = slopes {
@@ -257,7 +259,7 @@ impl Writer {
         self.graph.op("Add", &[&shifted, &constant])
     }
 
-    /// Half widths of the bands with everything that is uncertain.
+    /// Half widths of the bands from all uncertainties.
     fn total_bands(&mut self, x: &Value, slopes: Option<&Value>, own: &Uncertainty, half_widths: &[f64]) -> Value {
         let points = half_widths.len();
         let spread = own.spread();
@@ -290,7 +292,7 @@ impl Writer {
         self.graph.op("Mul", &[&deviation, &factor])
     }
 
-    /// The variance that the distance from the measured conditions adds, as a share, (n, 1).
+    /// Relative variance added by the distance from the measured conditions, (n, 1).
     fn growth(&mut self, x: &Value, own: &Uncertainty) -> Value {
         let divisors: Vec<f64> = own.halves.iter().map(|half| if *half > 0.0 { *half } else { 1.0 }).collect();
         let counted: Vec<f64> = own.halves.iter().map(|half| f64::from(u8::from(*half > 0.0))).collect();

@@ -2,11 +2,11 @@
 
 use prost::Message;
 
-/// Types of elements.
+/// Type code of elements: booleans. DOUBLE: double precision.
 pub(super) const BOOL: i32 = 9;
 pub(super) const DOUBLE: i32 = 11;
 pub(super) const INT64: i32 = 7;
-/// Types of attributes.
+/// Type code of attributes: integers.
 pub(super) const ATTRIBUTE_INT: i32 = 2;
 
 #[derive(Clone, PartialEq, Message)]
@@ -122,7 +122,7 @@ pub(super) struct Shape {
     pub(super) dimensions: Vec<Dimension>,
 }
 
-/// One of a length and a name for a length that is open.
+/// One of a length, and a name for an open length.
 #[derive(Clone, PartialEq, Message)]
 pub(super) struct Dimension {
     #[prost(int64, optional, tag = "1")]

@@ -11,7 +11,7 @@ use crate::template::{Filling, wrapped};
 const SOURCE: &str = include_str!("surrogate.st");
 const IN_TIME: &str = include_str!("in_time.st");
 
-/// Pole of the steps, and the weights of one, two and three solves.
+/// Pole of the steps (dimensionless), and the weights of one, two and three solves: as in the runtime.
 const POLE: f64 = 0.435_866_521_508_459;
 const WEIGHTS: [f64; 3] = {
     let (first, second) = (1.0 / POLE, 0.5 / (POLE * POLE));
@@ -37,7 +37,7 @@ pub(crate) fn write(content: &Content, name: &str) -> Vec<File> {
         filling.block("time_tests", time_vectors(content, own));
         text += &filling.fill(IN_TIME, name);
     }
-    // The block itself has the name alone.
+    // The plain name belongs to the block itself.
     let text = text.replace("FUNCTION_BLOCK surrogate\n", &format!("FUNCTION_BLOCK {name}\n"));
     let text = text.replace(" : surrogate;\n", &format!(" : {name};\n"));
     vec![File::new(format!("{name}.st"), text.into_bytes())]
@@ -51,7 +51,7 @@ fn head(content: &Content, name: &str) -> String {
     text
 }
 
-/// Inputs and outputs, with what every place of an array is.
+/// Inputs and outputs, with a comment on every place of an array.
 fn interface(content: &Content, name: &str) -> String {
     let mut text = String::from("VAR_INPUT\n");
     for (place, own) in content.variables.iter().enumerate() {
@@ -87,7 +87,7 @@ fn array(name: &str, length: usize) -> String {
     format!("    {name} : ARRAY [0..{}] OF LREAL;\n", length.max(1) - 1)
 }
 
-/// Variables that the block works with.
+/// Working variables of the block.
 fn scratch(content: &Content) -> String {
     let (points, limits) = (content.points.len(), content.limits.len());
     let whole = |name: &str, length: usize| array(name, length).replace("LREAL", "DINT");
@@ -145,7 +145,8 @@ fn vectors(content: &Content) -> String {
     constants(&tables)
 }
 
-/// The constants of what moves. Weights of one, two and three solves: those that match the exponential to third order.
+/// The constants of the machine over time. The weights of one, two and three solves match the exponential to third
+/// order.
 fn time_tables(content: &Content, own: &InTime) -> String {
     let mut tables = Tables::default();
     tables.count("variables", content.variables.len());
@@ -185,10 +186,11 @@ fn time_vectors(content: &Content, own: &InTime) -> String {
     constants(&tables)
 }
 
-/// Below this, sizes are written as zero: matiec takes no literal that REAL has no number for.
+/// Size (dimensionless) below which numbers are written as zero: matiec accepts no literal smaller than the range of
+/// REAL.
 const SMALLEST: f64 = 1e-37;
 
-/// A literal of type LREAL: the standard wants a point, also before an exponent.
+/// A literal of type LREAL: the standard requires a point, also before an exponent.
 fn number(value: f64) -> String {
     let text = format!("{:?}", if value.abs() < SMALLEST { 0.0 } else { value });
     match text.split_once('e') {
@@ -198,7 +200,7 @@ fn number(value: f64) -> String {
     }
 }
 
-/// A part of constants. An array without entries gets a zero that nobody reads.
+/// A block of constants. An array without entries gets one zero that is not read.
 fn constants(tables: &Tables) -> String {
     let mut text = String::from("VAR CONSTANT\n");
     for Table { name, entries } in &tables.0 {

@@ -1,0 +1,50 @@
+//! Reading whole files.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// Most bytes read from a file that is not regular (256 MiB). Pipes and devices do not state their length. Chosen:
+/// bounds the memory taken.
+const MOST_OF_A_STREAM: u64 = 256 << 20;
+
+/// The bytes of a file.
+///
+/// # Errors
+/// The file cannot be read, or is a pipe or device that gives more than 256 MiB.
+pub fn read(path: &Path) -> Result<Vec<u8>> {
+    let failed = |e| Error::file("read", path, e);
+    let mut file = File::open(path).map_err(failed)?;
+    let about = file.metadata().map_err(failed)?;
+    let mut bytes = Vec::new();
+    if about.is_file() || about.is_dir() {
+        bytes.reserve_exact(usize::try_from(about.len()).unwrap_or(0));
+        file.read_to_end(&mut bytes).map_err(failed)?;
+        return Ok(bytes);
+    }
+    file.take(MOST_OF_A_STREAM + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MOST_OF_A_STREAM {
+        return Err(Error::input("this pipe or device gives more than 256 MiB").in_file(path).help("name a file"));
+    }
+    Ok(bytes)
+}
+
+/// Whether a regular file begins with these bytes; false for a file that cannot be read.
+pub fn begins_with(path: &Path, bytes: &[u8]) -> bool {
+    let is_regular = std::fs::metadata(path).is_ok_and(|about| about.is_file());
+    let mut found = vec![0; bytes.len()];
+    is_regular && File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == bytes
+}
+
+/// The text of a file.
+///
+/// # Errors
+/// Errors of [`read`], or the file is not UTF-8; the error names the line.
+pub fn text(path: &Path) -> Result<String> {
+    String::from_utf8(read(path)?).map_err(|e| {
+        let line = 1 + e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count();
+        Error::input("the file is not UTF-8 text").in_file(path).at_line(line).help("save it as UTF-8")
+    })
+}

@@ -1,0 +1,30 @@
+//! A joint that no heat crosses.
+
+use super::{Interface, Law, Slope, must_be_true};
+use crate::schema::{Form, Key, Reach};
+use coldplate_base::document::Section;
+use coldplate_base::error::Result;
+
+pub(super) const KEYS: &[Key] = &[Key::new("insulated", Form::True, "no heat").reaching(Reach::Contact)];
+
+/// A joint without heat flow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Insulated;
+
+pub(super) fn read(section: &Section<'_>) -> Result<Insulated> {
+    must_be_true(section, KEYS[0].name).map(|()| Insulated)
+}
+
+impl Law for Insulated {
+    fn conductance(&self, _: &Interface) -> Slope {
+        Slope::constant(0.0)
+    }
+
+    fn joins_along(&self) -> bool {
+        false
+    }
+
+    fn refusal_at_node(&self, _: bool) -> Option<&'static str> {
+        None
+    }
+}

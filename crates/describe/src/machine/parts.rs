@@ -1,0 +1,263 @@
+//! Parts: materials, shapes, surfaces, faces, and lumped nodes.
+
+use coldplate_base::formula::Formula;
+
+/// A material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// Name.
+    pub name: String,
+    /// Conductivity along the block's three axes (x, y, z or r, theta, z).
+    pub conductivity: [Property; 3],
+    /// Density, kg/m³.
+    pub density: f64,
+    /// Specific heat, J/(kg K).
+    pub specific_heat: Property,
+    /// Expansion and stiffness.
+    pub elastic: Elastic,
+    /// Source of the numbers.
+    pub source: String,
+}
+
+/// Expansion and stiffness of a material; `None` for a number that the file does not state.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Elastic {
+    /// Coefficient of linear thermal expansion, 1/K.
+    pub expansion: Option<f64>,
+    /// Young's modulus, Pa.
+    pub modulus: Option<f64>,
+    /// Poisson's ratio, from 0 to below 1/2.
+    pub poisson: Option<f64>,
+}
+
+/// A property that may depend on temperature.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Property {
+    /// One value at all temperatures.
+    Constant(f64),
+    /// Piecewise linear in (K, value), constant outside; temperatures ascend strictly.
+    Table(Vec<(f64, f64)>),
+}
+
+impl Property {
+    /// Value at `temperature` (K).
+    pub fn at(&self, temperature: f64) -> f64 {
+        self.with_slope(temperature).0
+    }
+
+    /// Value and its derivative with respect to temperature, at `temperature` (K).
+    pub fn with_slope(&self, temperature: f64) -> (f64, f64) {
+        let table = match self {
+            Self::Constant(value) => return (*value, 0.0),
+            Self::Table(table) => table,
+        };
+        let above = table.partition_point(|(t, _)| *t <= temperature);
+        if above == 0 || above == table.len() {
+            return (table[if above == 0 { 0 } else { above - 1 }].1, 0.0);
+        }
+        let ((t0, v0), (t1, v1)) = (table[above - 1], table[above]);
+        let slope = (v1 - v0) / (t1 - t0);
+        (v0 + slope * (temperature - t0), slope)
+    }
+
+    /// Integral over temperature from 300 K to `temperature` (K): of a specific heat, the enthalpy.
+    pub fn integral(&self, temperature: f64) -> f64 {
+        let table = match self {
+            Self::Constant(value) => return value * (temperature - 300.0),
+            Self::Table(table) => table,
+        };
+        let (sign, low, high) = if temperature < 300.0 { (-1.0, temperature, 300.0) } else { (1.0, 300.0, temperature) };
+        // The property is linear between the points of the table: the trapezium rule is exact between neighbouring
+        // points.
+        let mut sum = 0.0;
+        let mut last = low;
+        for next in table.iter().map(|(t, _)| *t).filter(|t| *t > low && *t < high).chain([high]) {
+            sum += 0.5 * (self.at(last) + self.at(next)) * (next - last);
+            last = next;
+        }
+        sign * sum
+    }
+
+    /// Whether the value is equal at all temperatures.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+}
+
+/// A coordinate axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Axis {
+    /// First axis.
+    X,
+    /// Second axis.
+    Y,
+    /// Third axis.
+    Z,
+}
+
+impl Axis {
+    /// Index of the axis: 0, 1 or 2.
+    pub fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// The shape of one block, placed in the machine's coordinates.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Shape {
+    /// A box between two opposite corners.
+    Box {
+        /// Corner with the smallest coordinates, m.
+        min: [f64; 3],
+        /// Corner with the largest coordinates, m.
+        max: [f64; 3],
+    },
+    /// A solid or annular cylinder, or part of a turn of one.
+    Cylinder {
+        /// Direction of the cylinder's axis.
+        axis: Axis,
+        /// Centre of the end face with the smaller axial coordinate, m.
+        base: [f64; 3],
+        /// Length along the axis, m.
+        length: f64,
+        /// Inner radius, m (0 for solid).
+        inner: f64,
+        /// Outer radius, m.
+        outer: f64,
+        /// First and last angle, rad; a full turn is (0, 2 pi). Angles are measured from the next axis in cyclic order
+        /// (axis z: from x towards y; axis x: from y towards z; axis y: from z towards x).
+        turn: (f64, f64),
+    },
+    /// A ball or a spherical shell, whose temperature depends on the radius alone.
+    Sphere {
+        /// Centre, m.
+        centre: [f64; 3],
+        /// Inner radius, m (0 for solid).
+        inner: f64,
+        /// Outer radius, m.
+        outer: f64,
+    },
+}
+
+/// One block of a part.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Block {
+    /// Shape and place of the block.
+    pub shape: Shape,
+    /// Fixed cell counts along the block's three axes; `None` lets the mesh choose.
+    pub cells: [Option<usize>; 3],
+}
+
+/// A volume of an imported mesh, placed in the machine.
+#[derive(Debug, Clone)]
+pub struct Import {
+    /// The mesh file, as written.
+    pub file: String,
+    /// The volume in its own coordinates, m.
+    pub body: std::sync::Arc<crate::gmsh::Body>,
+    /// Place of the mesh's origin in the machine, m.
+    pub at: [f64; 3],
+}
+
+/// A part of one material: one or several blocks, or a volume of an imported mesh. Touching blocks of one part are one
+/// piece.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// Name.
+    pub name: String,
+    /// Index into [`Machine::materials`](super::Machine::materials).
+    pub material: usize,
+    /// Blocks of the part; none for an imported mesh.
+    pub blocks: Vec<Block>,
+    /// The volume of an imported mesh, if the part is one.
+    pub import: Option<Import>,
+    /// Ratio of this part's cell size to the machine's (dimensionless): 1 is equal, 0.5 is half.
+    pub element_scale: f64,
+    /// Radiation of the part's outer surface to the chamber.
+    pub surface: Surface,
+    /// Temperature at the start of a schedule or log, K, where the file states one.
+    pub start: Option<Formula>,
+    /// Area that the user states for the part's heat-transfer face, m²; compared with the true contact area.
+    pub stated_flux_area: Option<f64>,
+}
+
+/// Radiation of a part's exposed faces.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// Emissivity of the surface, or the effective emissivity if `effective`.
+    pub emissivity: f64,
+    /// Whether `emissivity` is used directly, not through the enclosure formula.
+    pub effective: bool,
+    /// Total radiating area, m², to which the exposed faces are scaled; `None` takes the area of the exposed faces.
+    pub area: Option<f64>,
+    /// Faces that do not see the chamber.
+    pub excluded: Vec<Face>,
+}
+
+/// A side of a block. For boxes: the six sides. For cylinders: two ends, inner, outer, two cuts. For spheres: inner and
+/// outer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// Box: x low. Cylinder and sphere: inner radius.
+    Low0,
+    /// Box: x high. Cylinder and sphere: outer radius.
+    High0,
+    /// Box: y low. Cylinder: first angle.
+    Low1,
+    /// Box: y high. Cylinder: last angle.
+    High1,
+    /// Box: z low. Cylinder: end with the smaller axial coordinate.
+    Low2,
+    /// Box: z high. Cylinder: end with the larger axial coordinate.
+    High2,
+}
+
+impl Side {
+    /// All six sides.
+    pub const ALL: [Side; 6] = [Side::Low0, Side::High0, Side::Low1, Side::High1, Side::Low2, Side::High2];
+
+    /// Local axis 0, 1 or 2 that the side is normal to.
+    pub fn axis(self) -> usize {
+        self as usize / 2
+    }
+
+    /// Whether the side is at the larger coordinate.
+    pub fn is_high(self) -> bool {
+        self as usize % 2 == 1
+    }
+}
+
+/// A side of a part: of one block, or of every block with this side on the outside. For an imported part: one of its
+/// named surfaces, or its whole boundary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Face {
+    /// Index into [`Machine::parts`](super::Machine::parts).
+    pub part: usize,
+    /// Index into that part's blocks; `None` means every block. For an imported part: index into
+    /// [`crate::gmsh::Body::surfaces`]; `None` means the whole boundary.
+    pub block: Option<usize>,
+    /// The side; without meaning for an imported part.
+    pub side: Side,
+}
+
+impl Face {
+    /// Whether a face of one block is this face or belongs to it.
+    pub fn covers(self, face: Face) -> bool {
+        self.part == face.part && self.side == face.side && self.block.is_none_or(|b| Some(b) == face.block)
+    }
+}
+
+/// A node with one temperature, written by hand.
+#[derive(Debug, Clone)]
+pub struct LumpedNode {
+    /// Name.
+    pub name: String,
+    /// Heat capacity, J/K (0 for an arithmetic node).
+    pub capacity: f64,
+    /// Fixed temperature, K, for a boundary node.
+    pub fixed: Option<Formula>,
+    /// Emissivity, whether effective, and area (m²) radiating to the chamber.
+    pub radiation: Option<(f64, bool, f64)>,
+    /// Temperature at the start of a schedule or log, K, where the file states one.
+    pub start: Option<Formula>,
+}

@@ -1,0 +1,81 @@
+//! Heat sources: heated places, power, and distribution of the power in space.
+
+use super::condition::Symbols;
+use super::names::Index;
+use super::shape::volume;
+use super::variables::formula;
+use super::{HeatedPlace, Part, Place, Source, SourceLaw};
+use coldplate_base::document::{Section, Value};
+use coldplate_base::error::Result;
+use coldplate_base::formula::{Formula, Names};
+use coldplate_base::units::Dimension;
+
+/// Names of the coordinates in a distribution.
+const COORDINATES: [&str; 3] = ["x_mm", "y_mm", "z_mm"];
+
+/// Reads `[source.NAME]`.
+pub(super) fn sources(root: &Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Vec<Source>> {
+    root.sections("source")?.into_iter().map(|(name, section)| source(name, section, index, symbols)).collect()
+}
+
+fn source(name: String, section: Section<'_>, index: &Index<'_>, symbols: &Symbols) -> Result<Source> {
+    let value = section.value("in")?;
+    let values = if value.is_text() { vec![value.clone()] } else { value.list()? };
+    let mut places: Vec<HeatedPlace> = Vec::new();
+    for value in &values {
+        let heated = index.heated(value)?;
+        if places.iter().any(|known| known.holds(heated) || heated.holds(*known)) {
+            return Err(value.error("this place is named twice").help("name it once; the power is shared by volume or area"));
+        }
+        places.push(heated);
+    }
+    if places.is_empty() {
+        return Err(value.error("the source heats nothing").help("write in = [\"motor\"]"));
+    }
+    let (power, volume) = match section.one_of(&["power", "power_density"])? {
+        Some("power_density") => {
+            let volume = places.iter().map(|heated| volume_of(&section, *heated, index.parts)).sum::<Result<f64>>()?;
+            (formula(&section.value("power_density")?, Dimension::POWER_DENSITY, symbols)?, Some(volume))
+        }
+        Some(key) => (formula(&section.value(key)?, Dimension::POWER, symbols)?, None),
+        None => {
+            return Err(section
+                .error("the source states no heat")
+                .help("give power = \"40 W\", or power_density = \"2e5 W/m3\"; both may be formulas"));
+        }
+    };
+    let distribution = section.opt("distribution").map(|value| distribution(&value, &places, volume.is_some())).transpose()?;
+    let law = SourceLaw::read(&section)?;
+    section.finish()?;
+    Ok(Source { name, places, power, volume, distribution, law })
+}
+
+/// A formula of the coordinates in a part, by which a total power is distributed.
+fn distribution(value: &Value<'_>, places: &[HeatedPlace], is_density: bool) -> Result<Formula> {
+    if is_density {
+        return Err(value.error("a distribution shares a total").help("give power = \"...\" instead of power_density"));
+    }
+    if places.iter().any(|heated| matches!(heated.place, Place::Node(_))) {
+        return Err(value.error("a lumped node has no places within it").help("take the node out of this source"));
+    }
+    let mut names = Names::default();
+    for name in COORDINATES {
+        names.add(name)?;
+    }
+    Formula::parse(&value.text()?, Dimension::NUMBER, None, &names, value.error("").location().clone()).map_err(|e| value.place(e))
+}
+
+/// Volume of a heated body, m³.
+fn volume_of(section: &Section<'_>, heated: HeatedPlace, parts: &[Part]) -> Result<f64> {
+    let Place::Part(part) = heated.place else {
+        return Err(section
+            .error_at("power_density", "faces and lumped nodes have no volume")
+            .help("give power = \"...\" for these, or name parts and blocks alone"));
+    };
+    let part = &parts[part];
+    Ok(match (&part.import, heated.block) {
+        (Some(import), _) => (0..import.body.tetrahedra.len()).map(|t| import.body.volume(t)).sum(),
+        (None, Some(block)) => volume(&part.blocks[block].shape),
+        (None, None) => part.blocks.iter().map(|block| volume(&block.shape)).sum(),
+    })
+}

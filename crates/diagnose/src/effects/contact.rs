@@ -1,0 +1,102 @@
+//! Contacts between parts: better or worse than stated, or changing with their temperature.
+
+use super::file::{temperature_table, text};
+use super::words::Quantity;
+use super::{Family, Hypothesis, Law, Linearised, Lines, MachineEdit, Site, Told};
+use coldplate_base::error::Result;
+use coldplate_base::document::{Leaf, quoted};
+use coldplate_solve::sensitivity::{Disturbance, Study};
+use coldplate_base::units;
+
+/// Temperature at which a drifting contact conducts as stated, K.
+const REFERENCE: f64 = 293.15;
+/// Kelvin over which it changes by its amplitude.
+const DRIFT: f64 = 10.0;
+
+/// Conductance of a contact, logarithm.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Contact(pub usize);
+
+/// Key of a contact's number.
+fn key(study: &Study, name: &str) -> Option<String> {
+    ["conductance", "total_conductance"]
+        .iter()
+        .map(|law| format!("contact.{}.{law}", quoted(name)))
+        .find(|key| matches!(study.document().leaf(key), Ok(Some(Leaf::Text(_)))))
+}
+
+impl Contact {
+    /// Contacts with a conductance that a factor can be put on.
+    pub(super) fn scalable(study: &Study) -> Vec<Self> {
+        let network = &study.model.network;
+        let can = |name: &str| network.contacts.iter().any(|g| g.name == name) && key(study, name).is_some();
+        let contacts = study.model.machine.contacts.iter().enumerate();
+        contacts.filter(|(_, contact)| can(&contact.name)).map(|(c, _)| Self(c)).collect()
+    }
+}
+
+impl Family for Contact {
+    fn candidates(site: &Site<'_>) -> Vec<Hypothesis> {
+        let mut found = Vec::new();
+        for own in Self::scalable(site.study) {
+            let contact = &site.machine.contacts[own.0];
+            let constant = Hypothesis::signed(own, &contact.name, site.part_names(&contact.between), 0.7, "ln");
+            let drift = Hypothesis { scale: 0.3, unit: "ln per 10 K", law: Law::Temperature, ..constant.clone() };
+            found.extend([constant, drift]);
+        }
+        found
+    }
+
+    fn kind(&self) -> &'static str {
+        "contact conductance"
+    }
+
+    fn lines(&self, edit: &MachineEdit<'_>) -> Result<Lines> {
+        let name = &edit.machine().contacts[self.0].name;
+        let Some(key) = key(edit.study, name) else { return Ok(None) };
+        if let Some(law) = edit.when() {
+            let key = format!("contact.{}.factor", quoted(name));
+            let own = match edit.study.document().leaf(&key)? {
+                Some(Leaf::Text(own)) => format!("({own}) * "),
+                Some(own) => format!("({}) * ", own.to_toml()),
+                None => String::new(),
+            };
+            return Ok(Some(vec![(key, text(format!("{own}exp(({:?}) * ({law}))", edit.amplitude)))]));
+        }
+        if !edit.hypothesis.is_drift() {
+            return edit.scaled(&key, edit.amplitude.exp());
+        }
+        // A table takes the place of the number; the total conductance would need its area.
+        if key.ends_with("total_conductance") {
+            return Ok(None);
+        }
+        let parameter = edit.study.parameter(&key)?;
+        let stated = units::express(parameter.value, "W/(m2 K)", parameter.dimension)?;
+        let table = format!("contact.{}", quoted(name));
+        let Some(Leaf::Table(entries)) = edit.study.document().leaf(&table)? else { return Ok(None) };
+        let kept = entries.iter().filter(|(k, _)| k != "conductance").map(|(k, v)| format!("{k} = {}", v.to_toml()));
+        let drifting = temperature_table(|t| stated * (edit.amplitude * (t - REFERENCE) / DRIFT).exp());
+        let all: Vec<String> = kept.chain([drifting]).collect();
+        Ok(Some(vec![(table, format!("{{ {} }}", all.join(", ")))]))
+    }
+
+    fn disturbance(&self, at: &Linearised<'_, '_>) -> Option<Disturbance> {
+        let name = &at.machine().contacts[self.0].name;
+        Some(at.screen.contact_by(name, |mean| if at.is_drift { (mean - REFERENCE) / DRIFT } else { 1.0 }))
+    }
+
+    fn says_when(&self) -> bool {
+        true
+    }
+
+    fn quantity(&self, law: Law) -> Quantity {
+        Quantity::factor(if law == Law::Temperature { "factor_per_10_K" } else { "factor" })
+    }
+
+    fn sentence(&self, told: &Told<'_>) -> String {
+        if !told.hypothesis.is_drift() {
+            return format!("the contact {} conducts {} times what the model has{}", told.place(), told.range(""), told.law());
+        }
+        format!("the contact {} changes with its temperature: {} times per 10 K", told.place(), told.range(""))
+    }
+}

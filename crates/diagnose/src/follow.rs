@@ -1,0 +1,293 @@
+//! What each hypothesis does to logs to first order, followed in the few unknowns that the sensors can see.
+//!
+//! The machine is linearised at moments of its own histories, between which these run about straight, and projected ([`Basis`]); there
+//! every hypothesis costs a few small products per step. The histories, the space and the projected derivatives are the machine's: they
+//! serve every further set of hypotheses about it ([`Linear`]).
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::effects::{Change, Disturbances, EffectDerivatives, Hypothesis, Law, Scales, UserKind};
+use coldplate_base::error::Result;
+use coldplate_describe::machine::Condition;
+use coldplate_evidence::identify::{self, Runs, own_key};
+use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_explore::simulate::Start;
+use coldplate_solve::sensitivity::{Basis, Course, Derivatives, Disturbance, Moment, Parameter, Study, Variation};
+
+/// Disturbances followed at a time.
+const TOGETHER: usize = 32;
+
+/// A machine linearised along its logs.
+#[derive(Debug)]
+pub struct Linear {
+    /// Of every reading, K.
+    pub values: Vec<f64>,
+    /// Of every test.
+    histories: Vec<Vec<Moment>>,
+    basis: Basis,
+    /// The derivative of the residual, projected, at each moment of each history.
+    matrices: Vec<Vec<DMatrix<f64>>>,
+}
+
+impl Linear {
+    /// About the histories of a machine through the tests of some data, run to an error in each time step, K.
+    ///
+    /// # Errors
+    /// The machine cannot be run through the data's conditions; it has no path to any given temperature, or its sensors read inlets alone.
+    pub fn new(study: &Study, data: &Data, Runs { start, tolerance }: Runs) -> Result<Self> {
+        let (values, histories) = identify::histories(study, data, start, tolerance)?;
+        let basis = Basis::new(study, &data.sensors, &histories.iter().flatten().collect::<Vec<_>>(), rates(data))?;
+        let of = |moment: &Moment| Ok(basis.matrix(&Derivatives::at(study, &moment.condition, &moment.temperatures)?));
+        let matrices = histories.iter().map(|moments| moments.par_iter().map(of).collect()).collect::<Result<_>>()?;
+        Ok(Self { values, histories, basis, matrices })
+    }
+}
+
+/// What hypotheses are followed with.
+pub struct Follower<'a> {
+    /// The machine.
+    pub study: &'a Study,
+    /// Its logs.
+    pub data: &'a Data,
+    /// How they are run.
+    pub runs: Runs,
+    /// Where laws are one.
+    pub scales: &'a Scales,
+    /// The user's kinds.
+    pub user: &'a [UserKind],
+    /// The machine linearised along them.
+    pub linear: &'a Arc<Linear>,
+}
+
+/// What was followed, reading by reading.
+pub struct Followed {
+    /// Per unit of each hypothesis; `None` for what acts on no node.
+    pub columns: Vec<Option<Vec<f64>>>,
+    /// Rows of slopes along the uncertain parameters, and along the condition variables.
+    pub slopes: Vec<Vec<f64>>,
+    /// The same along the condition variables.
+    pub conditions: Vec<Vec<f64>>,
+}
+
+/// What acts at a moment: what each effect and then each parameter does; `None` for what acts on no node.
+struct Acting {
+    disturbances: Vec<Option<Projected>>,
+}
+
+/// A change of the residual, projected, and what reaches the sensors of the data at once, K.
+struct Projected {
+    residual: DVector<f64>,
+    direct: Vec<f64>,
+}
+
+/// An instant at which laws are looked at: a moment of the history, or one between it and the next.
+struct Instant {
+    time: f64,
+    condition: Condition,
+    moment: usize,
+    /// How far it is on the way to the next moment.
+    share: f64,
+}
+
+impl Follower<'_> {
+    /// Follows hypotheses and parameters.
+    ///
+    /// # Errors
+    /// A derivative cannot be taken.
+    pub fn follow(&self, uncertain: &[Parameter], hypotheses: &[Hypothesis]) -> Result<Followed> {
+        let (study, data) = (self.study, self.data);
+        let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
+        let variations: Vec<Variation> = uncertain.iter().chain(&variables).map(|p| study.variation(p)).collect::<Result<_>>()?;
+        let derivatives = EffectDerivatives::new(study, hypotheses, self.user);
+        let of_hypothesis = |h: &Hypothesis| (derivatives.position(h).unwrap_or(usize::MAX), h.law);
+        let of_parameter = |p: usize| (derivatives.count() + p, Law::Constant);
+        let wanted: Vec<(usize, Law)> = hypotheses.iter().map(of_hypothesis).chain((0..variations.len()).map(of_parameter)).collect();
+        let turns = self.scales.turns(hypotheses.iter().map(|h| h.law));
+        let count = data.count();
+        let mut columns: Vec<Option<Vec<f64>>> = vec![None; wanted.len()];
+        for (t, test) in data.tests().iter().enumerate() {
+            let acting = |moment: &Moment| self.acting(moment, &derivatives, &variations);
+            let acting: Vec<Acting> = self.linear.histories[t].par_iter().map(acting).collect::<Result<_>>()?;
+            for (column, found) in
+                columns.iter_mut().zip(self.of_test(t, test, &instants(&self.linear.histories[t], &turns), &acting, &wanted))
+            {
+                let Some(found) = found.map(|found| self.shown(found)) else { continue };
+                let column = column.get_or_insert_with(|| vec![0.0; count]);
+                found.into_iter().for_each(|(i, value)| column[i] = value);
+            }
+        }
+        let mut along = columns.split_off(hypotheses.len());
+        for (column, variation) in along.iter_mut().zip(&variations) {
+            if own_key(&variation.parameter, data).is_some() {
+                *column = Some(self.own(&variation.parameter)?);
+            }
+        }
+        let rows = |which: std::ops::Range<usize>| -> Vec<Vec<f64>> {
+            (0..count).map(|i| which.clone().map(|p| along[p].as_ref().map_or(0.0, |column| column[i])).collect()).collect()
+        };
+        Ok(Followed { columns, slopes: rows(0..uncertain.len()), conditions: rows(uncertain.len()..along.len()) })
+    }
+
+    /// What effects and parameters do at a moment.
+    fn acting(&self, moment: &Moment, derivatives: &EffectDerivatives<'_>, variations: &[Variation]) -> Result<Acting> {
+        let (study, sensors, basis) = (self.study, &self.data.sensors, &self.linear.basis);
+        let at = Derivatives::at(study, &moment.condition, &moment.temperatures)?;
+        let project = |rows: &[(u32, f64)]| basis.project(rows.iter().map(|(n, r)| (*n as usize, *r)));
+        let Disturbances { effects, shared } = derivatives.disturbances(&at, &at.screen());
+        let shared: Vec<DVector<f64>> = shared.iter().map(|field| project(field)).collect();
+        let of_effect = |effect: Option<Change>| -> Option<Projected> {
+            Some(match effect? {
+                Change::Own(own) => {
+                    // Through the temperatures it goes later; at once it changes what sensors in inlets read.
+                    let direct = |s: &usize| Disturbance::direct(&own, study.model.network.sensors[*s].inlet);
+                    Projected { residual: project(&own.rows), direct: sensors.iter().map(direct).collect() }
+                }
+                Change::Shared(terms) => {
+                    let mut residual = DVector::zeros(basis.size());
+                    terms.iter().for_each(|(field, coefficient)| residual.axpy(*coefficient, &shared[*field], 1.0));
+                    Projected { residual, direct: vec![0.0; sensors.len()] }
+                }
+            })
+        };
+        let along = |variation: &Variation| -> Result<Option<Projected>> {
+            let partial = at.partial_of(variation)?;
+            let rows = partial.residual.iter().copied().enumerate().filter(|(_, r)| *r != 0.0);
+            Ok(Some(Projected { residual: basis.project(rows), direct: sensors.iter().map(|s| partial.readings[*s]).collect() }))
+        };
+        let effects = effects.into_iter().map(|effect| Ok(of_effect(effect)));
+        Ok(Acting { disturbances: effects.chain(variations.iter().map(along)).collect::<Result<_>>()? })
+    }
+
+    /// What the sensors show of a change of the temperatures of their places in one test; a place among all readings, and K.
+    fn shown(&self, mut found: Vec<(usize, f64)>) -> Vec<(usize, f64)> {
+        let machine = &self.study.model.machine;
+        let places = whiten::places(self.data);
+        for (k, sensor) in self.data.sensors.iter().enumerate() {
+            let response = machine.sensors[*sensor].shows;
+            if response.lag == 0.0 && response.gain == 1.0 {
+                continue;
+            }
+            let own: Vec<usize> = (0..found.len()).filter(|n| places[found[*n].0].1 == k).collect();
+            let times: Vec<f64> = own.iter().map(|n| self.data.rows[places[found[*n].0].0].time.unwrap_or(0.0)).collect();
+            let changes: Vec<f64> = own.iter().map(|n| found[*n].1).collect();
+            own.iter().zip(response.course_of_change(&times, &changes)).for_each(|(n, shown)| found[*n].1 = shown);
+        }
+        found
+    }
+
+    /// The slope of all readings along a number of a sensor's own.
+    fn own(&self, parameter: &Parameter) -> Result<Vec<f64>> {
+        let found = identify::predict_within(self.study, self.data, std::slice::from_ref(parameter), self.runs.start, self.runs.tolerance)?;
+        Ok(found.slopes.into_iter().map(|row| row[0]).collect())
+    }
+
+    /// What disturbances under their laws do to the readings of one test: where each stands among all readings, and K per unit.
+    fn of_test(
+        &self,
+        t: usize,
+        test: &str,
+        instants: &[Instant],
+        acting: &[Acting],
+        wanted: &[(usize, Law)],
+    ) -> Vec<Option<Vec<(usize, f64)>>> {
+        let (data, moments) = (self.data, &self.linear.histories[t]);
+        let matrices: Vec<(f64, DMatrix<f64>)> = instants.iter().map(|i| (i.time, i.between(&self.linear.matrices[t]))).collect();
+        let course = Course::new(&self.linear.basis, &matrices, self.runs.start == Start::Steady);
+        let rows: Vec<usize> = (0..data.rows.len()).filter(|r| data.rows[*r].test == test).collect();
+        let times: Vec<f64> = rows.iter().map(|r| data.rows[*r].time.unwrap_or(0.0)).collect();
+        let nearest = |time: &f64| -> usize {
+            let apart = |a: &usize, b: &usize| (moments[*a].time - time).abs().total_cmp(&(moments[*b].time - time).abs());
+            (0..moments.len()).min_by(apart).unwrap_or(0)
+        };
+        let nearest: Vec<usize> = times.iter().map(nearest).collect();
+        // Row of the test, sensor of the data, place among all readings.
+        let mut readings: Vec<(usize, usize, usize)> = Vec::new();
+        for (i, (r, k)) in whiten::places(data).into_iter().enumerate() {
+            if let Ok(row) = rows.binary_search(&r) {
+                readings.push((row, k, i));
+            }
+        }
+        let of = |moment: usize, d: usize| acting[moment].disturbances.get(d).and_then(Option::as_ref);
+        let is_known = |(d, _): &(usize, Law)| (0..acting.len()).all(|moment| of(moment, *d).is_some());
+        let forced = |instant: &Instant, known: &[(usize, Law)]| {
+            let column = |(d, law): &(usize, Law)| -> Option<DVector<f64>> {
+                let mut column = &of(instant.moment, *d)?.residual * (1.0 - instant.share);
+                if instant.share > 0.0 {
+                    column.axpy(instant.share, &of(instant.moment + 1, *d)?.residual, 1.0);
+                }
+                Some(column * self.scales.factor(*law, &instant.condition))
+            };
+            DMatrix::from_columns(&known.iter().filter_map(column).collect::<Vec<_>>())
+        };
+        // Forwards with every disturbance, or back from every reading: whichever are fewer.
+        let answers = (wanted.len() > times.len() * data.sensors.len()).then(|| course.answers(instants.len(), &times));
+        let values_of = |known: &[(usize, Law)]| -> Vec<Vec<f64>> {
+            let Some(answers) = &answers else {
+                return course.readings(&instants.iter().map(|instant| forced(instant, known)).collect::<Vec<_>>(), &times);
+            };
+            let mut sum = DMatrix::zeros(times.len() * data.sensors.len(), known.len());
+            instants.iter().zip(answers).for_each(|(instant, answer)| sum.gemm(1.0, answer, &forced(instant, known), 1.0));
+            sum.column_iter().map(|column| column.iter().copied().collect()).collect()
+        };
+        let followed = |some: &[(usize, Law)]| -> Vec<Option<Vec<(usize, f64)>>> {
+            let known: Vec<(usize, Law)> = some.iter().copied().filter(is_known).collect();
+            if known.is_empty() {
+                return vec![None; some.len()];
+            }
+            let mut values = values_of(&known).into_iter();
+            let read = |wanted: &(usize, Law)| -> Option<Vec<(usize, f64)>> {
+                let (d, law) = *wanted;
+                let values = if is_known(wanted) { values.next()? } else { return None };
+                let value = |(row, k, i): &(usize, usize, usize)| {
+                    let direct = of(nearest[*row], d).map_or(0.0, |d| d.direct[*k]);
+                    (*i, values[row * data.sensors.len() + k] + direct * self.scales.factor(law, &data.rows[rows[*row]].condition))
+                };
+                Some(readings.iter().map(value).collect())
+            };
+            some.iter().map(read).collect()
+        };
+        wanted.par_chunks(TOGETHER).flat_map(followed).collect()
+    }
+}
+
+impl Instant {
+    /// What holds between moments.
+    fn between(&self, of_moments: &[DMatrix<f64>]) -> DMatrix<f64> {
+        let own = &of_moments[self.moment];
+        if self.share > 0.0 { own * (1.0 - self.share) + &of_moments[self.moment + 1] * self.share } else { own.clone() }
+    }
+}
+
+/// The moments of a history, and given times (s, rising) between them, where laws of the time turn.
+fn instants(moments: &[Moment], turns: &[f64]) -> Vec<Instant> {
+    let of = |(moment, m): (usize, &Moment)| Instant { time: m.time, condition: m.condition.clone(), moment, share: 0.0 };
+    let mut found: Vec<Instant> = moments.iter().enumerate().map(of).collect();
+    for time in turns {
+        let later = moments.partition_point(|m| m.time < *time);
+        let (Some(before), Some(after)) = (later.checked_sub(1).map(|i| &moments[i]), moments.get(later)) else { continue };
+        if after.time <= *time {
+            continue;
+        }
+        let share = (time - before.time) / (after.time - before.time);
+        let condition = before.condition.si().iter().zip(after.condition.si()).map(|(a, b)| a + share * (b - a)).collect();
+        let place = found.partition_point(|i| i.time <= *time);
+        found.insert(place, Instant { time: *time, condition: Condition::from_si(condition), moment: later - 1, share });
+    }
+    found
+}
+
+/// The rates that logs can show, 1/s: from the longest test's to that of half their usual distance between rows.
+fn rates(data: &Data) -> (f64, f64) {
+    let (mut longest, mut gaps) = (0.0f64, Vec::new());
+    for test in data.tests() {
+        let times: Vec<f64> = data.rows.iter().filter(|row| row.test == test).filter_map(|row| row.time).collect();
+        longest = longest.max(times.last().copied().unwrap_or(0.0) - times.first().copied().unwrap_or(0.0));
+        gaps.extend(times.windows(2).map(|pair| pair[1] - pair[0]).filter(|gap| *gap > 0.0));
+    }
+    gaps.sort_by(f64::total_cmp);
+    let usual = gaps.get(gaps.len() / 2).copied().unwrap_or(longest);
+    (1.0 / longest.max(1e-3), 2.0 / usual.clamp(1e-3, longest.max(1e-3)))
+}

@@ -1,0 +1,129 @@
+//! What each hypothesis would do to every reading, to first order.
+//!
+//! In steady state one adjoint field per reading gives every source, leak and link at once: the signature of a
+//! hypothesis is a scalar product. Logs are in [`super::history`].
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::effects::{Change, Disturbances, EffectDerivatives, Hypothesis, Scales, Shares, UserKind};
+use super::follow::Linear;
+use coldplate_base::error::Result;
+use coldplate_describe::machine::SensorResponse;
+use coldplate_evidence::identify::{Prediction, conditions, own_key, states};
+use coldplate_evidence::measurement::{Data, whiten};
+use coldplate_solve::sensitivity::{Adjoint, Derivatives, Parameter, Study, Tables, Target};
+
+/// Relative residual of adjoint fields: causes are compared, and what is named is fitted.
+const ADJOINT: f64 = 1e-9;
+/// The same where only the covariance is made of them.
+const ROUGH: f64 = 1e-6;
+
+/// The machine as it is beside the data, and the slope of every hypothesis.
+#[derive(Debug, Clone)]
+pub struct Signatures {
+    /// Readings less predictions, K.
+    pub residual: Vec<f64>,
+    /// Predictions of the machine as it is, and their slopes with respect to uncertain parameters and conditions.
+    pub prediction: Prediction,
+    /// Temperatures of all nodes at each distinct condition, K; none of logs.
+    pub fields: Vec<Vec<f64>>,
+    /// One column per hypothesis, K per unit of its amplitude; zeros where it does nothing.
+    pub columns: Vec<Vec<f64>>,
+    /// The machine linearised along the logs, where it was.
+    pub linear: Option<Arc<Linear>>,
+}
+
+pub(super) fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a - b).collect()
+}
+
+/// Signatures in steady state, from the temperatures `near` of a machine much like this one, where there are any.
+///
+/// # Errors
+/// The machine as it is cannot be solved at the data's conditions.
+pub fn steady(
+    study: &Study,
+    data: &Data,
+    uncertain: &[Parameter],
+    hypotheses: &[Hypothesis],
+    (scales, user): (&Scales, &[UserKind]),
+    near: Option<&[Vec<f64>]>,
+) -> Result<Signatures> {
+    let (distinct, index) = conditions(data);
+    let states = states(study, &distinct, near.unwrap_or(&[]))?;
+    // Beside a machine much like it only what is uncertain is asked for: how large it is, not which cause it is.
+    let aim = if near.is_some() && study.tables == Tables::Reduced { ROUGH } else { ADJOINT };
+    let variables = study.model.machine.variables.iter().map(|v| study.parameter(&v.name)).collect::<Result<Vec<_>>>()?;
+    let wanted: Vec<_> = uncertain.iter().chain(&variables).cloned().collect();
+    let derivatives = EffectDerivatives::new(study, hypotheses, user);
+    let responses: Vec<SensorResponse> = data.sensors.iter().map(|s| study.model.machine.sensors[*s].shows).collect();
+    struct At {
+        values: Vec<f64>,
+        slopes: Vec<Vec<f64>>,
+        effects: Vec<Vec<f64>>,
+    }
+    let of = |at: &Derivatives<'_>| -> Result<At> {
+        let adjoints: Vec<Adjoint> = data.sensors.par_iter().map(|s| at.adjoint_within(Target::Sensor(*s), aim)).collect::<Result<_>>()?;
+        let mut slopes = wanted
+            .iter()
+            .map(|p| {
+                let partial = at.partial(p)?;
+                Ok(adjoints.iter().map(|adjoint| at.against(adjoint, &partial)).collect())
+            })
+            .collect::<Result<Vec<Vec<f64>>>>()?;
+        let screen = at.screen();
+        let network = &study.model.network;
+        let inlet = |k: usize| network.sensors[data.sensors[k]].inlet;
+        let Disturbances { effects, shared } = derivatives.disturbances(at, &screen);
+        let of_shared = |field: &Shares| -> Vec<f64> {
+            adjoints.iter().map(|adjoint| -field.iter().map(|(node, heat)| adjoint.field[*node as usize] * heat).sum::<f64>()).collect()
+        };
+        let shared: Vec<Vec<f64>> = shared.par_iter().map(of_shared).collect();
+        let on_all = |effect: Option<Change>| -> Vec<f64> {
+            let on = |(k, adjoint): (usize, &Adjoint)| match &effect {
+                Some(Change::Own(own)) => own.on(&adjoint.field, inlet(k)),
+                Some(Change::Shared(terms)) => terms.iter().map(|(field, coefficient)| coefficient * shared[*field][k]).sum(),
+                None => 0.0,
+            };
+            adjoints.iter().enumerate().map(on).collect()
+        };
+        let effects = effects.into_par_iter().map(on_all).collect();
+        let read = |s: &usize| network.sensors[*s].read(&at.state.solution.temperatures, &at.state.load);
+        let temperatures: Vec<f64> = data.sensors.iter().map(read).collect();
+        // What the sensors make of all that.
+        let mut effects: Vec<Vec<f64>> = effects;
+        for rows in [&mut slopes, &mut effects] {
+            rows.iter_mut().for_each(|row| row.iter_mut().zip(&responses).for_each(|(slope, r)| *slope *= r.gain));
+        }
+        for (row, p) in slopes.iter_mut().zip(&wanted) {
+            if let Some((k, key)) = own_key(p, data) {
+                row[k] += SensorResponse::slope(&key, temperatures[k]).unwrap_or(0.0);
+            }
+        }
+        let values = responses.iter().zip(temperatures).map(|(r, t)| r.settled(t)).collect();
+        Ok(At { values, slopes, effects })
+    };
+    let all: Vec<At> = states.par_iter().map(of).collect::<Result<_>>()?;
+    let places = whiten::places(data);
+    let p = uncertain.len();
+    let pick = |which: std::ops::Range<usize>| -> Vec<Vec<f64>> {
+        places.iter().map(|(r, k)| which.clone().map(|w| all[index[*r]].slopes[w][*k]).collect()).collect()
+    };
+    let prediction = Prediction {
+        values: places.iter().map(|(r, k)| all[index[*r]].values[*k]).collect(),
+        slopes: pick(0..p),
+        conditions: pick(p..wanted.len()),
+    };
+    let column = |h: &Hypothesis| -> Vec<f64> {
+        if h.is_sensor() {
+            return difference(&h.read(data, &prediction.values, 1.0), &prediction.values);
+        }
+        let Some(at) = derivatives.position(h) else { return vec![0.0; places.len()] };
+        places.iter().map(|(r, k)| all[index[*r]].effects[at][*k] * scales.factor(h.law, &data.rows[*r].condition)).collect()
+    };
+    let columns = hypotheses.par_iter().map(column).collect();
+    let fields = states.iter().map(|at| at.state.solution.temperatures.clone()).collect();
+    Ok(Signatures { residual: difference(&whiten::readings(data), &prediction.values), prediction, fields, columns, linear: None })
+}

@@ -1,0 +1,430 @@
+//! Levenberg and Marquardt's method on the whitened misfit.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::predict::{Pace, Steps};
+use super::{Free, MeshShare, Prediction, Problem};
+use crate::measurement::{Whitener, whiten};
+use coldplate_base::error::Result;
+use coldplate_base::progress::Progress;
+
+/// The search ends if no coordinate moves by more than this share of its standard deviation. Chosen: far below the interval.
+const STEP_TOLERANCE: f64 = 1e-3;
+/// Most steps of a search, count. Chosen: a guard against a search that does not end.
+const MOST_STEPS: usize = 40;
+/// Damping that counts as none, relative to the diagonal of the curvature. Chosen.
+const UNDAMPED: f64 = 1e-9;
+/// Least expected fall of the misfit for which a search through logs goes on, as a share of the misfit per degree of freedom:
+/// time steps leave some noise. At 0.02 a coordinate is within a seventh of its standard deviation, the root of 0.02. The noise
+/// grows with the residuals that it adds to. If the stated errors explain ever less of these, the end need not be known as
+/// well: the share grows as the root of the factor by which the misfit is too large.
+const LEAST_GAIN: f64 = 0.02;
+/// Derivatives with respect to the conditions are reused at points whose coordinates differ by no more than this share of their
+/// size. Chosen: a larger one saves runs of logs.
+const ALIKE: f64 = 0.1;
+/// Damping up to which a step is nearly Newton's, so that its length is the distance to the minimum. Dimensionless; chosen.
+const FREE: f64 = 1e-2;
+/// Most trials of one step, each more damped than the one before, count. Chosen: each costs a prediction.
+const MOST_TRIALS: usize = 8;
+/// Two starts have the same end if no coordinate differs by more than this share of its standard deviation. Chosen: a larger
+/// one saves runs.
+const THERE: f64 = 0.5;
+/// Error allowed in each time step of a log of a machine of cells on the way to the end, over that at the end. Dimensionless;
+/// chosen: a larger one is faster and adds noise.
+const ON_THE_WAY: f64 = 20.0;
+/// Logs on the way are run in the time steps of another point whose coordinates differ by no more than this share of their
+/// size. Chosen: common steps avoid noise, and farther away their error grows.
+const IN_STEP: f64 = 0.5;
+/// Longest step of a coordinate that is a logarithm, dimensionless. Chosen: a factor of 4.5.
+const LONGEST: f64 = 1.5;
+
+/// A point of the search.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Point {
+    pub coordinates: Vec<f64>,
+    pub prediction: Prediction,
+    /// Whitened misfit plus the priors' part.
+    pub cost: f64,
+    /// Whether the slopes with respect to the parameters were computed at this point, not carried along from another one.
+    pub is_sloped: bool,
+}
+
+/// Longer time steps, in which logs are run on the way to the end: the point at which they were found, and the change of the
+/// predictions by shorter steps there.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Stride {
+    coordinates: Vec<f64>,
+    steps: Steps,
+    /// Change of each reading by shorter steps, K; empty if all runs are equally accurate.
+    share: Vec<f64>,
+}
+
+impl Stride {
+    /// Predictions without the change by shorter steps.
+    fn coarse(&self, values: &[f64]) -> Vec<f64> {
+        values.iter().enumerate().map(|(i, v)| v - self.share.get(i).unwrap_or(&0.0)).collect()
+    }
+}
+
+/// The search of one problem, with its cost so far.
+pub(super) struct Search<'a> {
+    pub problem: &'a Problem,
+    /// Readings less the mesh's share, K: they compare with predictions on the model's own mesh.
+    pub readings: Vec<f64>,
+    pub mesh: MeshShare,
+    pub evaluations: usize,
+    /// Indices of the coordinates that are held.
+    pub frozen: Vec<usize>,
+    /// Error allowed in each time step of a log at the end of the search, K.
+    pub accuracy: f64,
+    /// Error allowed in each time step now, K: larger while further starts are tried.
+    pub tolerance: f64,
+    /// Point at which a log's derivatives with respect to the conditions were computed last, and these derivatives.
+    sloped: Option<(Vec<f64>, Vec<Vec<f64>>)>,
+    pub stride: Stride,
+    progress: &'a dyn Progress,
+}
+
+impl<'a> Search<'a> {
+    pub fn new(problem: &'a Problem, progress: &'a dyn Progress) -> Self {
+        let readings = whiten::readings(&problem.data);
+        let mesh = MeshShare::none(readings.len());
+        let stride = Stride::default();
+        let accuracy = problem.accuracy();
+        let (frozen, sloped) = (Vec::new(), None);
+        Self { problem, readings, mesh, evaluations: 0, frozen, accuracy, tolerance: accuracy, sloped, stride, progress }
+    }
+
+    /// The search with the mesh's share subtracted from the readings.
+    pub fn corrected(mut self, mesh: MeshShare) -> Self {
+        self.correct(mesh);
+        self
+    }
+
+    /// Sets the mesh's share.
+    fn correct(&mut self, mesh: MeshShare) {
+        self.readings = whiten::readings(&self.problem.data).iter().zip(&mesh.correction).map(|(r, m)| r - m).collect();
+        self.mesh = mesh;
+    }
+
+    /// Computes the mesh's share at a point and sets it; returns whether it changes anything.
+    ///
+    /// # Errors
+    /// Errors of [`MeshShare::of`].
+    pub fn continue_from(&mut self, at: &Point) -> Result<bool> {
+        let own = self.stride.coarse(&at.prediction.values);
+        let share = self.problem.mesh_share(&self.values(&at.coordinates), &own, self.pace(&at.coordinates))?;
+        self.correct(share);
+        Ok(!self.mesh.is_none())
+    }
+
+    /// Whitening by the stated covariance, with the derivatives of a prediction with respect to the conditions.
+    pub fn stated(&self, prediction: &Prediction) -> Whitener {
+        let Problem { data, uncertainty, .. } = self.problem;
+        let mut common = whiten::common_errors(data, uncertainty, &prediction.conditions);
+        common.extend(self.mesh.scatter.iter().cloned());
+        Whitener::new(&whiten::deviations(data, uncertainty), &common)
+    }
+
+    pub fn values(&self, coordinates: &[f64]) -> Vec<f64> {
+        self.problem.free.iter().zip(coordinates).map(|(f, c)| f.value(*c)).collect()
+    }
+
+    /// A point with the derivatives with respect to the conditions, and the covariance these give.
+    pub fn whole(&mut self, coordinates: Vec<f64>) -> Result<(Point, Whitener)> {
+        let values = self.values(&coordinates);
+        let is_alike = |near: &[f64]| {
+            let of = |(free, (a, b)): (&Free, (&f64, &f64))| (a - b).abs() <= ALIKE * free.size(free.value(*a));
+            self.problem.free.iter().zip(coordinates.iter().zip(near)).all(of)
+        };
+        let known = self.sloped.as_ref().filter(|(near, _)| is_alike(near)).map(|(_, conditions)| conditions.clone());
+        let mut prediction = if self.has_strides() {
+            let rough = Pace::own(ON_THE_WAY * self.accuracy);
+            let (fine, found) = rayon::join(
+                || self.problem.predict_free(&values, false, Pace::own(self.accuracy)),
+                || self.problem.predict_some(&values, (true, known.is_none()), rough),
+            );
+            let (fine, (found, steps)) = (fine?.values, found?);
+            let share = fine.iter().zip(&found.values).map(|(f, c)| f - c).collect();
+            self.stride = Stride { coordinates: coordinates.clone(), steps, share };
+            Prediction { values: fine, ..found }
+        } else {
+            self.problem.predict_some(&values, (true, known.is_none()), Pace::own(self.accuracy))?.0
+        };
+        match known {
+            Some(conditions) => prediction.conditions = conditions,
+            None if self.problem.data.is_transient() => self.sloped = Some((coordinates.clone(), prediction.conditions.clone())),
+            None => {}
+        }
+        self.evaluations += 1;
+        let whitener = self.stated(&prediction);
+        let cost = self.cost(&coordinates, &prediction, &whitener);
+        Ok((Point { coordinates, prediction, cost, is_sloped: true }, whitener))
+    }
+
+    /// Whether logs are run in longer time steps on the way: only for machines of cells.
+    fn has_strides(&self) -> bool {
+        self.problem.data.is_transient() && self.problem.study.model.mesh.cells > 0
+    }
+
+    /// Pace of logs on the way: in the steps of a point nearby, if there is one.
+    fn pace(&self, coordinates: &[f64]) -> Pace<'_> {
+        if !self.has_strides() {
+            return Pace::own(self.tolerance);
+        }
+        let Stride { coordinates: known, steps, .. } = &self.stride;
+        let is_near = |(free, (a, b)): (&Free, (&f64, &f64))| (a - b).abs() <= IN_STEP * free.size(free.value(*b));
+        let is_near = known.len() == coordinates.len() && self.problem.free.iter().zip(coordinates.iter().zip(known)).all(is_near);
+        Pace { tolerance: ON_THE_WAY * self.accuracy, steps: is_near.then_some(steps) }
+    }
+
+    /// A point under a covariance that is known.
+    pub fn point(&mut self, coordinates: Vec<f64>, whitener: &Whitener) -> Result<Point> {
+        let moves = (0..coordinates.len()).any(|k| !self.frozen.contains(&k));
+        self.predicted(coordinates, moves, whitener)
+    }
+
+    fn predicted(&mut self, coordinates: Vec<f64>, is_sloped: bool, whitener: &Whitener) -> Result<Point> {
+        let mut prediction = self.problem.predict_free(&self.values(&coordinates), is_sloped, self.pace(&coordinates))?;
+        prediction.values.iter_mut().zip(&self.stride.share).for_each(|(v, s)| *v += s);
+        self.evaluations += 1;
+        let cost = self.cost(&coordinates, &prediction, whitener);
+        self.progress.at(&format!("prediction {}: misfit {cost:.2}", self.evaluations));
+        Ok(Point { coordinates, prediction, cost, is_sloped })
+    }
+
+    /// A point a step away. A log is run once, and the slopes are those of the last point, corrected by the change of the
+    /// predictions over the step (Broyden, Mathematics of Computation 19 (1965) 577), each coordinate in units of its standard
+    /// deviation.
+    pub fn after(&mut self, here: &Point, to: Vec<f64>, matrix: &DMatrix<f64>, whitener: &Whitener) -> Result<Point> {
+        if !self.problem.data.is_transient() {
+            return self.point(to, whitener);
+        }
+        let mut there = self.predicted(to, false, whitener)?;
+        let slopes = self.slopes(here);
+        let moved: Vec<f64> = there.coordinates.iter().zip(&here.coordinates).map(|(t, h)| t - h).collect();
+        let weighed: Vec<f64> = moved.iter().enumerate().map(|(k, m)| m * matrix[(k, k)]).collect();
+        let length: f64 = moved.iter().zip(&weighed).map(|(m, w)| m * w).sum();
+        let scales: Vec<f64> = self.problem.free.iter().zip(&there.coordinates).map(|(f, c)| f.scale(*c)).collect();
+        let mended = |i: usize| {
+            let expected: f64 = slopes.iter().zip(&moved).map(|(column, m)| column[i] * m).sum();
+            let missed = (there.prediction.values[i] - here.prediction.values[i] - expected) / length.max(f64::MIN_POSITIVE);
+            (0..moved.len()).map(|k| (slopes[k][i] + missed * weighed[k]) / scales[k]).collect()
+        };
+        there.prediction.slopes = (0..here.prediction.values.len()).map(mended).collect();
+        Ok(there)
+    }
+
+    /// Whitened residual.
+    pub fn residual(&self, prediction: &Prediction, whitener: &Whitener) -> Vec<f64> {
+        let apart: Vec<f64> = self.readings.iter().zip(&prediction.values).map(|(r, p)| r - p).collect();
+        whitener.apply(&apart)
+    }
+
+    /// Readings less predictions, K.
+    pub fn left(&self, at: &Point) -> Vec<f64> {
+        self.readings.iter().zip(&at.prediction.values).map(|(r, p)| r - p).collect()
+    }
+
+    /// A point under another covariance.
+    pub fn under(&self, at: Point, whitener: &Whitener) -> Point {
+        Point { cost: self.cost(&at.coordinates, &at.prediction, whitener), ..at }
+    }
+
+    /// Derivatives of the readings with respect to each coordinate, K.
+    pub fn slopes(&self, at: &Point) -> Vec<Vec<f64>> {
+        let of = |(k, free): (usize, &Free)| {
+            let scale = free.scale(at.coordinates[k]);
+            at.prediction.slopes.iter().map(|row| row[k] * scale).collect()
+        };
+        self.problem.free.iter().enumerate().map(of).collect()
+    }
+
+    /// One over the variance of each coordinate's prior; zero without one.
+    pub fn prior_information(&self) -> Vec<f64> {
+        self.problem.free.iter().map(|f| prior(f).map_or(0.0, |(_, spread)| 1.0 / (spread * spread))).collect()
+    }
+
+    /// Change of the readings with each parameter, K, over the parameter's plausible range: its prior's standard deviation, or
+    /// its size.
+    pub fn broad_columns(&self, at: &Point) -> Vec<Vec<f64>> {
+        let mut columns = self.slopes(at);
+        for (k, (free, column)) in self.problem.free.iter().zip(&mut columns).enumerate() {
+            let reach = prior(free).map_or_else(|| free.size(free.value(at.coordinates[k])), |(_, spread)| spread);
+            column.iter_mut().for_each(|c| *c *= reach);
+        }
+        columns
+    }
+
+    fn cost(&self, coordinates: &[f64], prediction: &Prediction, whitener: &Whitener) -> f64 {
+        square(&self.residual(prediction, whitener)) + priors(&self.problem.free, coordinates)
+    }
+
+    /// Whitened derivatives with respect to the coordinates.
+    pub fn jacobian(&self, at: &Point, whitener: &Whitener) -> DMatrix<f64> {
+        let slopes = self.slopes(at);
+        let mut jacobian = DMatrix::zeros(at.prediction.values.len(), slopes.len());
+        for (k, column) in slopes.iter().enumerate() {
+            jacobian.set_column(k, &DVector::from_vec(whitener.apply(column)));
+        }
+        jacobian
+    }
+
+    /// The curvature at a point and the direction down from it, priors included.
+    pub fn normal(&self, at: &Point, whitener: &Whitener) -> (DMatrix<f64>, DVector<f64>) {
+        let jacobian = self.jacobian(at, whitener);
+        let residual = DVector::from_vec(self.residual(&at.prediction, whitener));
+        let (mut matrix, mut right) = (jacobian.transpose() * &jacobian, jacobian.transpose() * residual);
+        for (k, free) in self.problem.free.iter().enumerate() {
+            if let Some((centre, spread)) = prior(free) {
+                matrix[(k, k)] += 1.0 / (spread * spread);
+                right[k] += (centre - at.coordinates[k]) / (spread * spread);
+            }
+        }
+        (matrix, right)
+    }
+
+    /// Point to which a damped step leads; `None` if the curvature is not positive.
+    fn step(&self, at: &Point, matrix: &DMatrix<f64>, right: &DVector<f64>, damping: f64) -> Option<Vec<f64>> {
+        let largest = matrix.diagonal().max().max(1e-300);
+        let (mut damped, mut aim) = (matrix.clone(), right.clone());
+        for k in 0..aim.len() {
+            damped[(k, k)] += damping * matrix[(k, k)].max(1e-9 * largest);
+            if self.is_stuck(k, at.coordinates[k], right[k]) {
+                damped.row_mut(k).fill(0.0);
+                damped.column_mut(k).fill(0.0);
+                damped[(k, k)] = 1.0;
+                aim[k] = 0.0;
+            }
+        }
+        let step = damped.cholesky()?.solve(&aim);
+        let to = |(k, free): (usize, &Free)| {
+            let reach = if free.is_logarithmic { LONGEST } else { f64::INFINITY };
+            let (low, high) = free.coordinate_bounds();
+            (at.coordinates[k] + step[k].clamp(-reach, reach)).clamp(low, high)
+        };
+        let to: Vec<f64> = self.problem.free.iter().enumerate().map(to).collect();
+        to.iter().all(|c| c.is_finite()).then_some(to)
+    }
+
+    /// Whether a coordinate is held: frozen, or at a bound that the step would cross.
+    fn is_stuck(&self, k: usize, coordinate: f64, downhill: f64) -> bool {
+        let (low, high) = self.problem.free[k].coordinate_bounds();
+        self.frozen.contains(&k) || (coordinate <= low && downhill < 0.0) || (coordinate >= high && downhill > 0.0)
+    }
+
+    /// Whether no coordinate moves by more than a share of its standard deviation.
+    fn is_small(from: &[f64], to: &[f64], matrix: &DMatrix<f64>, share: f64) -> bool {
+        (0..to.len()).all(|k| to[k] == from[k] || (to[k] - from[k]).abs() <= share / matrix[(k, k)].max(1e-300).sqrt())
+    }
+
+    /// Whether an undamped step under this covariance would move a point by less than a share of its standard deviation.
+    pub fn rests(&self, at: &Point, whitener: &Whitener, share: f64) -> bool {
+        let (matrix, right) = self.normal(at, whitener);
+        let is_small = |to: Vec<f64>| Self::is_small(&at.coordinates, &to, &matrix, share);
+        self.is_spent(at, &matrix, &right) || self.step(at, &matrix, &right, UNDAMPED).is_none_or(is_small)
+    }
+
+    /// Whether a search through logs is at its end: the gain of an undamped step is below the noise of time steps.
+    fn is_spent(&self, at: &Point, matrix: &DMatrix<f64>, right: &DVector<f64>) -> bool {
+        let Some(to) = self.step(at, matrix, right, UNDAMPED).filter(|_| self.problem.data.is_transient()) else { return false };
+        let step = DVector::from_iterator(to.len(), to.iter().zip(&at.coordinates).map(|(t, c)| t - c));
+        let gain = 2.0 * right.dot(&step) - step.dot(&(matrix * &step));
+        gain <= self.least_gain(at.cost)
+    }
+
+    /// Gain below which no further step is made at a misfit of `cost`; zero in steady tables.
+    fn least_gain(&self, cost: f64) -> f64 {
+        if !self.problem.data.is_transient() {
+            return 0.0;
+        }
+        let freedom = self.readings.len().saturating_sub(self.problem.free.len()).max(1) as f64;
+        LEAST_GAIN * (self.tolerance / self.accuracy) * (cost / freedom).max(1.0).powf(1.5)
+    }
+
+    /// Descends from one point with the covariance held. Ends if steps are small or no step leads down.
+    pub fn descend(&mut self, here: Point, whitener: &Whitener) -> Point {
+        self.descend_unless(here, whitener, &[])
+    }
+
+    /// Descends as [`Search::descend`] does. A search that comes to the end of another start returns that end.
+    pub fn descend_unless(&mut self, mut here: Point, whitener: &Whitener, ends: &[Point]) -> Point {
+        // A point without free coordinates was predicted without its slopes.
+        if (0..here.coordinates.len()).all(|k| self.frozen.contains(&k)) {
+            return here;
+        }
+        let mut damping = 1e-4;
+        for _ in 0..MOST_STEPS {
+            let (matrix, right) = self.normal(&here, whitener);
+            let is_there = |end: &&Point| end.cost <= here.cost && Self::is_small(&here.coordinates, &end.coordinates, &matrix, THERE);
+            if let Some(end) = ends.iter().find(is_there) {
+                return end.clone();
+            }
+            if self.is_spent(&here, &matrix, &right) {
+                return here;
+            }
+            let mut improved = false;
+            for _ in 0..MOST_TRIALS {
+                let Some(to) = self.step(&here, &matrix, &right, damping) else {
+                    damping *= 10.0;
+                    continue;
+                };
+                if to == here.coordinates {
+                    return here;
+                }
+                let is_small = Self::is_small(&here.coordinates, &to, &matrix, STEP_TOLERANCE);
+                if is_small && damping <= FREE {
+                    return here;
+                }
+                // No step to a point at which the machine cannot be solved.
+                let Ok(there) = self.after(&here, to, &matrix, whitener) else {
+                    damping = (damping * 10.0).max(1e-2);
+                    continue;
+                };
+                // A damped step may gain little far from the end.
+                let noise = if damping <= FREE { self.least_gain(here.cost) } else { 0.0 };
+                if there.cost <= here.cost {
+                    let gain = here.cost - there.cost;
+                    here = there;
+                    damping = (damping * 0.1).max(UNDAMPED);
+                    if gain <= noise.max(1e-9 * here.cost.max(1e-12)) {
+                        return here;
+                    }
+                    improved = true;
+                    break;
+                }
+                if is_small || there.cost - here.cost <= noise {
+                    return here;
+                }
+                if !here.is_sloped {
+                    break;
+                }
+                damping = (damping * 8.0).max(1e-4);
+            }
+            if improved {
+                continue;
+            }
+            if here.is_sloped {
+                break;
+            }
+            // Slopes carried from elsewhere lead nowhere; the search may go on with slopes computed here.
+            let Ok(sloped) = self.point(here.coordinates.clone(), whitener) else { break };
+            here = sloped;
+        }
+        here
+    }
+}
+
+/// Prior of the coordinate: centre and standard deviation.
+pub(super) fn prior(free: &Free) -> Option<(f64, f64)> {
+    free.prior.map(|(value, deviation)| if free.is_logarithmic { (value.ln(), deviation / value) } else { (value, deviation) })
+}
+
+/// The priors' part of the misfit.
+pub(super) fn priors(free: &[Free], coordinates: &[f64]) -> f64 {
+    free.iter().zip(coordinates).filter_map(|(f, c)| prior(f).map(|(at, spread)| ((c - at) / spread).powi(2))).sum()
+}
+
+pub(super) fn square(v: &[f64]) -> f64 {
+    v.iter().map(|x| x * x).sum()
+}

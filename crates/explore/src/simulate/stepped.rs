@@ -1,0 +1,195 @@
+//! A schedule run through any model that moves step by step, such as a surrogate that knows the machine over time.
+
+use super::limits::{Bounds, Limits};
+use super::passing::Passing;
+use super::settle::Settling;
+use super::stretch::corners;
+use super::{History, SimulateOptions, Start, Stop, condition_at, stops};
+use crate::schedule::Schedule;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::units::Measurand;
+use coldplate_describe::machine::{Condition, Limit};
+use coldplate_solve::transient::Energy;
+
+/// Steps from output to output while a condition moves, count; each holds the condition of its middle. Chosen: more cost time.
+const PIECES: usize = 16;
+/// Looks within a step at a condition that holds, count. Fast changes come at the beginning of the step, so the looks stand
+/// closer there. Chosen: more cost time.
+const LOOKS: usize = 8;
+/// Halvings of the time between two looks around a passing, count. Chosen: 40 reach 1e-12 of the time.
+const HALVINGS: usize = 40;
+
+/// A model that moves by steps of one condition each. Temperatures are in K.
+pub trait Follower {
+    /// Begins at a condition.
+    ///
+    /// # Errors
+    /// A start that the model does not know, or a condition that it cannot evaluate.
+    fn begin(&mut self, start: Start, condition: &Condition) -> Result<()>;
+
+    /// Advances by a time (s) at a condition that holds.
+    ///
+    /// # Errors
+    /// A condition that the model cannot evaluate.
+    fn advance(&mut self, seconds: f64, condition: &Condition) -> Result<()>;
+
+    /// Readings of all sensors after a time (s) at a condition that holds. The model stays where it is.
+    ///
+    /// # Errors
+    /// Errors of [`Follower::advance`].
+    fn ahead(&self, seconds: f64, condition: &Condition) -> Result<Vec<f64>>;
+
+    /// Readings of all sensors now, at a condition.
+    ///
+    /// # Errors
+    /// Errors of [`Follower::advance`].
+    fn read(&self, condition: &Condition) -> Result<Vec<f64>>;
+
+    /// Readings of all sensors in the steady state of a condition.
+    ///
+    /// # Errors
+    /// Errors of [`Follower::advance`].
+    fn steady(&self, condition: &Condition) -> Result<Vec<f64>>;
+
+    /// Bound on the error of each reading.
+    fn bounds(&self) -> Vec<f64>;
+
+    /// Measurand of each sensor.
+    fn measurands(&self) -> &[Measurand];
+
+    /// Limits on the readings.
+    fn limits(&self) -> &[Limit];
+
+    /// Whether the model was made for a condition.
+    fn is_inside(&self, condition: &Condition) -> bool;
+}
+
+/// Runs `schedule` through a model. Settling and passing are looked for between the outputs too.
+///
+/// # Errors
+/// A checkpoint is asked for; parts begin at temperatures of their own; errors of the model.
+pub fn run_stepped(model: &mut dyn Follower, schedule: &Schedule, options: &SimulateOptions) -> Result<History> {
+    if options.checkpoint.is_some() {
+        return Err(Error::input("this model is run anew sooner than a checkpoint is read").at_key("--checkpoint").help("leave it out"));
+    }
+    if !options.places.is_empty() {
+        return Err(Error::input("parts cannot begin at temperatures of their own here").help("simulate the machine file"));
+    }
+    let stops: Vec<Stop> = stops(schedule, options.every)?;
+    let corners = corners(schedule, &stops);
+    let first = schedule.stated(0);
+    model.begin(options.start, &first)?;
+    let mut readings = vec![model.read(&first)?];
+    let steady = model.steady(&schedule.last_condition()).map_err(|e| e.what().to_string());
+    let (limits, measurands) = (model.limits().to_vec(), model.measurands().to_vec());
+    let limits = Limits::new(&limits, &measurands);
+    let mut seen = Sightings {
+        passing: limits.passing(&options.watched),
+        limits,
+        settling: Settling::new(options.within, measurands.len()),
+        steady: steady.as_deref().ok(),
+    };
+    seen.look(schedule.start(), &readings[0], &first);
+    let (mut now, mut steps) = (schedule.start(), 0);
+    for (at, stop) in stops.iter().enumerate().skip(1) {
+        let (begin, end) = (schedule.condition(stop.segment, now), schedule.condition(stop.segment, stop.time));
+        if corners.binary_search(&at).is_ok() {
+            seen.passing.corner();
+            seen.look(now, &model.read(&begin)?, &begin);
+        }
+        let pieces = if begin == end { 1 } else { PIECES };
+        let length = (stop.time - now) / pieces as f64;
+        if begin == end {
+            seen.within(model, (now, length), &begin)?;
+        }
+        for piece in 0..pieces {
+            let middle = schedule.condition(stop.segment, now + (piece as f64 + 0.5) * length);
+            model.advance(length, &middle)?;
+            let time = if piece + 1 == pieces { stop.time } else { now + (piece as f64 + 1.0) * length };
+            let condition = schedule.condition(stop.segment, time);
+            seen.look(time, &model.read(&condition)?, &condition);
+        }
+        steps += pieces;
+        now = stop.time;
+        readings.push(model.read(&condition_at(schedule, stop))?);
+    }
+    seen.passing.corner();
+    let times: Vec<f64> = stops.iter().map(|stop| stop.time).collect();
+    let conditions: Vec<Condition> = stops.iter().map(|stop| condition_at(schedule, stop)).collect();
+    let bounds = vec![model.bounds(); times.len()];
+    let (passes, courses) = seen.limits.found(&seen.passing, Some(&Bounds { times: &times, bounds: &bounds }));
+    let settled = seen.settling.settled(schedule.start(), steady.is_ok());
+    let mut notes = Vec::new();
+    if conditions.iter().any(|condition| !model.is_inside(condition)) {
+        notes.push("the schedule leaves the ranges that the model was made for; the bounds do not hold there".to_string());
+    }
+    Ok(History {
+        heat_flows: vec![Vec::new(); times.len()],
+        bounds: Some(bounds),
+        times,
+        conditions,
+        settled,
+        temperatures: readings.clone(),
+        readings,
+        steady,
+        within: options.within,
+        passes,
+        limits: courses,
+        steps,
+        rejected: 0,
+        energy: Energy::default(),
+        resumed_at: None,
+        notes,
+    })
+}
+
+/// State of a run as far as it was seen.
+struct Sightings<'a> {
+    limits: Limits<'a>,
+    passing: Passing,
+    settling: Settling,
+    /// Steady readings, K.
+    steady: Option<&'a [f64]>,
+}
+
+impl Sightings<'_> {
+    fn look(&mut self, time: f64, readings: &[f64], condition: &Condition) {
+        self.settling.see(time, readings, self.steady);
+        self.passing.see(time, &self.limits.beside(readings, condition.si()));
+    }
+
+    /// Looks ahead over a time (begin and length, s) with a constant condition, and at every passing in it.
+    fn within(&mut self, model: &dyn Follower, (begin, length): (f64, f64), condition: &Condition) -> Result<()> {
+        if self.passing.is_idle() || length <= 0.0 {
+            return Ok(());
+        }
+        let ahead = |seconds: f64| model.ahead(seconds, condition);
+        let beside = |readings: &[f64]| self.limits.beside(readings, condition.si());
+        let mut looks: Vec<(f64, Vec<f64>)> = vec![(0.0, ahead(0.0)?)];
+        let mut passed = Vec::new();
+        for look in 1..=LOOKS {
+            let late = length * (look as f64 / LOOKS as f64).powi(2);
+            let readings = ahead(late)?;
+            let (early, before) = &looks[look - 1];
+            let (before, behind) = (beside(before), beside(&readings));
+            for watch in self.passing.between(&before, &behind) {
+                let is_passed = |values: &[f64]| (values[watch.sensor] < watch.value) == (behind[watch.sensor] < watch.value);
+                let (mut low, mut high) = (*early, late);
+                for _ in 0..HALVINGS {
+                    let middle = f64::midpoint(low, high);
+                    if is_passed(&beside(&ahead(middle)?)) { high = middle } else { low = middle }
+                }
+                passed.push((high, ahead(high)?));
+            }
+            looks.push((late, readings));
+        }
+        looks.extend(passed);
+        // The beginning has been seen, and the end will be once the model is there.
+        looks.retain(|(seconds, _)| *seconds > 0.0 && *seconds < length);
+        looks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (seconds, readings) in looks {
+            self.look(begin + seconds, &readings, condition);
+        }
+        Ok(())
+    }
+}

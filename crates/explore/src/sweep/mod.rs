@@ -1,0 +1,429 @@
+//! Design of experiments: which conditions, run on every core, never run twice.
+//!
+//! ```text
+//! sweep file -> Definition -> (with the machine's variables) Plan -> execute -> Table
+//!                                                                       |
+//!                                                   journal: what is finished, safe on disk
+//! ```
+//!
+//! [`execute`] knows nothing of machines: it gets a function from a condition to its outputs.
+
+mod adaptive;
+mod builder;
+mod definition;
+pub mod design;
+pub mod journal;
+mod lhs;
+pub mod merge;
+mod own_solver;
+mod plan;
+pub mod record;
+mod reduced_answers;
+pub mod runner;
+pub mod shards;
+mod sobol;
+pub mod sweep_file;
+mod target;
+pub mod uncertain;
+
+pub use adaptive::{ADDED, Growth};
+pub use definition::{Definition, FitKeys, Openness};
+pub use plan::{Group, Plan, Purpose};
+pub use reduced_answers::{Answered, BOUNDS};
+pub use runner::{SweepOptions, run};
+pub use target::scope_of;
+pub use uncertain::Open;
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use crate::external::Class;
+use crate::numerics;
+use coldplate_base::error::{Error, Result};
+use coldplate_tables::{Column, Table, TextColumn};
+use journal::{Header, Journal, Outcome};
+
+/// Name of the journal in the output folder.
+pub const JOURNAL: &str = "sweep.journal";
+
+/// What finds the results.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SolvedBy {
+    /// Our own solver, on this mesh in a few words, for example its number of cells.
+    Mesh(String),
+    /// Another program.
+    Program {
+        /// Its name and version.
+        name: String,
+        /// What is written in the place of each output where a condition failed, where the sweep file says.
+        recover: Vec<Option<f64>>,
+    },
+}
+
+/// What is swept: enough to tell whether results on disk are its results.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// Name of the machine.
+    pub machine: String,
+    /// Hash of the machine file with its changes.
+    pub hash: String,
+    /// What finds the results.
+    pub by: SolvedBy,
+    /// Name and unit of each output.
+    pub outputs: Vec<(String, String)>,
+    /// What is open of the machine; each output has a slope along each of its parameters.
+    pub open: Open,
+}
+
+impl Subject {
+    /// Name and unit of each slope: per output, its change with one standard deviation of each parameter.
+    fn slopes(&self) -> Vec<(String, String)> {
+        let of = |(output, unit): &(String, String)| -> Vec<(String, String)> {
+            let unit = if unit == "degC" { "K" } else { unit };
+            self.open.parameters.iter().map(|p| (slope_name(output, &p.name), unit.to_string())).collect()
+        };
+        self.outputs.iter().flat_map(of).collect()
+    }
+}
+
+/// Name of the column of an output's slope along a parameter.
+pub fn slope_name(output: &str, parameter: &str) -> String {
+    format!("d({output})/d({parameter})")
+}
+
+/// A condition that gave no result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Failure {
+    /// Row of the [`Plan`].
+    pub row: usize,
+    /// Name of its group.
+    pub group: String,
+    /// Why.
+    pub reason: String,
+}
+
+/// What a growing sweep has solved so far.
+#[derive(Debug)]
+pub struct Round<'a> {
+    /// Its conditions, those added so far included.
+    pub plan: &'a Plan,
+    /// The solved conditions to be fitted.
+    pub table: Table,
+    /// The row of the plan of each row of the table.
+    pub rows: Vec<usize>,
+}
+
+/// Says which conditions are added after a round, one value per variable in its own unit; `None` ends the sweep. It must depend on
+/// nothing but the round and those before.
+pub type Grow<'g> = dyn FnMut(&Round<'_>) -> Result<Option<Vec<Vec<f64>>>> + 'g;
+
+/// Sees to it that a journal holds some rows of a plan, of so many values each.
+type Find<'f> = dyn Fn(&Plan, Range<usize>, usize, &mut Journal) -> Result<()> + 'f;
+
+/// The result of a sweep.
+#[derive(Debug, Clone)]
+pub struct Swept {
+    /// The conditions that were run: those of the sweep file, and what was added to them.
+    pub plan: Plan,
+    /// The conditions to be fitted, in the order of the design: a text column `group`, condition variables, outputs.
+    pub table: Table,
+    /// The held-out conditions, in the same columns, where the sweep has any.
+    pub validation: Option<Table>,
+    /// Outputs at conditions with held variables at other values, where the sweep file asks for them.
+    pub followed: Option<Table>,
+    /// The slopes of every output along all that is open, at the conditions to be fitted, where anything is.
+    pub slopes: Option<Table>,
+    /// How far each reading may be from the full solution, row by row, where a reduced model answers what it can.
+    pub bounds: Option<Table>,
+    /// How many conditions it answered.
+    pub answered: Option<Answered>,
+    /// Conditions without a result; they are in neither table.
+    pub failures: Vec<Failure>,
+    /// How many conditions the journal held already.
+    pub resumed: usize,
+    /// Lines of the journal that were damaged; their conditions were run again.
+    pub damaged_lines: Vec<usize>,
+    /// What is doubtful about the conditions solved now, one sentence each.
+    pub notes: Vec<String>,
+    /// The files written.
+    pub files: Vec<PathBuf>,
+}
+
+/// Runs the conditions of `plan` that the journal in `folder` does not hold, and writes `sweep.csv` and
+/// `sweep.parquet`, `slopes.*` where anything of the machine is open, `validation.*` where there are held-out conditions and
+/// `failures.csv` where there are failures.
+///
+/// `solve` takes a condition in SI, in the order of [`Plan::variables`], and returns the outputs in their units, in
+/// the order of [`Subject::outputs`], then their slopes, output by output (anything finite where [`Plan::is_sloped`] wants none);
+/// see [`run`] for what it must keep to.
+///
+/// # Errors
+/// The folder or the journal cannot be written, the journal is that of another sweep, or every condition failed.
+pub fn execute(
+    plan: &Plan,
+    subject: &Subject,
+    folder: &Path,
+    options: SweepOptions<'_>,
+    solve: impl Fn(&[f64]) -> Result<Vec<f64>> + Sync,
+) -> Result<Swept> {
+    execute_growing(plan, subject, folder, options, |plan, row| solve(&plan.conditions[row]), &mut |_| Ok(None))
+}
+
+/// [`execute`] of a design that grows: `grow` is asked after every round what is added; `solve` gets the plan as far as it has
+/// grown, and a row of it. What was added stands in the journal before it is solved, and is taken from there by who resumes it.
+///
+/// # Errors
+/// As [`execute`], and those of `grow`.
+pub fn execute_growing(
+    plan: &Plan,
+    subject: &Subject,
+    folder: &Path,
+    options: SweepOptions<'_>,
+    solve: impl Fn(&Plan, usize) -> Result<Vec<f64>> + Sync,
+    grow: &mut Grow<'_>,
+) -> Result<Swept> {
+    let find = |plan: &Plan, rows: Range<usize>, width: usize, journal: &mut Journal| {
+        run(rows, width, journal, options, |row| solve(plan, row)).map(drop)
+    };
+    execute_by(plan, subject, folder, &find, grow)
+}
+
+/// [`execute_growing`] with `find` in the place of a solver of single conditions.
+fn execute_by(plan: &Plan, subject: &Subject, folder: &Path, find: &Find<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
+    std::fs::create_dir_all(folder).map_err(|e| Error::file("make", folder, e).at_key("--out"))?;
+    let slopes = subject.slopes();
+    let header = header(plan, subject);
+    let width = header.outputs.len();
+    let mut journal = Journal::open(&folder.join(JOURNAL), &header)?;
+    let resumed = journal.outcomes().iter().flatten().count();
+    let mut grown = plan.clone();
+    let (mut first, mut batches) = (0, 0);
+    let outcomes = loop {
+        let end = grown.conditions.len();
+        find(&grown, first..end, width, &mut journal)?;
+        let outcomes = journal.held(end)?;
+        let is_solved = |outcome: &Outcome| matches!(outcome, Outcome::Values(_));
+        if grown.growth.is_none() || !outcomes.iter().any(is_solved) {
+            break outcomes;
+        }
+        let is_of = |row: &usize| is_solved(&outcomes[*row]) && grown.group_of(*row).is_some_and(|g| g.purpose == Purpose::Fit);
+        let round =
+            Round { plan: &grown, table: results(&grown, subject, &outcomes, Purpose::Fit), rows: (0..end).filter(is_of).collect() };
+        let asked = match grow(&round) {
+            Ok(asked) => asked,
+            Err(error) => {
+                // It may be for the failures that it cannot go on: they are told in any case.
+                write_failures(&grown, subject, &failures_of(&grown, &outcomes), folder, &mut Vec::new())?;
+                return Err(error);
+            }
+        };
+        let added = match (journal.added(batches), asked) {
+            (Some(known), _) => known,
+            (None, Some(asked)) => {
+                journal.add(&asked)?;
+                asked
+            }
+            (None, None) => break outcomes,
+        };
+        (first, batches) = (end, batches + 1);
+        grown.grow(added);
+    };
+    let plan = &grown;
+
+    let failures = failures_of(plan, &outcomes);
+    let mut files = Vec::new();
+    write_failures(plan, subject, &failures, folder, &mut files)?;
+    if let Some(first) = failures.first().filter(|_| failures.len() == outcomes.len()) {
+        let help = match subject.by {
+            SolvedBy::Mesh(_) => "solve one of them with `coldplate solve`; the reasons of all are in this file",
+            SolvedBy::Program { .. } => "run the command by hand in the folder that the reason names; the reasons of all are in this file",
+        };
+        return Err(Error::numerics(format!("every condition failed, the first because: {}", first.reason))
+            .in_file(folder.join("failures.csv"))
+            .help(help));
+    }
+    let table = results(plan, subject, &outcomes, Purpose::Fit);
+    let of = |purpose: Purpose| plan.groups.iter().any(|g| g.purpose == purpose).then(|| results(plan, subject, &outcomes, purpose));
+    let (validation, followed) = (of(Purpose::Validation), of(Purpose::Follow));
+    let slopes = match slopes.is_empty() {
+        true => None,
+        false => {
+            let mut origin = provenance(plan, subject, Purpose::Fit);
+            origin.push(subject.open.note(&subject.outputs, &plan.variables)?);
+            Some(tabulated(plan, &outcomes, |row| plan.is_sloped(row), subject.outputs.len(), &slopes, origin))
+        }
+    };
+    let (bounds, answered) = reduced_answers::told(plan, subject, &outcomes).unzip();
+    let tables = [
+        ("sweep", Some(&table)),
+        ("slopes", slopes.as_ref()),
+        ("validation", validation.as_ref()),
+        ("followed", followed.as_ref()),
+        ("bounds", bounds.as_ref()),
+    ];
+    for (name, table) in tables {
+        for extension in ["csv", "parquet"] {
+            let path = folder.join(name).with_extension(extension);
+            match table {
+                None => remove_stale(&path)?,
+                Some(table) => {
+                    if extension == "csv" {
+                        table.write_csv(&path)?
+                    } else {
+                        table.write_parquet(&path)?
+                    }
+                    files.push(path);
+                }
+            }
+        }
+    }
+    let plan = plan.clone();
+    Ok(Swept {
+        plan,
+        table,
+        validation,
+        followed,
+        slopes,
+        bounds,
+        answered,
+        failures,
+        resumed,
+        damaged_lines: journal.damaged_lines().to_vec(),
+        notes: Vec::new(),
+        files,
+    })
+}
+
+/// The first line of the journals of a sweep.
+fn header(plan: &Plan, subject: &Subject) -> Header {
+    let slopes = subject.slopes();
+    let bounds = reduced_answers::names(plan, subject);
+    let outputs: Vec<String> =
+        subject.outputs.iter().chain(&slopes).chain(&bounds).map(|(name, unit)| format!("{name} [{unit}]")).collect();
+    let mut deciding = identity(plan, subject);
+    deciding.push(("numerics of the program".into(), numerics()));
+    Header { identity: deciding, outputs, conditions: plan.conditions.len() }
+}
+
+fn failures_of(plan: &Plan, outcomes: &[Outcome]) -> Vec<Failure> {
+    let group_of = |row: usize| plan.group_of(row).map_or(String::new(), |g| g.name.clone());
+    let failure = |(row, outcome): (usize, &Outcome)| match outcome {
+        Outcome::Failed(reason) => Some(Failure { row, group: group_of(row), reason: reason.clone() }),
+        Outcome::Values(_) => None,
+    };
+    outcomes.iter().enumerate().filter_map(failure).collect()
+}
+
+/// What results depend on.
+fn identity(plan: &Plan, subject: &Subject) -> Vec<(String, String)> {
+    let (hashed, by) = match &subject.by {
+        SolvedBy::Mesh(mesh) => ("machine hash", ("mesh", mesh.clone())),
+        SolvedBy::Program { name, .. } => ("solver hash", ("solver", name.clone())),
+    };
+    let pairs =
+        [("program", format!("coldplate {}", env!("CARGO_PKG_VERSION"))), (hashed, subject.hash.clone()), by, ("design hash", plan.hash())];
+    let mut pairs = pairs.map(|(key, value)| (key.to_string(), value)).to_vec();
+    let answers = |accuracy: f64| ("answers".into(), format!("by a reduced model where its bounds are within {accuracy} K, else in full"));
+    pairs.extend(plan.accuracy.map(answers));
+    pairs
+}
+
+/// Where the results of a sweep come from: no date and no path, so that the same sweep gives the same bytes.
+pub fn provenance(plan: &Plan, subject: &Subject, purpose: Purpose) -> Vec<(String, String)> {
+    let mut pairs = vec![("sweep".to_string(), plan.name.clone()), ("machine".to_string(), subject.machine.clone())];
+    pairs.extend(identity(plan, subject));
+    for group in plan.groups.iter().filter(|g| g.purpose == purpose) {
+        let varied: Vec<&str> = group.varied.iter().map(|v| plan.variables[*v].name.as_str()).collect();
+        let degree = group.degree.map_or(String::new(), |degree| format!(", degree {degree}"));
+        pairs.push((format!("group {}", group.name.replace(':', " ")), format!("{} of {}{degree}", group.description, varied.join(", "))));
+    }
+    pairs
+}
+
+/// The outputs at the rows of a purpose.
+fn results(plan: &Plan, subject: &Subject, outcomes: &[Outcome], purpose: Purpose) -> Table {
+    let is_of = |row: usize| plan.group_of(row).is_some_and(|g| g.purpose == purpose);
+    let mut table = tabulated(plan, outcomes, is_of, 0, &subject.outputs, provenance(plan, subject, purpose));
+    reduced_answers::mark(&mut table, plan, subject, outcomes, is_of);
+    table
+}
+
+/// The values from place `first` on, under some names and units, at the rows that were solved and are wanted.
+fn tabulated(
+    plan: &Plan,
+    outcomes: &[Outcome],
+    is_wanted: impl Fn(usize) -> bool,
+    first: usize,
+    names: &[(String, String)],
+    provenance: Vec<(String, String)>,
+) -> Table {
+    let mut rows = Vec::new();
+    let mut values: Vec<&[f64]> = Vec::new();
+    let mut groups = Vec::new();
+    for (row, outcome) in outcomes.iter().enumerate() {
+        if let (Some(group), Outcome::Values(v)) = (plan.group_of(row).filter(|_| is_wanted(row)), outcome) {
+            rows.push(row);
+            values.push(v);
+            groups.push(group.name.clone());
+        }
+    }
+    let mut columns = plan.columns(&rows);
+    columns.extend(names.iter().enumerate().map(|(o, (name, unit))| Column {
+        name: name.clone(),
+        unit: unit.clone(),
+        values: values.iter().map(|v| v[first + o]).collect(),
+    }));
+    let texts = vec![TextColumn { name: "group".into(), values: groups }];
+    Table { texts, columns, inputs: plan.variables.len(), provenance }
+}
+
+/// Key of the provenance of a table whose outputs are no results.
+pub const RECOVERED: &str = "recovered";
+
+/// Writes the values that stand in the place of results that there are none of, where any are stated.
+fn write_recovered(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+    let path = folder.join("recovered.csv");
+    let recover = match &subject.by {
+        SolvedBy::Program { recover, .. } if !failures.is_empty() && recover.iter().any(Option::is_some) => recover,
+        _ => return remove_stale(&path),
+    };
+    let rows: Vec<usize> = failures.iter().map(|f| f.row).collect();
+    let mut columns = plan.columns(&rows);
+    columns.extend(subject.outputs.iter().zip(recover).map(|((name, unit), value)| Column {
+        name: name.clone(),
+        unit: unit.clone(),
+        values: vec![value.unwrap_or(f64::NAN); rows.len()],
+    }));
+    let text = |name: &str, value: fn(&Failure) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
+    let class = |f: &Failure| Class::of(&f.reason).map_or(f.reason.clone(), |class| class.words().into());
+    let texts = vec![text("group", |f| f.group.clone()), text(RECOVERED, class)];
+    let mut provenance = provenance(plan, subject, Purpose::Fit);
+    provenance.push((RECOVERED.into(), "what the sweep file says is to be written where a condition failed; these are no results".into()));
+    Table { texts, columns, inputs: plan.variables.len(), provenance }.write_csv(&path)?;
+    files.push(path);
+    Ok(())
+}
+
+fn write_failures(plan: &Plan, subject: &Subject, failures: &[Failure], folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
+    write_recovered(plan, subject, failures, folder, files)?;
+    let path = folder.join("failures.csv");
+    if failures.is_empty() {
+        return remove_stale(&path);
+    }
+    let rows: Vec<usize> = failures.iter().map(|f| f.row).collect();
+    let text = |name: &str, value: fn(&Failure) -> String| TextColumn { name: name.into(), values: failures.iter().map(value).collect() };
+    let texts = vec![text("group", |f| f.group.clone()), text("reason", |f| f.reason.clone())];
+    let table =
+        Table { texts, columns: plan.columns(&rows), inputs: plan.variables.len(), provenance: provenance(plan, subject, Purpose::Fit) };
+    table.write_csv(&path)?;
+    files.push(path);
+    Ok(())
+}
+
+/// Removes a file of an earlier run that this run does not write.
+fn remove_stale(path: &Path) -> Result<()> {
+    match std::fs::remove_file(path) {
+        Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(Error::file("remove", path, e)),
+        _ => Ok(()),
+    }
+}

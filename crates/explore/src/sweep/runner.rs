@@ -1,0 +1,122 @@
+//! Runs what a journal does not hold yet, on every core, and brings it into the order of the design.
+
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+
+use super::journal::{Journal, Outcome};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::progress::Progress;
+
+/// How to run.
+#[derive(Clone, Copy, Default)]
+pub struct SweepOptions<'a> {
+    /// Worker threads; `None` takes rayon's pool as it is. The results do not depend on it.
+    pub threads: Option<usize>,
+    /// Hears how many conditions are done.
+    pub progress: Option<&'a dyn Progress>,
+    /// Run conditions again that the journal says have failed.
+    pub retry_failed: bool,
+}
+
+/// Solves every one of `conditions`, by their places in the design, that `journal` does not hold, records each as it is
+/// finished, and returns what became of all up to the last of them in the order of the design.
+///
+/// `solve` gets the place of a condition: what it returns must not depend on which others have been solved, so that
+/// neither the order nor the number of threads shows in the results. It is called from several threads at once; rayon
+/// calls inside it are served by workers that wait or have nothing left to do. An error, a panic or a value that is
+/// not finite is recorded as the reason of a failure and does not stop the rest. An error that the operating system gave
+/// (a full disk, a program that is not there) is none of the condition: it is not recorded, and ends the sweep.
+///
+/// # Errors
+/// The journal is not that of these conditions or cannot be written, the threads cannot be started, or `solve` met an error of the
+/// operating system.
+pub fn run(
+    conditions: Range<usize>,
+    outputs: usize,
+    journal: &mut Journal,
+    options: SweepOptions<'_>,
+    solve: impl Fn(usize) -> Result<Vec<f64>> + Sync,
+) -> Result<Vec<Outcome>> {
+    let end = conditions.end;
+    run_rows(&conditions.collect::<Vec<_>>(), (end, "conditions"), outputs, journal, options, solve)?;
+    journal.held(end)
+}
+
+/// Solves those of `rows`, places in the design in ascending order, that `journal` does not hold, as [`run`] does. Progress is told
+/// as so many of `total` pieces of a name, which are all held at the end.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_rows(
+    rows: &[usize],
+    (total, what): (usize, &str),
+    outputs: usize,
+    journal: &mut Journal,
+    options: SweepOptions<'_>,
+    solve: impl Fn(usize) -> Result<Vec<f64>> + Sync,
+) -> Result<()> {
+    let held = journal.outcomes();
+    if let Some(beyond) = rows.last().filter(|last| held.len() <= **last) {
+        return Err(Error::input(format!("the journal is of {} conditions, the design has at least {}", held.len(), beyond + 1)));
+    }
+    let wanted = |outcome: &Option<Outcome>| match outcome {
+        None => true,
+        Some(Outcome::Failed(_)) => options.retry_failed,
+        Some(Outcome::Values(values)) => values.len() != outputs,
+    };
+    let pending: Vec<usize> = rows.iter().copied().filter(|row| wanted(&held[*row])).collect();
+    let known = total - pending.len();
+    let count = |now: usize| options.progress.iter().for_each(|p| p.count(known + now, total, what));
+    count(0);
+    let shared = Mutex::new((&mut *journal, None::<Error>));
+    let (next, done, stop) = (AtomicUsize::new(0), AtomicUsize::new(0), AtomicBool::new(false));
+    // One loop per thread rather than one task per condition: a thread that waits for another inside `solve` could
+    // otherwise begin a second condition on top of the first and hold both in memory.
+    let worker = || {
+        while !stop.load(Ordering::Relaxed) {
+            let Some(&index) = pending.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+            let outcome = outcome_of(index, outputs, &solve);
+            let mut guard = shared.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+            let (journal, error) = &mut *guard;
+            if error.is_none()
+                && let Err(e) = outcome.and_then(|outcome| journal.append(index, outcome))
+            {
+                *error = Some(e);
+                stop.store(true, Ordering::Relaxed);
+            }
+            count(done.fetch_add(1, Ordering::Relaxed) + 1);
+        }
+    };
+    match options.threads {
+        None => drop(rayon::broadcast(|_| worker())),
+        Some(threads) => {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build();
+            pool.map_err(|e| Error::input(format!("the worker threads cannot be started: {e}")).at_key("--threads"))?
+                .broadcast(|_| worker());
+        }
+    }
+    let (_, error) = shared.into_inner().unwrap_or_else(|poisoned| poisoned.into_inner());
+    error.map_or(Ok(()), Err)
+}
+
+fn outcome_of(index: usize, outputs: usize, solve: &(impl Fn(usize) -> Result<Vec<f64>> + Sync)) -> Result<Outcome> {
+    Ok(match catch_unwind(AssertUnwindSafe(|| solve(index))) {
+        Ok(Ok(values)) if values.len() != outputs => {
+            Outcome::Failed(format!("the solver gave {} values where {outputs} were expected", values.len()))
+        }
+        Ok(Ok(values)) => match values.iter().position(|v| !v.is_finite()) {
+            None => Outcome::Values(values),
+            Some(at) => Outcome::Failed(format!("output {} is not finite: {}", at + 1, values[at])),
+        },
+        Ok(Err(error)) if std::error::Error::source(&error).is_some() => return Err(error),
+        Ok(Err(error)) => {
+            Outcome::Failed(error.to_string().lines().map(str::trim).filter(|l| !l.is_empty()).collect::<Vec<_>>().join("; "))
+        }
+        Err(panic) => {
+            let text = panic.downcast_ref::<&str>().map(ToString::to_string).or_else(|| panic.downcast_ref::<String>().cloned());
+            Outcome::Failed(format!("the solver broke down: {}", text.unwrap_or_else(|| "no message".into())))
+        }
+    })
+}

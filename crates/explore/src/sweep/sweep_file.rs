@@ -1,0 +1,205 @@
+//! A sweep file with what it takes to run it.
+
+use std::path::{Path, PathBuf};
+
+use super::merge::{self, Merged};
+use super::own_solver::Own;
+use super::shards::{self, Shard, ShardRecord};
+use super::{Definition, Grow, Open, Plan, SolvedBy, Subject, SweepOptions, Swept, execute, execute_growing, own_solver, reduced_answers};
+use crate::external::{Program, Values};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::progress::Silent;
+use coldplate_describe::machine::{Condition, Machine, ModelError, Scope};
+use coldplate_solve::sensitivity::Study;
+
+/// Most conditions of the design that cells are chosen for, where the machine file asks for an accuracy of the mesh.
+const CHOSEN_AT: usize = 16;
+
+/// A sweep ready to run.
+#[derive(Debug)]
+pub struct Sweep {
+    /// The sweep file.
+    pub definition: Definition,
+    /// Its variables, points and limits.
+    pub scope: Scope,
+    /// The conditions.
+    pub plan: Plan,
+    solver: Solving,
+}
+
+/// Who solves.
+#[derive(Debug)]
+enum Solving {
+    /// We do: the machine file with the machine on its mesh, and what is open of it.
+    Own(Box<(Study, Open)>),
+    /// Another program.
+    Program(Box<Program>),
+}
+
+impl Sweep {
+    /// Reads a sweep file and its machine and makes the mesh: of `cells` cells, or else as many as the sweep file says,
+    /// or else as many as the machine file says. `sets` are changes to the machine file after those of the sweep file.
+    /// Where another program solves, it is asked for its version.
+    ///
+    /// # Errors
+    /// One of the files is wrong, the mesh cannot be made, or the program not be run.
+    pub fn open(path: impl AsRef<Path>, cells: Option<usize>, sets: &[(String, String)]) -> Result<Self> {
+        let definition = Definition::read(path.as_ref())?;
+        let (scope, program) = definition.asked(sets)?;
+        // Before the mesh, which takes its time: a mistake in the design should show at once.
+        let plan = definition.plan(&scope.variables)?;
+        match (program, definition.machine_file(sets)?) {
+            (Some(mut program), _) => {
+                if cells.is_some() {
+                    return Err(Error::input("another program makes its own mesh").at_key("--cells").help("leave it out"));
+                }
+                program.ask_version().map_err(|e| e.in_file(path))?;
+                Ok(Self { definition, scope, plan, solver: Solving::Program(Box::new(program)) })
+            }
+            (None, Some(document)) => {
+                let rows: Vec<Condition> = plan.conditions.iter().map(|row| Condition::from_si(row.clone())).collect();
+                let counting = |_: &Machine| Ok(Condition::far_apart(&rows, CHOSEN_AT));
+                let study = Study::for_conditions(document, cells.or(definition.cells), counting, &Silent)?;
+                Self::of(definition, plan, study)
+            }
+            (None, None) => Err(Error::input("there is neither a machine nor a solver").in_file(path).help("name the machine file")),
+        }
+    }
+
+    /// A sweep of a machine that was read already.
+    ///
+    /// # Errors
+    /// As [`Open::of`].
+    pub fn of(definition: Definition, plan: Plan, study: Study) -> Result<Self> {
+        let open = Open::of(&study, definition.uncertainty)?;
+        Ok(Self { definition, scope: study.model.machine.scope(), plan, solver: Solving::Own(Box::new((study, open))) })
+    }
+
+    /// The machine file with the machine on its mesh, where we solve.
+    pub fn study(&self) -> Option<&Study> {
+        if let Solving::Own(own) = &self.solver { Some(&own.0) } else { None }
+    }
+
+    /// The machine on its mesh, where we solve, and nothing else of the sweep.
+    pub fn into_study(self) -> Option<Study> {
+        if let Solving::Own(own) = self.solver { Some(own.0) } else { None }
+    }
+
+    /// The program that solves, where it is another.
+    pub fn program(&self) -> Option<&Program> {
+        if let Solving::Program(program) = &self.solver { Some(program) } else { None }
+    }
+
+    /// Who solves, for a line that names the sweep: `on 5000 cells`, `by ccx, version 2.20`.
+    pub fn solver_in_words(&self) -> String {
+        match &self.solver {
+            Solving::Own(own) => format!("on {} cells", own.0.model.mesh.cells),
+            Solving::Program(program) => format!("by {}", program.called()),
+        }
+    }
+
+    /// What the results depend on, and what they are called.
+    pub fn subject(&self) -> Subject {
+        let (machine, hash) = (self.scope.name.clone(), self.scope.hash.clone());
+        match &self.solver {
+            Solving::Own(own) => {
+                let (study, open) = own.as_ref();
+                let mesh = format!("{} cells, {} nodes", study.model.mesh.cells, study.model.network.nodes);
+                let outputs = study.model.machine.sensors.iter().map(|s| (s.name.clone(), s.measurand().unit().to_string())).collect();
+                Subject { machine, hash, by: SolvedBy::Mesh(mesh), outputs, open: open.clone() }
+            }
+            Solving::Program(program) => {
+                let by =
+                    SolvedBy::Program { name: program.called(), recover: program.readings.iter().map(|reading| reading.recover).collect() };
+                let outputs: Vec<(String, String)> = program.points().into_iter().map(|point| (point.name, point.unit)).collect();
+                let sensors = vec![0.0; outputs.len()];
+                let model_error = ModelError { sensors, common: 0.0, growth: 0.0, measured: Vec::new(), is_stated: false };
+                Subject { machine, hash, by, outputs, open: Open { parameters: Vec::new(), correlations: Vec::new(), model_error } }
+            }
+        }
+    }
+
+    /// Every condition is solved in full, whatever accuracy the sweep file asks for.
+    pub fn solve_in_full(&mut self) {
+        self.plan.accuracy = None;
+    }
+
+    /// The middle of the ranges.
+    pub fn reference(&self) -> Condition {
+        self.plan.middle()
+    }
+
+    /// Runs what the journal in `folder` does not hold yet and writes the tables.
+    ///
+    /// # Errors
+    /// As [`super::execute`], or the shared setup fails.
+    pub fn run(&self, folder: impl AsRef<Path>, options: SweepOptions<'_>) -> Result<Swept> {
+        self.run_growing(folder.as_ref(), options, &mut |_| Ok(None))
+    }
+
+    /// The same, with what `grow` adds to it round by round, where the design grows.
+    ///
+    /// # Errors
+    /// As [`Sweep::run`], and those of `grow`.
+    pub fn run_growing(&self, folder: &Path, options: SweepOptions<'_>, grow: &mut Grow<'_>) -> Result<Swept> {
+        let subject = self.subject();
+        if let (Solving::Own(own), Some(accuracy)) = (&self.solver, self.plan.accuracy) {
+            return reduced_answers::execute(&Own::new(&own.0, &own.1, &self.plan)?, &self.plan, &subject, folder, options, accuracy);
+        }
+        let (mut swept, notes) =
+            self.solving(folder, options, |solve, options| execute_growing(&self.plan, &subject, folder, options, solve, grow))?;
+        swept.notes = notes;
+        Ok(swept)
+    }
+
+    /// Runs what one part of the conditions lacks, into a journal of its own below `folder`.
+    ///
+    /// # Errors
+    /// As [`shards::run`].
+    pub fn run_shard(&self, folder: &Path, shard: Shard, options: SweepOptions<'_>) -> Result<ShardRecord> {
+        let subject = self.subject();
+        Ok(self.solving(folder, options, |solve, options| shards::run((&self.plan, &subject), folder, shard, options, solve))?.0)
+    }
+
+    /// Brings what other journals hold into that of `folder`.
+    ///
+    /// # Errors
+    /// As [`merge::merge`].
+    pub fn merge(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+        merge::merge(&self.plan, &self.subject(), folder, journals)
+    }
+
+    /// The same, where there may be no other journals yet.
+    ///
+    /// # Errors
+    /// As [`merge::merge_any`].
+    pub fn merge_any(&self, folder: &Path, journals: &[PathBuf]) -> Result<Merged> {
+        merge::merge_any(&self.plan, &self.subject(), folder, journals)
+    }
+
+    /// Writes the tables of a sweep whose journal in `folder` holds every condition; nothing is solved.
+    ///
+    /// # Errors
+    /// As [`super::execute`].
+    pub fn tables(&self, folder: &Path) -> Result<Swept> {
+        execute(&self.plan, &self.subject(), folder, SweepOptions::default(), |_| Err(Error::numerics("the journal does not hold it")))
+    }
+
+    /// Sets up who solves and hands the solver to `work`, with the options as they are for it; notes say what is doubtful.
+    fn solving<R>(
+        &self,
+        folder: &Path,
+        options: SweepOptions<'_>,
+        work: impl FnOnce(&(dyn Fn(&Plan, usize) -> Result<Vec<f64>> + Sync), SweepOptions<'_>) -> Result<R>,
+    ) -> Result<(R, Vec<String>)> {
+        match &self.solver {
+            Solving::Own(own) => own_solver::with(&own.0, &own.1, &self.plan, |solve| work(solve, options)),
+            Solving::Program(program) => {
+                let workshop = program.workshop(folder);
+                let options = SweepOptions { threads: program.at_once.or(options.threads), ..options };
+                let solve = |plan: &Plan, row: usize| workshop.solve(Values { si: &plan.conditions[row], shown: &plan.shown[row] });
+                Ok((work(&solve, options)?, Vec::new()))
+            }
+        }
+    }
+}

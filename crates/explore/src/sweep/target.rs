@@ -1,0 +1,80 @@
+//! What a sweep file asks, and who answers: our own solver, or another program.
+
+use std::path::Path;
+
+use super::Definition;
+use super::definition::SOLVER;
+use crate::external::Program;
+use coldplate_base::document::Document;
+use coldplate_base::error::Result;
+use coldplate_describe::machine::{Machine, Scope};
+
+impl Definition {
+    /// The machine file with the changes of this file and then `sets`, where one is named.
+    ///
+    /// # Errors
+    /// It cannot be read, or a change not be made.
+    pub fn machine_file(&self, sets: &[(String, String)]) -> Result<Option<Document>> {
+        let Some(machine) = &self.machine else { return Ok(None) };
+        let mut document = Document::read(machine)?;
+        for (key, value) in self.set.iter().chain(sets) {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        Ok(Some(document))
+    }
+
+    /// Variables, points and limits: those of the machine file with `sets`, or of this file where it names none.
+    ///
+    /// # Errors
+    /// The machine file is wrong, or what stands in its place here.
+    pub fn scope(&self, sets: &[(String, String)]) -> Result<Scope> {
+        Ok(self.asked(sets)?.0)
+    }
+
+    /// The scope, and the program that solves where it is another.
+    ///
+    /// # Errors
+    /// As [`Definition::scope`] and [`Program::read`].
+    pub fn asked(&self, sets: &[(String, String)]) -> Result<(Scope, Option<Program>)> {
+        let root = self.document().root();
+        let machine = self.machine_file(sets)?.map(|document| Machine::from_document(&document)).transpose()?;
+        if !root.has(SOLVER) {
+            let machine = machine.ok_or_else(|| root.error_at("machine", "'machine' is missing").help("name the machine file"))?;
+            return Ok((machine.scope(), None));
+        }
+        if self.cells.is_some() {
+            return Err(root.error_at("cells", "another program makes its own mesh").help("remove the line"));
+        }
+        if self.machine.is_none()
+            && let Some((key, _)) = self.set.iter().chain(sets).next()
+        {
+            return Err(root.error_at("set", format!("'{key}' is to be changed, and there is no machine file")).help("remove it"));
+        }
+        let folder = self.document().file().parent().unwrap_or(Path::new(""));
+        let machine = machine.map(|machine| machine.scope());
+        let variables = match &machine {
+            Some(machine) => machine.variables.clone(),
+            None => Scope::variables(&root)?,
+        };
+        let is_needed = |v: usize| machine.as_ref().is_none_or(|machine| machine.uses(v));
+        let program = Program::read(&root, folder, &variables, is_needed)?;
+        let hash = program.hash.clone();
+        let scope = match machine {
+            Some(machine) => Scope { hash, ..machine },
+            None => Scope::new(&root, self.name.clone(), hash, variables, program.points())?,
+        };
+        Ok((scope, Some(program)))
+    }
+}
+
+/// The scope of a file: of a machine, or of a sweep that another program solves.
+///
+/// # Errors
+/// As [`Machine::from_document`] and [`Definition::scope`].
+pub fn scope_of(path: &Path) -> Result<Scope> {
+    let document = Document::read(path)?;
+    match document.root().has(SOLVER) {
+        true => Definition::new(document)?.scope(&[]),
+        false => Ok(Machine::from_document(&document)?.scope()),
+    }
+}

@@ -1,0 +1,166 @@
+//! Where the heat comes from and where it goes, as two groups of bars in watts.
+
+use super::Figure;
+use super::axis::Axis;
+use super::canvas::{Canvas, Stroke, Text};
+use super::fonts::{self, Weight};
+use super::page::{MARGIN, Page, fixed_conditions};
+use super::regions::{Hatch, hatch_rectangle};
+use super::rows::Rows;
+use super::style::{AXIS, INK, ORANGE, Quantity, Rgb, SKY, fixed, number, size};
+use super::surface::Surface;
+use super::ticks::Range;
+use coldplate_base::error::{Error, Result};
+
+/// Heat in per source and heat out per sink, W.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct HeatFigure {
+    /// Title.
+    pub title: String,
+    /// Sources with their heat into the machine, W. A surface warmed by the chamber belongs here.
+    pub sources: Vec<(String, f64)>,
+    /// Sinks with their heat out of the machine, W; negative where heat flows in.
+    pub sinks: Vec<(String, f64)>,
+    /// The condition.
+    pub fixed: Vec<(Quantity, f64)>,
+    /// More lines for the footer.
+    pub notes: Vec<String>,
+}
+
+const WIDTH: f64 = 960.0;
+const ROW: f64 = 26.0;
+const HEADING: f64 = 30.0;
+/// Bars shown per group; the smaller ones beyond are added up.
+const MOST: usize = 14;
+
+/// A bar and, for the numbers, the share of its group's heat.
+struct Bar {
+    name: String,
+    watts: f64,
+    share: f64,
+}
+
+impl Bar {
+    fn label(&self) -> String {
+        let share = if self.share.is_finite() { format!(" ({} %)", fixed(100.0 * self.share, 1)) } else { String::new() };
+        format!("{}{share}", watts(self.watts))
+    }
+}
+
+fn bars(group: &[(String, f64)]) -> Vec<Bar> {
+    let mut known: Vec<(String, f64)> = group.iter().filter(|(_, w)| w.abs() < 1e290).cloned().collect();
+    known.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    if known.len() > MOST {
+        let rest = known.split_off(MOST - 1);
+        known.push((format!("{} others together", rest.len()), rest.iter().map(|r| r.1).sum()));
+    }
+    let total: f64 = known.iter().map(|b| b.1).filter(|w| *w > 0.0).sum();
+    known.into_iter().map(|(name, watts)| Bar { name, watts, share: if total > 0.0 { watts / total } else { f64::NAN } }).collect()
+}
+
+/// Watts to three or four figures, as one reads them.
+pub fn watts(value: f64) -> String {
+    let size = value.abs();
+    match size {
+        s if s >= 1e5 || (s > 0.0 && s < 1e-3) => format!("{} W", number(format!("{value:.2e}").parse().unwrap_or(value))),
+        s if s >= 100.0 => format!("{} W", fixed(value, 0)),
+        s if s >= 10.0 => format!("{} W", fixed(value, 1)),
+        s if s >= 0.1 || s == 0.0 => format!("{} W", fixed(value, 2)),
+        _ => format!("{} W", fixed(value, 4)),
+    }
+}
+
+impl HeatFigure {
+    fn page(&self) -> Page {
+        let sum = |group: &[(String, f64)]| group.iter().map(|g| g.1).filter(|w| w.is_finite()).sum::<f64>();
+        let (into, out) = (sum(&self.sources), sum(&self.sinks));
+        let balance = format!("In {}, out {}, difference {}", watts(into), watts(out), watts(into - out));
+        let mut footer = vec![balance, fixed_conditions(&self.fixed)];
+        footer.extend(self.notes.iter().cloned());
+        Page::new(WIDTH, &self.title, "", &footer)
+    }
+
+    fn groups(&self) -> [(&'static str, Vec<Bar>, Rgb, Hatch); 2] {
+        [("Heat in, by source", bars(&self.sources), ORANGE, Hatch::Plain), ("Heat out, by sink", bars(&self.sinks), SKY, Hatch::Falling)]
+    }
+
+    fn axis(&self) -> Result<Axis> {
+        let all: Vec<f64> = self.groups().iter().flat_map(|g| g.1.iter().map(|b| b.watts)).collect();
+        if all.is_empty() {
+            return Err(Error::input("there is no heat flow to draw").at_key(self.title.clone()));
+        }
+        let Some(range) = Range::of(all.into_iter().chain([0.0])) else {
+            return Err(Error::input("no heat flow is a finite number").at_key(self.title.clone()));
+        };
+        // The numbers stand beyond the ends of the bars, and need room there.
+        let room = WIDTH - 2.0 * MARGIN - self.rows().names_width - 26.0;
+        let widest = |negative: bool| {
+            let bars = self.groups().into_iter().flat_map(|g| g.1).filter(|b| (b.watts < 0.0) == negative);
+            let width = bars.map(|b| fonts::width(&b.label(), size::TICK, Weight::Regular) + 14.0).fold(0.0, f64::max);
+            (width / room).min(0.4)
+        };
+        let (before, behind) = (widest(true), widest(false));
+        let length = range.length() / (1.0 - before - behind);
+        Ok(Axis::linear("heat flow [W]", Range { low: range.low - before * length, high: range.high + behind * length }))
+    }
+
+    fn rows(&self) -> Rows {
+        let groups = self.groups();
+        let names: Vec<&str> = groups.iter().flat_map(|g| g.1.iter().map(|b| b.name.as_str())).collect();
+        Rows::new(names, 270.0, ROW)
+    }
+
+    fn bars_height(&self) -> f64 {
+        self.groups().iter().filter(|g| !g.1.is_empty()).count() as f64 * HEADING + self.rows().height()
+    }
+}
+
+impl Figure for HeatFigure {
+    fn title(&self) -> &str {
+        &self.title
+    }
+
+    fn size(&self) -> Result<(f64, f64)> {
+        self.axis()?;
+        let page = self.page();
+        Ok((WIDTH, page.top() + self.bars_height() + 54.0 + page.bottom()))
+    }
+
+    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+        let page = self.page();
+        let names_width = self.rows().names_width;
+        let mut top = page.top();
+        let groups = self.groups();
+        let last = groups.iter().rposition(|g| !g.1.is_empty());
+        for (index, (heading, bars, colour, pattern)) in groups.iter().enumerate() {
+            if bars.is_empty() {
+                continue;
+            }
+            let mut rows = Rows::new(bars.iter().map(|b| b.name.as_str()), 270.0, ROW);
+            // Both groups share the columns of names and the height of rows.
+            (rows.names_width, rows.row) = (names_width, self.rows().row);
+            let frame = rows.frame(MARGIN, top + HEADING - 4.0, WIDTH - MARGIN, self.axis()?);
+            canvas.text((MARGIN, top + 17.0), &Text::new(heading).bold())?;
+            rows.paint(canvas, &frame)?;
+            let zero = frame.at(0.0, 0.0).0;
+            for (k, bar) in bars.iter().enumerate() {
+                let (end, y) = (frame.at(bar.watts, 0.0).0, rows.middle(&frame, k));
+                let (left, width, height) = (zero.min(end), (end - zero).abs(), 0.6 * rows.row.min(34.0));
+                canvas.rectangle(left, y - height / 2.0, width, height, *colour, 1.0)?;
+                hatch_rectangle(canvas, (left, y - height / 2.0), (width, height), (*pattern, *colour))?;
+                let label = bar.label();
+                let text = Text::new(&label).size(size::TICK);
+                let base = y + 0.36 * size::TICK;
+                if bar.watts < 0.0 { canvas.text((end - 6.0, base), &text.end())? } else { canvas.text((end + 6.0, base), &text)? }
+            }
+            if Some(index) == last {
+                frame.paint_across(canvas, false)?;
+            } else {
+                canvas.frame(frame.left, frame.top, frame.width, frame.height, Stroke::solid(AXIS, 1.2))?;
+            }
+            canvas.line(&[(zero, frame.top), (zero, frame.bottom())], Stroke::solid(INK, 1.4))?;
+            top += HEADING + rows.height();
+        }
+        page.paint(canvas, self.size()?.1)
+    }
+}

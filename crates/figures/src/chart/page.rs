@@ -1,0 +1,88 @@
+//! What stands above and below the data of every figure: title, subtitle, fixed conditions, notes.
+
+use super::canvas::{Canvas, Text};
+use super::fonts::{self, Weight};
+use super::style::{MUTED, Quantity, size};
+use super::surface::Surface;
+use coldplate_base::error::Result;
+
+/// Space between the edge of a figure and what is in it, in CSS pixels.
+pub const MARGIN: f64 = 16.0;
+
+/// Title and footer of a figure, broken into lines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Page {
+    width: f64,
+    title: Vec<String>,
+    subtitle: Vec<String>,
+    footer: Vec<String>,
+}
+
+const TITLE_LINE: f64 = 24.0;
+const SUBTITLE_LINE: f64 = 18.0;
+const FOOTER_LINE: f64 = 17.0;
+
+impl Page {
+    /// Breaks the texts into lines for a figure of this width; empty texts take no room.
+    pub fn new(width: f64, title: &str, subtitle: &str, footer: &[String]) -> Self {
+        let room = width - 2.0 * MARGIN;
+        Self {
+            width,
+            title: fonts::wrap(title, size::TITLE, Weight::Bold, room, 2),
+            subtitle: fonts::wrap(subtitle, size::BODY, Weight::Regular, room, 2),
+            footer: footer.iter().flat_map(|line| fonts::wrap(line, size::FOOTER, Weight::Regular, room, 4)).collect(),
+        }
+    }
+
+    /// Where the data may begin.
+    pub fn top(&self) -> f64 {
+        MARGIN + TITLE_LINE * self.title.len() as f64 + SUBTITLE_LINE * self.subtitle.len() as f64 + 6.0
+    }
+
+    /// Height taken at the bottom.
+    pub fn bottom(&self) -> f64 {
+        if self.footer.is_empty() { MARGIN } else { FOOTER_LINE * self.footer.len() as f64 + 6.0 + MARGIN * 0.75 }
+    }
+
+    /// Width the data may take.
+    pub fn room(&self) -> f64 {
+        self.width - 2.0 * MARGIN
+    }
+
+    /// Sets the texts on a figure of this height.
+    ///
+    /// # Errors
+    /// If the surface refuses.
+    pub fn paint<S: Surface>(&self, canvas: &mut Canvas<S>, height: f64) -> Result<()> {
+        let mut y = MARGIN;
+        for line in &self.title {
+            canvas.text((MARGIN, y + 16.0), &Text::new(line).size(size::TITLE).bold())?;
+            y += TITLE_LINE;
+        }
+        for line in &self.subtitle {
+            canvas.text((MARGIN, y + 12.0), &Text::new(line).colour(MUTED))?;
+            y += SUBTITLE_LINE;
+        }
+        let mut y = height - MARGIN * 0.75 - FOOTER_LINE * self.footer.len() as f64;
+        for line in &self.footer {
+            y += FOOTER_LINE;
+            canvas.text((MARGIN, y - 4.0), &Text::new(line).size(size::FOOTER).colour(MUTED))?;
+        }
+        Ok(())
+    }
+}
+
+/// `Fixed: coolant temperature 20 °C · motor speed 2500 rpm`, or nothing where nothing is fixed.
+pub fn fixed_conditions(fixed: &[(Quantity, f64)]) -> String {
+    if fixed.is_empty() {
+        return String::new();
+    }
+    let part = |(quantity, value): &(Quantity, f64)| {
+        let name = super::style::readable(&quantity.name);
+        // A name may end in a digit, which would run into a pure number.
+        let equals = if quantity.is_number() { "= " } else { "" };
+        format!("{name} {equals}{}", quantity.with_value(*value))
+    };
+    let parts: Vec<String> = fixed.iter().map(part).collect();
+    format!("Fixed: {}", parts.join(" · "))
+}

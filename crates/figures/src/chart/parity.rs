@@ -1,0 +1,219 @@
+//! Does the surrogate repeat what was simulated: predicted over simulated, and the difference beneath a
+//! magnifying glass, training and held-out conditions told apart.
+
+use super::Figure;
+use super::axis::{Axis, Frame};
+use super::canvas::{Canvas, Stroke, Text};
+use super::legend::{Legend, Swatch};
+use super::page::{MARGIN, Page};
+use super::style::{AXIS, BLUE, DASHED, INK, MUTED, Marker, Quantity, Rgb, VERMILLION, number, size, unit_symbol};
+use super::surface::Surface;
+use super::ticks::Range;
+use coldplate_base::error::{Error, Result};
+
+/// One condition.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sample {
+    /// What the simulation (or the measurement) says.
+    pub reference: f64,
+    /// What the fit says.
+    pub predicted: f64,
+    /// Whether the fit has not seen it.
+    pub held_out: bool,
+}
+
+impl Sample {
+    /// Predicted minus reference.
+    pub fn error(self) -> f64 {
+        self.predicted - self.reference
+    }
+
+    fn usable(self) -> bool {
+        self.error().is_finite()
+    }
+}
+
+/// How far a set of predictions is off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ErrorStatistics {
+    /// Conditions counted.
+    pub count: usize,
+    /// Root of the mean square error.
+    pub rmse: f64,
+    /// Largest absolute error.
+    pub max: f64,
+    /// Mean error.
+    pub bias: f64,
+}
+
+/// Statistics of those samples that have both values; `None` where there are none.
+pub fn statistics(samples: impl IntoIterator<Item = Sample>) -> Option<ErrorStatistics> {
+    let errors: Vec<f64> = samples.into_iter().filter(|s| s.usable()).map(Sample::error).collect();
+    let count = errors.len();
+    (count > 0).then(|| {
+        let n = count as f64;
+        let largest = errors.iter().fold(0.0f64, |m, e| m.max(e.abs()));
+        // Scaled by the largest, so that squares neither overflow nor vanish.
+        let scale = if largest > 0.0 { largest } else { 1.0 };
+        let rmse = (errors.iter().map(|e| (e / scale).powi(2)).sum::<f64>() / n).sqrt() * scale;
+        ErrorStatistics { count, rmse, max: largest, bias: errors.iter().map(|e| e / n).sum() }
+    })
+}
+
+/// Predicted over simulated for one measurement point, or for several taken together.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ParityFigure {
+    /// Title.
+    pub title: String,
+    /// What is predicted.
+    pub quantity: Quantity,
+    /// What the fit is compared with, `simulated` or `measured`; empty means `simulated`.
+    pub reference: String,
+    /// The conditions.
+    pub samples: Vec<Sample>,
+    /// Half width of the 95 % band, drawn about zero error; 0 or not finite draws none.
+    pub half_width: f64,
+    /// Lines for the footer.
+    pub notes: Vec<String>,
+}
+
+const WIDTH: f64 = 960.0;
+const PLOT: f64 = 400.0;
+/// A mean below this share of the rms error is shown as none: fewer than a million conditions cannot tell it from none, and that of
+/// least squares is rounding.
+const ROUNDING: f64 = 1e-3;
+
+/// Marker and colour of a condition, by whether it was held out.
+pub fn look(held_out: bool) -> (Marker, Rgb) {
+    if held_out { (Marker::Triangle, VERMILLION) } else { (Marker::Ring, BLUE) }
+}
+
+impl ParityFigure {
+    fn reference(&self) -> &str {
+        if self.reference.is_empty() { "simulated" } else { &self.reference }
+    }
+
+    fn difference_unit(&self) -> String {
+        unit_symbol(&self.quantity.unit).replace("°C", "K")
+    }
+
+    fn summary(&self, held_out: bool) -> Option<String> {
+        let chosen = self.samples.iter().copied().filter(|s| s.held_out == held_out);
+        let unit = self.difference_unit();
+        statistics(chosen).map(|s| {
+            let three = |v: f64| number(rounded(v));
+            let mean = if s.bias.abs() < ROUNDING * s.rmse { 0.0 } else { s.bias };
+            format!(
+                "{}: {} conditions, rms error {} {unit}, largest {} {unit}, mean {} {unit}",
+                if held_out { "Held out" } else { "Training" },
+                s.count,
+                three(s.rmse),
+                three(s.max),
+                three(mean)
+            )
+        })
+    }
+
+    fn page(&self) -> Page {
+        let mut footer: Vec<String> = [false, true].into_iter().filter_map(|h| self.summary(h)).collect();
+        footer.extend(self.notes.iter().cloned());
+        Page::new(WIDTH, &self.title, "", &footer)
+    }
+
+    fn legend(&self) -> Legend {
+        let mut legend = Legend { text: size::TICK, ..Legend::default() };
+        for (held_out, name) in [(false, "training condition"), (true, "held-out condition")] {
+            if self.samples.iter().any(|s| s.held_out == held_out && s.usable()) {
+                let (marker, colour) = look(held_out);
+                legend.add(Swatch::Marker(marker, colour), name);
+            }
+        }
+        legend.add(Swatch::Line(MUTED, 1.4, &[]), "perfect agreement");
+        if self.half_width.is_finite() && self.half_width > 0.0 {
+            legend.add(Swatch::Line(INK, 1.4, DASHED), "95 % band");
+        }
+        legend
+    }
+
+    fn frames(&self, top: f64) -> Result<(Frame, Frame)> {
+        let used: Vec<Sample> = self.samples.iter().copied().filter(|s| s.usable()).collect();
+        let values = used.iter().flat_map(|s| [s.reference, s.predicted]);
+        let (Some(values), Some(errors)) = (Range::of(values), error_range(used.iter().map(|s| s.error()), self.half_width)) else {
+            return Err(Error::input("no condition has both a predicted and a reference value").at_key(self.title.clone()));
+        };
+        let values = values.padded(0.04);
+        let unit = if self.quantity.unit.trim().is_empty() { String::new() } else { format!(" [{}]", unit_symbol(&self.quantity.unit)) };
+        let difference = if unit.is_empty() { String::new() } else { format!(" [{}]", self.difference_unit()) };
+        let x = Axis::linear(format!("{}{unit}", self.reference()), values);
+        let left = Frame::inside((MARGIN, top), (452.0, PLOT), x.clone(), Axis::linear(format!("predicted{unit}"), values));
+        let y = Axis::linear(format!("predicted − {}{difference}", self.reference()), errors);
+        let right = Frame::inside((MARGIN + 470.0, top), (WIDTH - 2.0 * MARGIN - 470.0, PLOT), x, y);
+        Ok((left, right))
+    }
+}
+
+/// Three significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+/// A range about zero for errors and their band.
+pub fn error_range(errors: impl IntoIterator<Item = f64>, half_width: f64) -> Option<Range> {
+    let largest = errors.into_iter().filter(|e| e.is_finite()).map(f64::abs).reduce(f64::max)?;
+    let band = if half_width.is_finite() { half_width.abs() } else { 0.0 };
+    let reach = largest.max(band).min(1e290);
+    let reach = if reach > 0.0 { 1.15 * reach } else { 1.0 };
+    Some(Range { low: -reach, high: reach })
+}
+
+/// Zero line and band limits of a plot of errors.
+///
+/// # Errors
+/// If the surface refuses.
+pub fn paint_band<S: Surface>(canvas: &mut Canvas<S>, frame: &Frame, half_width: f64) -> Result<()> {
+    let across = |y: f64| [(frame.left, frame.at(frame.x.range.low, y).1), (frame.right(), frame.at(frame.x.range.low, y).1)];
+    canvas.line(&across(0.0), Stroke::solid(MUTED, 1.4))?;
+    if half_width.is_finite() && half_width > 0.0 {
+        for y in [-half_width, half_width] {
+            canvas.line(&across(y), Stroke { colour: INK, width: 1.4, dash: DASHED })?;
+        }
+    }
+    Ok(())
+}
+
+impl Figure for ParityFigure {
+    fn title(&self) -> &str {
+        &self.title
+    }
+
+    fn size(&self) -> Result<(f64, f64)> {
+        let page = self.page();
+        self.frames(page.top())?;
+        Ok((WIDTH, page.top() + PLOT + 26.0 + self.legend().running_height(page.room()) + page.bottom()))
+    }
+
+    fn paint<S: Surface>(&self, canvas: &mut Canvas<S>) -> Result<()> {
+        let page = self.page();
+        let top = page.top() + 20.0;
+        let (left, right) = self.frames(top)?;
+        for (frame, name) in [(&left, "Predicted over the reference"), (&right, "Their difference, magnified")] {
+            canvas.text((frame.left, top - 2.0), &Text::new(name).size(size::TICK).bold().colour(AXIS))?;
+            frame.paint_grid(canvas)?;
+        }
+        let ends = [left.x.range.low, left.x.range.high].map(|v| left.at(v, v));
+        canvas.line(&ends, Stroke::solid(MUTED, 1.4))?;
+        paint_band(canvas, &right, self.half_width)?;
+        // Held-out conditions on top: they are the ones that count.
+        for held_out in [false, true] {
+            let (marker, colour) = look(held_out);
+            for s in self.samples.iter().filter(|s| s.held_out == held_out && s.usable()) {
+                canvas.marker(left.at(s.reference, s.predicted), marker, 3.8, colour)?;
+                canvas.marker(right.at(s.reference, s.error()), marker, 3.8, colour)?;
+            }
+        }
+        left.paint_axes(canvas)?;
+        right.paint_axes(canvas)?;
+        self.legend().paint_running(canvas, (MARGIN, top + PLOT + 4.0), page.room())?;
+        page.paint(canvas, self.size()?.1)
+    }
+}

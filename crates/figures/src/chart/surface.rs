@@ -1,0 +1,67 @@
+//! What a figure is drawn onto: four primitives, in the surface's own integer coordinates.
+
+use super::fonts::Weight;
+use super::style::Rgb;
+use coldplate_base::error::Result;
+
+/// A point in the surface's coordinates.
+pub type Pixel = (i32, i32);
+
+/// Which point of a text its position names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Anchor {
+    /// Left end of the baseline.
+    #[default]
+    Start,
+    /// Middle of the baseline.
+    Middle,
+    /// Right end of the baseline.
+    End,
+}
+
+/// A text in the surface's coordinates.
+#[derive(Debug, Clone, Copy)]
+pub struct Lettering<'a> {
+    /// One line.
+    pub text: &'a str,
+    /// Font size (em).
+    pub size: f64,
+    /// Weight.
+    pub weight: Weight,
+    /// Colour.
+    pub colour: Rgb,
+    /// What the position names.
+    pub anchor: Anchor,
+    /// Reads upwards instead of to the right.
+    pub upwards: bool,
+}
+
+/// An output of plotters, with the primitives the figures are made of.
+pub trait Surface {
+    /// Surface units per CSS pixel.
+    fn scale(&self) -> f64;
+
+    /// Fills a polygon (even-odd).
+    ///
+    /// # Errors
+    /// If the output refuses.
+    fn polygon(&mut self, points: &[Pixel], colour: Rgb, alpha: f64) -> Result<()>;
+
+    /// Strokes an open line.
+    ///
+    /// # Errors
+    /// If the output refuses.
+    fn line(&mut self, points: &[Pixel], colour: Rgb, width: u32) -> Result<()>;
+
+    /// Fills a disc.
+    ///
+    /// # Errors
+    /// If the output refuses.
+    fn disc(&mut self, centre: Pixel, radius: u32, colour: Rgb) -> Result<()>;
+
+    /// Sets a text, `at` being the point of its baseline that [`Lettering::anchor`] names.
+    ///
+    /// # Errors
+    /// If the output refuses.
+    fn text(&mut self, at: Pixel, lettering: &Lettering) -> Result<()>;
+}

@@ -1,0 +1,101 @@
+//! Tables of a report.
+
+use super::Tone;
+use crate::chart::style::fixed;
+
+/// Where the content of a column stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Align {
+    /// Texts.
+    #[default]
+    Left,
+    /// Numbers: digits of equal width, so that they stand under each other.
+    Right,
+    /// Short words.
+    Centre,
+}
+
+/// One cell.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Cell {
+    /// Its text.
+    pub text: String,
+    /// Its colour.
+    pub tone: Tone,
+}
+
+impl Cell {
+    /// A number with this many decimals; a dash where it is not finite.
+    pub fn number(value: f64, decimals: usize) -> Self {
+        fixed(value, decimals).into()
+    }
+
+    /// A number where it is known, a dash where not.
+    pub fn optional(value: Option<f64>, decimals: usize) -> Self {
+        Self::number(value.unwrap_or(f64::NAN), decimals)
+    }
+
+    /// With this colour.
+    #[must_use]
+    pub fn tone(mut self, tone: Tone) -> Self {
+        self.tone = tone;
+        self
+    }
+}
+
+impl<T: Into<String>> From<T> for Cell {
+    fn from(text: T) -> Self {
+        Self { text: text.into(), tone: Tone::Plain }
+    }
+}
+
+/// Columns with their alignment, and rows.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Table {
+    pub(super) columns: Vec<(String, Align)>,
+    pub(super) rows: Vec<Vec<Cell>>,
+    pub(super) total: Option<Vec<Cell>>,
+    pub(super) caption: String,
+    pub(super) folded: Option<String>,
+}
+
+impl Table {
+    /// An empty table with these columns.
+    pub fn new<T: Into<String>>(columns: impl IntoIterator<Item = (T, Align)>) -> Self {
+        Self { columns: columns.into_iter().map(|(title, align)| (title.into(), align)).collect(), ..Self::default() }
+    }
+
+    /// Adds a row; missing cells are left empty, cells beyond the last column are left out.
+    pub fn row(&mut self, cells: impl IntoIterator<Item = Cell>) -> &mut Self {
+        self.rows.push(cells.into_iter().collect());
+        self
+    }
+
+    /// The last row, set apart: sums.
+    pub fn total(&mut self, cells: impl IntoIterator<Item = Cell>) -> &mut Self {
+        self.total = Some(cells.into_iter().collect());
+        self
+    }
+
+    /// What the table shows.
+    pub fn caption(&mut self, text: impl Into<String>) -> &mut Self {
+        self.caption = text.into();
+        self
+    }
+
+    /// Hides the table behind this line until the reader opens it; it is printed open.
+    pub fn folded(&mut self, summary: impl Into<String>) -> &mut Self {
+        self.folded = Some(summary.into());
+        self
+    }
+
+    /// Rows, the total not counted.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether it has no rows.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+}

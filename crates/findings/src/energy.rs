@@ -1,0 +1,139 @@
+//! Where the heat goes at the measured conditions, in the machine as it is and with the best explanation.
+
+use rayon::prelude::*;
+
+use coldplate_base::error::Result;
+use coldplate_describe::machine::Condition;
+use coldplate_diagnose::{Diagnosis, Problem};
+use coldplate_evidence::measurement::Data;
+use coldplate_solve::meshed::{Flows, MeshedMachine, OutletSensor, SteadyState};
+use coldplate_solve::sensitivity::Study;
+
+/// Most conditions that are balanced.
+const MOST: usize = 12;
+
+/// Heat balances.
+#[derive(Debug)]
+pub struct EnergyBalances {
+    /// One per condition, in the order of the data.
+    pub balances: Vec<Balance>,
+    /// How many conditions the data have.
+    pub conditions: usize,
+}
+
+/// The balance of one condition, steady.
+#[derive(Debug)]
+pub struct Balance {
+    /// Name of the test.
+    pub test: String,
+    /// The condition.
+    pub condition: Condition,
+    /// The machine as it is.
+    pub before: Flows,
+    /// With the best explanation, where it can be solved.
+    pub after: Option<Flows>,
+    /// Heat that outlet sensors say the water took.
+    pub water: Vec<Water>,
+}
+
+/// What the water of a circuit takes, W.
+#[derive(Debug)]
+pub struct Water {
+    /// Name of the circuit.
+    pub circuit: String,
+    /// By its outlet sensor.
+    pub measured: f64,
+    /// Standard deviation of that.
+    pub deviation: f64,
+    /// By the machine as it is, at the same place.
+    pub before: f64,
+    /// With the best explanation.
+    pub after: Option<f64>,
+}
+
+impl EnergyBalances {
+    /// Balances at the conditions of the data, evenly chosen where there are many; of logs where each test ends.
+    ///
+    /// # Errors
+    /// The machine as it is cannot be solved.
+    pub fn of(problem: &Problem, found: &Diagnosis, is_extended: bool) -> Result<Self> {
+        let data = &problem.data;
+        let rows = rows(data);
+        let conditions = rows.len();
+        let chosen: Vec<usize> =
+            if conditions <= MOST { rows } else { (0..MOST).map(|i| rows[i * (conditions - 1) / (MOST - 1)]).collect() };
+        let extended: Option<Study> = match &found.sets {
+            Some(sets) if is_extended => problem.study.edited(sets).ok(),
+            _ => None,
+        };
+        let outlets = problem.study.model.outlet_sensors();
+        let model = &problem.study.model;
+        let Some(first) = chosen.first() else { return Ok(Self { balances: Vec::new(), conditions }) };
+        let first = &data.rows[*first].condition;
+        let own = model.solver(first)?;
+        // What cannot be solved is left out: the machine as it is stays worth showing.
+        let other = extended.as_ref().and_then(|study| Some((&study.model, study.model.solver(first).ok()?)));
+        let one = |r: &usize| -> Result<Balance> {
+            let condition = &data.rows[*r].condition;
+            let state = model.solve(&own, condition)?;
+            let after = other.as_ref().and_then(|(model, solver)| Some((*model, model.solve(solver, condition).ok()?)));
+            Ok(Balance {
+                test: data.rows[*r].test.clone(),
+                condition: condition.clone(),
+                before: model.flows(&state),
+                water: outlets.iter().filter_map(|outlet| water(problem, *r, outlet, &state, after.as_ref())).collect(),
+                after: after.as_ref().map(|(model, state)| model.flows(state)),
+            })
+        };
+        Ok(Self { balances: chosen.par_iter().map(one).collect::<Result<_>>()?, conditions })
+    }
+
+    /// The balance with most heat in it, which says most.
+    pub fn largest(&self) -> Option<&Balance> {
+        let heat = |b: &Balance| b.before.sources.iter().map(|s| s.1).sum::<f64>();
+        self.balances.iter().max_by(|a, b| heat(a).total_cmp(&heat(b)))
+    }
+}
+
+/// Rows that stand for a condition each: distinct ones of tables, the last of each log.
+fn rows(data: &Data) -> Vec<usize> {
+    let all = 0..data.rows.len();
+    if data.is_transient() {
+        return data.tests().iter().filter_map(|test| data.rows.iter().rposition(|row| row.test == *test)).collect();
+    }
+    all.clone().filter(|r| data.rows[..*r].iter().all(|other| other.condition != data.rows[*r].condition)).collect()
+}
+
+fn water(
+    problem: &Problem,
+    r: usize,
+    outlet: &OutletSensor,
+    state: &SteadyState,
+    after: Option<&(&MeshedMachine, SteadyState)>,
+) -> Option<Water> {
+    let data = &problem.data;
+    if data.is_transient() {
+        return None;
+    }
+    let k = data.sensors.iter().position(|s| *s == outlet.sensor)?;
+    // The temperature at which the sensor shows what was read.
+    let reading = problem.study.model.machine.sensors.get(outlet.sensor)?.shows.temperature(data.rows[r].readings[k]?);
+    let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
+    let heat = |model: &MeshedMachine, state: &SteadyState| {
+        let reads = model.network.sensors.get(outlet.sensor)?.read(&state.solution.temperatures, &state.load);
+        let rate = state.solution.streams.get(outlet.stream)?.capacity_rate;
+        Some(rate * (reads - state.load.inlets.get(outlet.circuit)?))
+    };
+    let inlet = *state.load.inlets.get(outlet.circuit)?;
+    let machine = &problem.study.model.machine;
+    let at = machine.variables.iter().position(|v| v.name == "coolant_temperature");
+    let own = problem.uncertainty.at(&data.rows[r].condition);
+    let spread = problem.uncertainty.noise[k].hypot(problem.uncertainty.bias[k]).hypot(at.map_or(0.0, |v| own[v]));
+    Some(Water {
+        circuit: problem.study.model.network.circuits.get(outlet.circuit)?.circuit.name.clone(),
+        measured: rate * (reading - inlet),
+        deviation: rate * spread,
+        before: heat(&problem.study.model, state)?,
+        after: after.and_then(|(model, state)| heat(model, state)),
+    })
+}

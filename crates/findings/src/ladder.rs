@@ -1,0 +1,49 @@
+//! The rungs of a diagnosis in words.
+
+use coldplate_base::numbers::significant;
+use coldplate_diagnose::{Cause, Rung, WhereLeft, sentence};
+
+/// What a rung without a cause is.
+pub const NUMBERS: &str = "numbers of the machine file as the readings draw them";
+
+/// What a rung names, and its share of the misfit.
+pub fn words(rung: &Rung) -> String {
+    let alone = match rung.alone[..] {
+        [first, second] => format!(" (by the first alone {:.0} %, by the second alone {:.0} %)", 100.0 * first, 100.0 * second),
+        _ => String::new(),
+    };
+    format!("{}. {:.0} % of the squared misfit is explained{alone}", causes(rung), 100.0 * rung.share)
+}
+
+/// What a rung names.
+pub fn causes(rung: &Rung) -> String {
+    if rung.causes.is_empty() {
+        return NUMBERS.into();
+    }
+    rung.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
+}
+
+/// Numbers of the file that were fitted beside its causes, in words.
+pub fn refitted(rung: &Rung) -> Vec<String> {
+    rung.refitted.iter().map(in_words).collect()
+}
+
+/// A number that moved, with how far that is beside what it may be off by.
+fn in_words(number: &Cause) -> String {
+    let sigma = number.amplitude / number.hypothesis.scale;
+    let pulled = if sigma.abs() > 3.0 { format!(": pulled by {} standard deviations", significant(sigma, 2)) } else { String::new() };
+    format!("{}{pulled}", sentence(number))
+}
+
+/// What a rung leaves, and where; of logs or of steady readings.
+pub fn left(rung: &Rung, is_log: bool) -> String {
+    let place = match &rung.where_left {
+        Some(WhereLeft { sensor, share }) => format!(", {:.0} % of its square at {sensor}", 100.0 * share),
+        None => String::new(),
+    };
+    let learnt = match rung.left.in_words(is_log) {
+        words if words.is_empty() => "what the stated uncertainty explains".into(),
+        words => format!("learnt: {words}"),
+    };
+    format!("left: {:.3} K{place}; {learnt}", rung.rms)
+}

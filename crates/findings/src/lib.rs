@@ -1,0 +1,233 @@
+//! From measured data to a better machine: causes, heat balances, the machine file with the best explanation in it, a
+//! surrogate of that machine, and a report for readers who were not there.
+//!
+//! [`examine`] does all of it and writes nothing; [`Findings`] holds what came out, and writes files where asked to.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
+
+mod deviations;
+pub mod energy;
+pub mod extended;
+mod figures;
+pub mod input;
+pub mod ladder;
+mod next;
+pub mod record;
+pub mod refit;
+mod report;
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use coldplate_base::atomic_file;
+use coldplate_base::error::Result;
+use coldplate_base::numbers::significant;
+use coldplate_base::progress::Progress;
+use coldplate_diagnose::{Cause, Certainty, Diagnosis, Effect, Explanation, Problem, Verdict, sentence};
+use coldplate_evidence::discrepancy::Level;
+use coldplate_figures::chart::gains::GainsFigure;
+use coldplate_figures::report::Report;
+use energy::EnergyBalances;
+use extended::ExtendedMachine;
+pub use next::{in_words as next_test_in_words, worth_in_words};
+use refit::Refitted;
+
+/// What was found, and what was made of it.
+#[derive(Debug)]
+#[non_exhaustive]
+pub struct Findings<'a> {
+    /// What was asked, without the readings that were set aside.
+    pub problem: Cow<'a, Problem>,
+    /// Causes with their probabilities, and what is gained.
+    pub diagnosis: Diagnosis,
+    /// The machine file with the best explanation in it, where one can be written.
+    pub extended: Option<ExtendedMachine>,
+    /// Where the heat goes, before and after.
+    pub energy: EnergyBalances,
+    /// The surrogate of the extended machine, if one was asked for.
+    pub refitted: Option<Refitted>,
+}
+
+/// Diagnoses, extends the machine file (to be written to `extended`), balances the heat, and fits a surrogate of the
+/// extended machine (to be written to `surrogate`) where one is asked for. Nothing is written yet.
+///
+/// # Errors
+/// Errors of [`coldplate_diagnose::settled`] and [`refit::Refitted::of`]; the machine as it is cannot be solved.
+pub fn examine<'a>(
+    problem: &'a Problem,
+    extended: impl AsRef<Path>,
+    surrogate: Option<&Path>,
+    progress: &dyn Progress,
+) -> Result<Findings<'a>> {
+    let (problem, diagnosis) = coldplate_diagnose::settled(problem, progress)?;
+    let extended = ExtendedMachine::of(&problem, &diagnosis, extended.as_ref())?;
+    progress.say("heat balances");
+    let energy = EnergyBalances::of(&problem, &diagnosis, extended.is_some())?;
+    let refitted = surrogate.map(|path| Refitted::of(&problem, extended.as_ref(), path, progress)).transpose()?;
+    Ok(Findings { problem, diagnosis, extended, energy, refitted })
+}
+
+impl Findings<'_> {
+    /// Writes the extended machine and the surrogate, where there are any.
+    ///
+    /// # Errors
+    /// A file cannot be written.
+    pub fn write(&self) -> Result<()> {
+        if let Some(extended) = &self.extended {
+            atomic_file::write(&extended.path, extended.text.as_bytes())?;
+        }
+        if let Some(fit) = self.refitted.as_ref().and_then(|r| r.fit.as_ref()) {
+            atomic_file::write(&fit.path, &fit.bytes)?;
+        }
+        Ok(())
+    }
+
+    /// The report for readers who were not there.
+    ///
+    /// # Errors
+    /// A figure has nothing to show.
+    pub fn report(&self) -> Result<Report> {
+        report::report(self)
+    }
+
+    /// The ladder of gains as a figure; `None` where no cause was added to the machine.
+    pub fn gains(&self) -> Option<GainsFigure> {
+        figures::gains(self)
+    }
+
+    /// Explanations that the data cannot refute.
+    pub fn open(&self) -> Vec<&Explanation> {
+        self.diagnosis.set.iter().filter_map(|i| self.diagnosis.explanations.get(*i)).collect()
+    }
+
+    /// Explanations worth showing: the first three, and those with some probability; at most `most`.
+    pub fn ranked(&self, most: usize) -> impl Iterator<Item = (usize, &Explanation)> {
+        self.diagnosis.explanations.iter().enumerate().filter(|(i, e)| *i < 3 || e.probability > 2e-3).take(most)
+    }
+
+    /// How much of the stated noise the readings show, where it is far too large.
+    pub fn noise_in_words(&self) -> Option<String> {
+        let share = Some(self.diagnosis.noise_share).filter(|share| *share < 1.0)?;
+        let percent = significant(100.0 * share, 2);
+        Some(format!("the readings scatter by {percent} % of the noise that is stated: that is what they are judged by"))
+    }
+
+    /// The answer in a sentence or two.
+    pub fn headline(&self) -> String {
+        let found = &self.diagnosis;
+        let better = match &found.gain {
+            Some(gain) if found.is_calibrated() => format!(
+                " {} predict conditions kept out better: the error is {:.3} K, {:.3} K before.",
+                capital(ladder::NUMBERS),
+                gain.after,
+                gain.before
+            ),
+            _ => String::new(),
+        };
+        format!("{}{better}", self.verdict_in_words())
+    }
+
+    fn verdict_in_words(&self) -> String {
+        let found = &self.diagnosis;
+        match found.verdict {
+            Verdict::Consistent if found.unexplained != Level::NONE => format!(
+                "The readings do not contradict the machine: they differ from it by more than the stated errors (probability {:.3}), but no more than models of such machines and days do ({}).",
+                found.misfit.probability.min(found.misfit.look_elsewhere),
+                found.unexplained.in_words(self.problem.data.is_transient())
+            ),
+            Verdict::Consistent => format!(
+                "The readings do not contradict the machine: a misfit this large or larger has probability {:.2}, a cause this convincing {:.2}.",
+                found.misfit.probability, found.misfit.look_elsewhere
+            ),
+            Verdict::Explained => {
+                let what = found.explanations.first().map(words).unwrap_or_default();
+                let p = probability(found.level.probability);
+                match found.level.certainty {
+                    Certainty::Law => format!("{}; probability {p}.", capital(&what)),
+                    _ => format!("{}; probability {p} that it is {}, by whatever law.", capital(&what), found.level.what),
+                }
+            }
+            Verdict::SomethingElse => format!(
+                "Something is wrong that no cause of the catalogue explains{}.",
+                if found.level.what.is_empty() { String::new() } else { format!("; what comes nearest points to {}", found.level.what) }
+            ),
+            Verdict::CannotTell if found.is_vetoed => format!(
+                "Something is wrong; nearest comes that {}, but data kept out are predicted no better with it: the cause is not known.",
+                found.explanations.first().map(words).unwrap_or_default()
+            ),
+            Verdict::CannotTell => {
+                let certain = match found.level.certainty {
+                    Certainty::OneOfTwo => format!("certain is {}, and something acts beside it", found.level.what),
+                    Certainty::Place => format!("it is at {}", found.level.what),
+                    Certainty::Region => format!("it touches {}", found.level.what),
+                    _ => "not even its place is certain".into(),
+                };
+                let n = found.set.len();
+                let fit = match n {
+                    1 => "1 explanation fits, but not for certain".to_string(),
+                    _ => format!("{n} explanations fit alike: the data cannot tell which it is"),
+                };
+                let is_path = |e: &Explanation| e.causes.iter().any(|c| matches!(c.hypothesis.effect, Effect::Leak(_)));
+                let numbers = match (found.is_open_by_numbers, found.explanations.first().is_some_and(is_path)) {
+                    (true, true) => {
+                        "; another place of the path, or numbers of the machine file that are all a little off, would do as well"
+                    }
+                    (true, false) => "; numbers of the machine file that are all a little off would do as well",
+                    (false, _) => "",
+                };
+                format!("Something is wrong; {certain}, and {fit}{numbers}.")
+            }
+        }
+    }
+
+    /// Why no extended machine was written.
+    pub fn why_not_extended(&self) -> &'static str {
+        match self.diagnosis.verdict {
+            Verdict::Consistent => "nothing is wrong, and no other numbers are certain to predict conditions kept out better",
+            Verdict::SomethingElse => "no cause explains the readings, so there is nothing to extend the machine by",
+            _ if self.diagnosis.misses => "the machine with the cause that fits best misses the readings by more than the machine as it is",
+            _ if self.diagnosis.is_vetoed => "no cause predicts data kept out better than the machine as it is",
+            Verdict::CannotTell if self.diagnosis.gain.as_ref().is_some_and(|gain| gain.low <= 0.0) => {
+                "the cause is not certain, nor is what it gains on data kept out"
+            }
+            _ => "the machine file has no number that is the cause",
+        }
+    }
+}
+
+/// A probability in words.
+pub fn probability(p: f64) -> String {
+    if p > 0.994 { "above 0.99".into() } else { format!("{p:.2}") }
+}
+
+/// An explanation in words, with the other names of its causes.
+pub fn words(explanation: &Explanation) -> String {
+    let of = |(k, cause): (usize, &Cause)| {
+        let others: Vec<String> = other_names(explanation, k).collect();
+        let own = sentence(cause);
+        if others.is_empty() { own } else { format!("{own} (the same by another name: {})", others.join("; or ")) }
+    };
+    explanation.causes.iter().enumerate().map(of).collect::<Vec<_>>().join("; and ")
+}
+
+/// An explanation in words.
+pub fn own_words(explanation: &Explanation) -> String {
+    explanation.causes.iter().map(sentence).collect::<Vec<_>>().join("; and ")
+}
+
+/// What else a cause of an explanation may be called.
+pub fn other_names(explanation: &Explanation, cause: usize) -> impl Iterator<Item = String> {
+    explanation.synonyms.iter().filter(move |s| s.of == cause).map(|s| sentence(&s.cause))
+}
+
+/// An explanation by kind and place.
+fn name(explanation: &Explanation) -> String {
+    explanation.causes.iter().map(|p| p.hypothesis.kind_and_place()).collect::<Vec<_>>().join("; ")
+}
+
+fn capital(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
+}

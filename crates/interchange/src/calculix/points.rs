@@ -1,0 +1,95 @@
+//! Measurement points: each is a node that CalculiX prints.
+
+use serde::Serialize;
+
+use super::bodies::{Bodies, add as add_weight};
+use super::deck::{Deck, Weights};
+use super::lumped::Lumped;
+use super::water::Ends;
+use coldplate_base::error::{Error, Result};
+use coldplate_describe::machine::{Reading, Sensor};
+use coldplate_solve::meshed::MeshedMachine;
+
+/// Most nodes that a mean may be taken over: each is joined to each in the matrix.
+const MOST_NODES: usize = 1000;
+/// Area of the element whose corner a sensor is, m². Nothing flows through it.
+const AREA: f64 = 1e-6;
+
+/// A sensor in the results.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Point {
+    /// Name of the sensor.
+    pub sensor: String,
+    /// The node that has its temperature.
+    pub node: u32,
+}
+
+/// Adds the measurement points, in the machine's order, without displacements: the deck is one of temperatures.
+///
+/// # Errors
+/// A sensor reads what the deck does not have.
+pub(super) fn add(model: &MeshedMachine, bodies: &Bodies<'_>, water: &[Ends], lumped: &Lumped, deck: &mut Deck) -> Result<Vec<Point>> {
+    let point = |sensor: &Sensor| {
+        let node = match &sensor.reads {
+            Reading::Inlet(s) => water[*s].inlet,
+            Reading::Outlet(s) => water[*s].outlet,
+            Reading::Node(n) => {
+                let own = lumped.get((model.mesh.cells + n) as u32);
+                own.ok_or_else(|| not_there(sensor, "a node that is not in the deck"))?.0
+            }
+            solid => {
+                let (at, weights) = place(model, bodies, sensor, solid)?;
+                if weights.len() > MOST_NODES {
+                    return Err(Error::input(format!("the sensor '{}' reads the mean of {} nodes", sensor.name, weights.len()))
+                        .at_key(format!("sensor.{}", sensor.name))
+                        .read(format!("{MOST_NODES} at most, since each is joined to each"))
+                        .help("ask for fewer --cells, or read a point"));
+                }
+                deck.place(at, AREA, &weights).1
+            }
+        };
+        Ok(Point { sensor: sensor.name.clone(), node })
+    };
+    model.machine.sensors.iter().filter(|sensor| !sensor.reads.is_displacement()).map(point).collect()
+}
+
+/// Where a sensor is, and the nodes that it reads.
+fn place(model: &MeshedMachine, bodies: &Bodies<'_>, sensor: &Sensor, reads: &Reading) -> Result<([f64; 3], Weights)> {
+    let mesh = &model.mesh;
+    let mut weights = Weights::new();
+    let mut add = |share: f64, own: Weights| own.into_iter().for_each(|(node, weight)| add_weight(&mut weights, node, weight * share));
+    let at = match reads {
+        Reading::Point(part, point) => {
+            let g = mesh.grid_at(*part, *point, 1e-6).ok_or_else(|| not_there(sensor, "a point outside of its part"))?;
+            add(1.0, bodies.at(g, mesh.grids[g].locate(*point), *point));
+            *point
+        }
+        Reading::FaceMean(face) => {
+            let cells = mesh.face_cells(*face);
+            let area: f64 = cells.iter().map(|c| c.2).sum();
+            for (g, c, own) in &cells {
+                add(own / area, bodies.face_mean(*g, *c, face.side));
+            }
+            model.machine.parts[face.part].origin()
+        }
+        Reading::PartMean(part) => {
+            let volume = mesh.volume(*part);
+            for (g, grid) in mesh.grids_of(*part) {
+                for c in grid.cells() {
+                    add(grid.volume(c) / volume, bodies.mean(g, c));
+                }
+            }
+            model.machine.parts[*part].origin()
+        }
+        Reading::Node(_) | Reading::Inlet(_) | Reading::Outlet(_) | Reading::Displacement(_) => {
+            return Err(not_there(sensor, "no place in a part"));
+        }
+    };
+    Ok((at, weights))
+}
+
+fn not_there(sensor: &Sensor, what: &str) -> Error {
+    Error::input(format!("the sensor '{}' reads {what}", sensor.name))
+        .at_key(format!("sensor.{}", sensor.name))
+        .help("read a point, a face or a part")
+}

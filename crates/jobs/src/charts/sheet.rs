@@ -1,0 +1,225 @@
+//! `figure = "operator_sheet"`: one page for the wall.
+
+use std::path::Path;
+
+use coldplate_runtime::CONFIDENCE;
+
+use super::super::figures::{self, Lines, steps};
+use super::super::gallery::Gallery;
+use super::Head;
+use super::limits::{listed, worded};
+use super::results::Results;
+use super::source::Source;
+use coldplate_base::document::Section;
+use coldplate_base::error::{Error, Result};
+use coldplate_figures::chart::acceptability::CellState;
+use coldplate_figures::chart::operator_sheet::{FlowCell, FlowTable, OperatorSheet};
+use coldplate_figures::chart::page::fixed_conditions;
+use coldplate_figures::chart::style::{Quantity, fixed as decimals, number, readable};
+use coldplate_surrogate::verdict::{self, Acceptability, Inverse, Surrogate, condition, free_within};
+
+/// Most conditions at which one flow is tried: with ends and middle of every range, and with the ends alone.
+const MOST_CASES: (usize, usize) = (243, 1024);
+/// How often a flow is raised before it counts as none: what asks for more has gaps too thin to rely on.
+const MOST_RAISES: usize = 64;
+/// Rows and columns of the table.
+const TABLE: (usize, usize) = (6, 5);
+
+/// No keys but those of its source.
+#[derive(Debug, Clone)]
+pub(super) struct Sheet {
+    source: Source,
+}
+
+impl Sheet {
+    pub(super) fn read(root: &Section<'_>, folder: &Path) -> Result<Self> {
+        Ok(Self { source: Source::read(root, folder)? })
+    }
+
+    pub(super) fn draw(&self, head: &Head, results: &mut Results<'_>, gallery: &mut Gallery) -> Result<()> {
+        let opened = self.source.open(results)?;
+        let surrogate = opened.surrogate()?;
+        let machine = head.title(opened.machine(&surrogate));
+        let sheet = operator_sheet(&surrogate, &machine, &figures::provenance(&surrogate))?;
+        head.add(gallery, &sheet)
+    }
+}
+
+fn quantity(surrogate: &Surrogate<'_>, variable: usize) -> Quantity {
+    surrogate.variable(variable).map_or_else(Quantity::default, |v| Quantity::new(v.name, v.unit))
+}
+
+/// The sheet for the wall: maps at both ends of the ambient temperature, and for each speed and coolant temperature the
+/// smallest flow that is enough whatever the variables are that the table does not show.
+///
+/// # Errors
+/// A surrogate without limits or without the four condition variables; one with more variables than can be looked through.
+pub fn operator_sheet(surrogate: &Surrogate<'_>, machine: &str, provenance: &str) -> Result<OperatorSheet> {
+    let index = |name: &str| match condition::index_of(surrogate, name)? {
+        index if index < surrogate.variable_count() => Ok(index),
+        _ => Err(Error::input(format!("the sheet varies '{name}', which was held when the surrogate was made")).help("sweep over it")),
+    };
+    let (flow, coolant, speed, ambient) =
+        (index("coolant_flow")?, index("coolant_temperature")?, index("motor_speed")?, index("ambient_temperature")?);
+    let ranges: Vec<(f64, f64)> = surrogate.variables().map(|v| (v.low, v.high)).collect();
+    let middle = figures::centre(surrogate);
+    let mut maps = Vec::new();
+    for end in [ranges[ambient].0, ranges[ambient].1] {
+        let mut at = middle.clone();
+        at[ambient] = end;
+        let mut map = figures::map(surrogate, speed, flow, &at, None, Lines::Margin)?;
+        // What was held stands in the words on how to read the sheet.
+        map.fixed.truncate(map.fixed.len() - surrogate.held().count());
+        map.title = format!("{} {}", readable(&quantity(surrogate, ambient).name), quantity(surrogate, ambient).with_value(end));
+        maps.push(map);
+    }
+    let unshown: Vec<usize> = (0..surrogate.variable_count()).filter(|v| ![flow, coolant, speed].contains(v)).collect();
+    let (cases, with_middle) = cases(&unshown, &ranges)?;
+    let (rows, columns) = (steps(ranges[speed].0, ranges[speed].1, TABLE.0), steps(ranges[coolant].0, ranges[coolant].1, TABLE.1));
+    let mut cells = Vec::new();
+    for n in &rows {
+        for t in &columns {
+            let mut at = middle.clone();
+            (at[speed], at[coolant]) = (*n, *t);
+            cells.push(cell(surrogate, &at, (flow, ranges[flow]), &cases)?);
+        }
+    }
+    let flow_quantity = quantity(surrogate, flow);
+    let range = |v: &usize| {
+        let (own, (low, high)) = (quantity(surrogate, *v), ranges[*v]);
+        format!("{} from {} to {}", readable(&own.name), number(low), own.with_value(high))
+    };
+    let looked_at = if with_middle { "at both ends and in the middle" } else { "at both ends" };
+    Ok(OperatorSheet {
+        machine: machine.into(),
+        subtitle: format!(
+            "Is this condition acceptable? Valid for flows of {} to {}.",
+            number(ranges[flow].0),
+            flow_quantity.with_value(ranges[flow].1)
+        ),
+        maps,
+        table: Some(FlowTable {
+            title: format!("Smallest {} whatever the {}", flow_quantity.label(), listed(unshown.iter().map(range))),
+            row: quantity(surrogate, speed),
+            rows,
+            column: quantity(surrogate, coolant),
+            columns,
+            cells,
+        }),
+        limits: worded(surrogate),
+        how_to_read: how_to_read(surrogate, looked_at),
+        provenance: provenance.into(),
+    })
+}
+
+/// The explanations, those first that must not be missed: the sheet leaves out the last where there is no room.
+fn how_to_read(surrogate: &Surrogate<'_>, looked_at: &str) -> Vec<String> {
+    let held: Vec<(Quantity, f64)> = figures::always(surrogate);
+    let held = (!held.is_empty()).then(|| format!("{}. At any other value this sheet says nothing.", fixed_conditions(&held)));
+    let always = [
+        "Uncertain means: closer to a limit than the prediction is sure. Take it as not acceptable, or ask.".to_string(),
+        format!("The flows of the table are enough {looked_at} of the ranges in its heading, in every combination."),
+        "Find the speed below and the flow at the side: the colour and the hatching say whether the condition is acceptable.".into(),
+        "The letter in a region is the limit that decides there.".into(),
+    ];
+    held.into_iter().chain(always).collect()
+}
+
+/// Values of the variables that the table does not show.
+type Case = Vec<(usize, f64)>;
+
+/// Every combination of the ends of these variables' ranges, with their middles as long as these are not too many, and
+/// whether they are in it. Which end is the worse one differs: a limit above the ambient temperature is hardest where it
+/// is cold outside, one in degrees where it is hot.
+fn cases(unshown: &[usize], ranges: &[(f64, f64)]) -> Result<(Vec<Case>, bool)> {
+    let count = |values: usize| u32::try_from(unshown.len()).ok().and_then(|n| values.checked_pow(n)).unwrap_or(usize::MAX);
+    let with_middle = count(3) <= MOST_CASES.0;
+    if !with_middle && count(2) > MOST_CASES.1 {
+        return Err(Error::input(format!("the sheet cannot look through {} variables that its table does not show", unshown.len()))
+            .help("hold some of them in the sweep, or make the sheet from a sweep of fewer variables"));
+    }
+    let mut cases: Vec<Case> = vec![Vec::new()];
+    for v in unshown {
+        let (low, high) = ranges[*v];
+        let values = if with_middle { vec![low, f64::midpoint(low, high), high] } else { vec![low, high] };
+        let with = |case: &Case| values.iter().map(|x| case.iter().copied().chain([(*v, *x)]).collect()).collect::<Vec<Case>>();
+        cases = cases.iter().flat_map(with).collect();
+    }
+    Ok((cases, with_middle))
+}
+
+/// What the table says at one speed and coolant temperature.
+fn cell(surrogate: &Surrogate<'_>, at: &[f64], (flow, (low, high)): (usize, (f64, f64)), cases: &[Case]) -> Result<FlowCell> {
+    let acceptable = |text: String| FlowCell { text, state: CellState::Acceptable };
+    let none = FlowCell { text: "none".into(), state: CellState::NotAcceptable };
+    let Some(smallest) = smallest_for_all(surrogate, at, (flow, (low, high)), cases)? else { return Ok(none) };
+    if smallest <= low {
+        return Ok(acceptable("any".into()));
+    }
+    // Rounded up it must still be in the range and enough; where it is enough in a thinner band than can be set, it is none.
+    for digits in 1..=3 {
+        let scale = 10f64.powi(digits);
+        let rounded = (smallest * scale).ceil() / scale;
+        if rounded <= high && hardest(surrogate, at, (flow, rounded), cases)?.is_none() {
+            return Ok(acceptable(decimals(rounded, digits as usize)));
+        }
+    }
+    Ok(none)
+}
+
+/// The smallest flow that is acceptable in every case; `None` without one. It is raised to what the hardest case asks for,
+/// until none asks for more: a flow that one case refuses cannot be that of all.
+fn smallest_for_all(
+    surrogate: &Surrogate<'_>,
+    at: &[f64],
+    (flow, (low, high)): (usize, (f64, f64)),
+    cases: &[Case],
+) -> Result<Option<f64>> {
+    let mut least = low;
+    for _ in 0..MOST_RAISES {
+        let Some(case) = hardest(surrogate, at, (flow, least), cases)? else { return Ok(Some(least)) };
+        if least >= high {
+            return Ok(None);
+        }
+        match free_within(surrogate, &case, flow, Some((least, high)), CONFIDENCE)? {
+            // A little more where rounding would ask for the same flow again.
+            Inverse::Found { smallest, .. } => least = smallest.max(least + 1e-6 * (high - low)).min(high),
+            Inverse::Nowhere { .. } | Inverse::OutsideRange(_) => return Ok(None),
+        }
+    }
+    Ok(None)
+}
+
+/// The condition with the least margin among the cases that are not acceptable at a flow; `None` where all are.
+fn hardest(surrogate: &Surrogate<'_>, at: &[f64], (flow, value): (usize, f64), cases: &[Case]) -> Result<Option<Vec<f64>>> {
+    let mut found: Option<(f64, Vec<f64>)> = None;
+    for case in cases {
+        let mut x = at.to_vec();
+        x[flow] = value;
+        case.iter().for_each(|(v, own)| x[*v] = *own);
+        let answer = verdict::query(surrogate, &x)?;
+        if answer.verdict == Acceptability::Acceptable {
+            continue;
+        }
+        let margin = answer.binding.and_then(|i| answer.limits.get(i)).map_or(f64::NEG_INFINITY, |l| l.margin);
+        if found.as_ref().is_none_or(|(least, _)| margin < *least) {
+            found = Some((margin, x));
+        }
+    }
+    Ok(found.map(|(_, x)| x))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_end_and_middle_is_looked_at_as_long_as_they_are_not_too_many() {
+        let ranges = vec![(0.0, 2.0); 12];
+        let (two, with_middle) = cases(&[3, 5], &ranges).unwrap();
+        assert!(with_middle && two.len() == 9 && two.contains(&vec![(3, 1.0), (5, 2.0)]) && two.contains(&vec![(3, 0.0), (5, 0.0)]));
+        let (many, with_middle) = cases(&[0, 1, 2, 3, 4, 5], &ranges).unwrap();
+        assert!(!with_middle && many.len() == 64);
+        assert!(cases(&(0..11).collect::<Vec<_>>(), &ranges).is_err());
+    }
+}

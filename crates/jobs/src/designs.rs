@@ -1,0 +1,139 @@
+//! What a sweep's tables give: a surrogate of its designs, and one table per one-factor sweep.
+
+use super::figures::Comparison;
+use super::fitting;
+use coldplate_base::error::Result;
+use coldplate_describe::machine::{Scope, Variable};
+use coldplate_explore::sweep::sweep_file::Sweep;
+use coldplate_explore::sweep::{self, FitKeys, Group, Plan, Purpose, Swept};
+use coldplate_surrogate::fit::model::{Held, Point, PointModel, Polynomial, Surrogate, Transform};
+use coldplate_surrogate::fit::{self, Fit, FitOptions, file};
+use coldplate_tables::Table;
+
+/// The surrogate of a sweep and how it compares.
+#[derive(Debug)]
+pub struct Fitted {
+    /// The fit.
+    pub fit: Fit,
+    /// The surrogate file.
+    pub bytes: Vec<u8>,
+    /// Every condition of the sweep beside what the surrogate says there.
+    pub comparison: Comparison,
+}
+
+/// Groups of one varied variable: the paper's one-factor sweeps.
+pub fn is_one_factor(group: &Group) -> bool {
+    group.purpose == Purpose::Fit && group.varied.len() == 1
+}
+
+/// Rows of `table` that belong to a group for which `keep` holds.
+pub fn rows_of(table: &Table, plan: &Plan, keep: impl Fn(&Group) -> bool) -> Table {
+    let names: Vec<&str> = plan.groups.iter().filter(|g| keep(g)).map(|g| g.name.as_str()).collect();
+    match table.text("group") {
+        Some(groups) => table.select(|row| names.contains(&groups.values[row].as_str())),
+        None => table.clone(),
+    }
+}
+
+/// The tables of a sweep.
+#[derive(Debug, Clone)]
+pub struct Tables {
+    /// Conditions to be fitted.
+    pub fitted: Table,
+    /// Held-out conditions, where there are any.
+    pub validation: Option<Table>,
+    /// Slopes along what is uncertain, at the conditions to be fitted, where there are any.
+    pub slopes: Option<Table>,
+    /// Conditions with held variables at other values, where there are any.
+    pub followed: Option<Table>,
+}
+
+impl From<&Swept> for Tables {
+    fn from(swept: &Swept) -> Self {
+        let (validation, slopes, followed) = (swept.validation.clone(), swept.slopes.clone(), swept.followed.clone());
+        Self { fitted: swept.table.clone(), validation, slopes, followed }
+    }
+}
+
+/// A surrogate of everything that varies more than one variable at a time, if the sweep has such a design: made from `fit` where the
+/// sweep was fitted already.
+///
+/// # Errors
+/// Errors of [`fitting::fit_table`].
+pub fn fit_designs(plan: &Plan, scope: &Scope, swept: &Tables, keys: FitKeys, fit: Option<Fit>) -> Result<Option<Fitted>> {
+    if !plan.groups.iter().any(|g| g.purpose == Purpose::Fit && !is_one_factor(g)) {
+        return Ok(None);
+    }
+    let table = rows_of(&swept.fitted, plan, |g| !is_one_factor(g));
+    let mut fit = match fit {
+        Some(fit) => fit,
+        None => fitting::fit_table(&table, Some(scope), &fit_options(keys))?,
+    };
+    let slopes = swept.slopes.as_ref().map(|slopes| rows_of(slopes, plan, |g| !is_one_factor(g)));
+    fitting::with_uncertainty(&mut fit, slopes.as_ref())?;
+    fitting::with_followed(&mut fit, Some(scope), swept.followed.as_ref())?;
+    let bytes = file::encode(&fit.surrogate)?;
+    let mut comparison = Comparison::default();
+    {
+        let opened = file::open(&bytes)?;
+        comparison.add(&opened, &table, false)?;
+        if let Some(validation) = &swept.validation {
+            comparison.add(&opened, validation, true)?;
+        }
+    }
+    Ok(Some(Fitted { fit, bytes, comparison }))
+}
+
+/// Settings of the fit, as a sweep file states them.
+pub fn fit_options(keys: FitKeys) -> FitOptions {
+    let usual = FitOptions::default();
+    FitOptions {
+        max_degree: keys.max_degree.unwrap_or(usual.max_degree),
+        folds: keys.folds.unwrap_or(usual.folds),
+        seed: keys.seed.unwrap_or(usual.seed),
+        ..usual
+    }
+}
+
+/// The one-factor sweeps of a plan, each with its rows.
+pub fn one_factor_tables<'a>(plan: &'a Plan, table: &Table) -> Vec<(&'a Group, Table)> {
+    plan.groups.iter().filter(|g| is_one_factor(g)).map(|g| (g, rows_of(table, plan, |other| other.name == g.name))).collect()
+}
+
+/// Whether a surrogate file can hold what a sweep will give, found out before the sweep, which takes its time: a constant is
+/// written in the place of every function.
+///
+/// # Errors
+/// Errors of [`file::encode`]: a name that is too long, too many points, variables or limits.
+pub fn rehearse(sweep: &Sweep) -> Result<()> {
+    let plan = &sweep.plan;
+    let designs = || plan.groups.iter().filter(|g| g.purpose == Purpose::Fit && !is_one_factor(g));
+    if designs().next().is_none() {
+        return Ok(());
+    }
+    let mut varied: Vec<usize> = designs().flat_map(|g| g.varied.iter().copied()).collect();
+    varied.sort_unstable();
+    varied.dedup();
+    let constant = Polynomial { transforms: vec![Transform::Identity; varied.len()], terms: Vec::new(), coefficients: Vec::new() };
+    let subject = sweep.subject();
+    let point = |(name, unit): &(String, String)| Point {
+        name: name.clone(),
+        unit: unit.clone(),
+        model: PointModel::Polynomial(constant.clone()),
+        half_width: 0.0,
+    };
+    let variable = |v: &usize| {
+        let Variable { name, unit, .. } = &plan.variables[*v];
+        fit::model::Variable { name: name.clone(), unit: unit.clone(), low: 0.0, high: 1.0 }
+    };
+    let mut surrogate = Surrogate {
+        variables: varied.iter().map(variable).collect(),
+        points: subject.outputs.iter().map(point).collect(),
+        provenance: sweep::provenance(plan, &subject, Purpose::Fit),
+        ..Surrogate::default()
+    };
+    let others = plan.variables.iter().enumerate().filter(|(v, _)| !varied.contains(v));
+    surrogate.held = others.map(|(_, v)| Held { name: v.name.clone(), unit: v.unit.clone(), value: 0.0 }).collect();
+    surrogate.limits = fitting::limits(&sweep.scope, &surrogate, &surrogate.held).0;
+    file::encode(&surrogate).map(|_| ()).map_err(|e| e.in_file(sweep.definition.document().file()))
+}

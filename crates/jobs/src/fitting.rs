@@ -1,0 +1,221 @@
+//! From a table to a surrogate with limits and provenance.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+
+use coldplate_base::error::{Error, Result};
+use coldplate_base::numbers::significant;
+use coldplate_base::progress::{Progress, Silent};
+use coldplate_base::units::express;
+use coldplate_describe::machine::{self, Point, Scope};
+use coldplate_explore::sweep::{BOUNDS, RECOVERED};
+use coldplate_surrogate::fit::model::{Followed, Held, Limit, LimitKind, Surrogate, Uncertainty, Variable};
+use coldplate_surrogate::fit::{self, Fit, FitOptions, Output, Residuals, Samples};
+use coldplate_tables::Table;
+
+/// The samples of a table: its varying condition variables and its outputs, and what it holds fixed.
+///
+/// # Errors
+/// No condition variable varies, or there is no output.
+pub fn samples(table: &Table) -> Result<(Samples, Vec<Held>)> {
+    if table.provenance.iter().any(|(key, _)| key == RECOVERED) {
+        return Err(Error::input("the outputs of this table stand in the place of results that there are none of")
+            .help("fit sweep.csv: the conditions that have results"));
+    }
+    let (mut variables, mut varying, mut held) = (Vec::new(), Vec::new(), Vec::new());
+    for column in table.conditions() {
+        let present = column.values.iter().filter(|v| v.is_finite());
+        let (low, high) = present.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(*v), h.max(*v)));
+        if high > low {
+            variables.push(Variable { name: column.name.clone(), unit: column.unit.clone(), low, high });
+            varying.push(column);
+        } else if low.is_finite() {
+            held.push(Held { name: column.name.clone(), unit: column.unit.clone(), value: low });
+        }
+    }
+    if variables.is_empty() {
+        return Err(Error::input("no condition variable of this table varies, so there is nothing to fit against").help(
+            "condition columns are coolant_flow, coolant_temperature, motor_speed and ambient_temperature, with their units, \
+             or those named by --input",
+        ));
+    }
+    let rows = (0..table.rows()).map(|row| varying.iter().map(|c| c.values[row]).collect()).collect();
+    let outputs = table.outputs().iter().map(|c| Output { name: c.name.clone(), unit: c.unit.clone(), values: c.values.clone() }).collect();
+    Ok((Samples { variables, rows, outputs }, held))
+}
+
+/// Fits a table and adds the machine's limits, what was held, and where the numbers come from.
+///
+/// # Errors
+/// Errors of [`samples`] and [`fit::fit`].
+pub fn fit_table(table: &Table, scope: Option<&Scope>, options: &FitOptions) -> Result<Fit> {
+    fit_table_heard(table, scope, options, &Silent)
+}
+
+/// The same, saying how it comes along.
+///
+/// # Errors
+/// Errors of [`fit_table`].
+pub fn fit_table_heard(table: &Table, scope: Option<&Scope>, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
+    let (samples, mut held) = samples(table)?;
+    // What nothing of the machine follows was not held at anything.
+    let is_unused = |name: &str| scope.is_some_and(|m| m.variables.iter().enumerate().any(|(i, v)| v.name == name && !m.uses(i)));
+    held.retain(|held| !is_unused(&held.name));
+    let mut fit = fit::fit_heard(&samples, options, progress)?;
+    widen(&mut fit, table)?;
+    if let Some(scope) = scope {
+        let (limits, notes) = limits(scope, &fit.surrogate, &held);
+        fit.surrogate.limits = limits;
+        fit.notes.extend(notes);
+    }
+    let provenance = &mut fit.surrogate.provenance;
+    provenance.extend(table.provenance.iter().cloned());
+    if !provenance.iter().any(|(key, _)| key == "program") {
+        provenance.push(("program".into(), format!("coldplate {}", env!("CARGO_PKG_VERSION"))));
+    }
+    provenance.push(("conditions".into(), table.rows().to_string()));
+    fit.surrogate.held = held;
+    Ok(fit)
+}
+
+/// Widens the bands by how far the rows themselves may be from the full solution, where a reduced model answered some.
+fn widen(fit: &mut Fit, table: &Table) -> Result<()> {
+    let Some((_, bounds)) = table.provenance.iter().find(|(key, _)| key == BOUNDS) else { return Ok(()) };
+    let bounds: BTreeMap<String, f64> = serde_json::from_str(bounds).map_err(|e| {
+        Error::input(format!("what the table says of its bounds cannot be read: {e}"))
+            .at_key(BOUNDS)
+            .help("take the table as the sweep wrote it")
+    })?;
+    for (report, point) in fit.points.iter_mut().zip(&mut fit.surrogate.points) {
+        let bound = bounds.get(&report.name).copied().filter(|bound| *bound >= 0.0).unwrap_or(0.0);
+        report.half_width += bound;
+        point.half_width += bound;
+    }
+    let largest = bounds.values().copied().fold(0.0, f64::max);
+    if largest > 0.0 {
+        let largest = significant(largest, 2);
+        fit.notes.push(format!("a reduced model answered rows of this table: bands are wider by its bounds, at most {largest} K"));
+    }
+    Ok(())
+}
+
+/// Adds what the answers leave open, from a table of slopes, where there is one.
+///
+/// # Errors
+/// Errors of [`Uncertainty::fit`].
+pub fn with_uncertainty(fit: &mut Fit, slopes: Option<&Table>) -> Result<()> {
+    if let Some(slopes) = slopes {
+        fit.surrogate.uncertainty = Some(Uncertainty::fit(&fit.surrogate, slopes)?);
+    }
+    Ok(())
+}
+
+/// Adds how the answers follow held variables, from a table of conditions at which these have other values, where there is one.
+/// A limit of the machine over such a variable moves with it.
+///
+/// # Errors
+/// Errors of [`Followed::fit`].
+pub fn with_followed(fit: &mut Fit, scope: Option<&Scope>, table: Option<&Table>) -> Result<()> {
+    let Some(table) = table else { return Ok(()) };
+    let surrogate = &fit.surrogate;
+    let mut followed = Followed::fit(surrogate, table)?;
+    for limit in scope.iter().flat_map(|m| &m.limits) {
+        let (Some(scope), LimitKind::Rise { variable, .. }) = (scope, &limit.kind) else { continue };
+        let held = surrogate.held.iter().position(|held| held.name == scope.variables[*variable].name);
+        let own = surrogate.limits.iter().position(|own| own.name == limit.name);
+        followed.limits.extend(own.zip(held));
+    }
+    fit.surrogate.followed = Some(followed);
+    Ok(())
+}
+
+/// The limits of a machine in the surrogate's points and units; notes name those that cannot be carried over.
+/// A rise over a variable that was held is a maximum.
+pub(super) fn limits(scope: &Scope, surrogate: &Surrogate, held: &[Held]) -> (Vec<Limit>, Vec<String>) {
+    let (mut limits, mut notes) = (Vec::new(), Vec::new());
+    let point =
+        |sensor: usize| surrogate.points.iter().position(|p| p.name == scope.points[sensor].name && p.unit == scope.points[sensor].unit);
+    let variable = |index: usize| surrogate.variables.iter().position(|v| v.name == scope.variables[index].name);
+    for limit in &scope.limits {
+        if let LimitKind::Rise { point: sensor, variable } = limit.kind
+            && let Some(held) = held.iter().find(|held| held.name == scope.variables[variable].name)
+            && let Some(point) = point(sensor).filter(|point| surrogate.points[*point].unit == held.unit)
+        {
+            let maximum = held.value + limit.maximum;
+            notes.push(format!("the limit '{}' is over {}, which was held: at most {maximum} {}", limit.name, held.name, held.unit));
+            limits.push(Limit { name: limit.name.clone(), kind: LimitKind::Maximum { point }, maximum });
+            continue;
+        }
+        let kind = limit.kind.renumbered(point, variable);
+        let maximum = in_unit(limit, &scope.points);
+        match kind {
+            Some(kind) => limits.push(Limit { name: limit.name.clone(), kind, maximum }),
+            None => notes.push(format!("the limit '{}' looks at something this table does not vary or hold: it is left out", limit.name)),
+        }
+    }
+    (limits, notes)
+}
+
+/// What a limit allows, in the unit of its points.
+fn in_unit(limit: &machine::Limit, points: &[Point]) -> f64 {
+    let (point, is_difference) = match &limit.kind {
+        LimitKind::Maximum { point } => (*point, false),
+        LimitKind::Rise { .. } => return limit.maximum,
+        LimitKind::Difference { first, .. } => (*first, true),
+        LimitKind::Spread(all) => (all.first().copied().unwrap_or(0), true),
+    };
+    let Some(Point { unit, dimension, .. }) = points.get(point) else { return limit.maximum };
+    match (dimension.is_absolute(), is_difference) {
+        (true, true) => limit.maximum,
+        _ => express(limit.maximum, unit, *dimension).unwrap_or(limit.maximum),
+    }
+}
+
+/// A fit as outside programs read it: each field is a key of `coldplate fit --json`.
+#[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
+#[allow(missing_docs)]
+pub struct FitRecord {
+    /// The surrogate file.
+    pub file: String,
+    pub bytes: u64,
+    pub points: Vec<PointRecord>,
+    pub notes: Vec<String>,
+    pub seconds: f64,
+}
+
+/// The fit of one point; errors in its unit.
+#[derive(Debug, Clone, Serialize)]
+#[allow(missing_docs)]
+pub struct PointRecord {
+    pub name: String,
+    pub unit: String,
+    /// The kind of function in words.
+    pub model: String,
+    pub rows: usize,
+    pub leave_one_out: Residuals,
+    pub k_fold: Option<Residuals>,
+    pub half_width: f64,
+    /// By how much more it may be off while the machine moves, in the unit; where `--dynamics` says how it does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub over_time: Option<f64>,
+}
+
+impl FitRecord {
+    /// The record of a fit written to `path`, of `bytes` bytes, made in `seconds`.
+    pub fn of(fit: &Fit, path: &Path, bytes: u64, seconds: f64) -> Self {
+        let points = fit.points.iter().enumerate().map(|(i, p)| PointRecord {
+            name: p.name.clone(),
+            unit: p.unit.clone(),
+            model: super::model_text(&fit.surrogate, i),
+            rows: p.rows,
+            leave_one_out: p.chosen.leave_one_out,
+            k_fold: p.chosen.k_fold,
+            half_width: p.half_width,
+            over_time: fit.surrogate.in_time.as_ref().and_then(|own| own.errors.get(i).copied()),
+        });
+        Self { file: path.display().to_string(), bytes, points: points.collect(), notes: fit.notes.clone(), seconds }
+    }
+}

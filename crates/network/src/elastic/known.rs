@@ -1,0 +1,38 @@
+//! Weights of the structures solved last. Diagnosis, sensitivities and uncertain numbers build a network anew for every number
+//! they change; hardly any of these numbers is one of the structure. Nothing depends on it: results are the same without.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use super::Weights;
+use crate::mesh::Mesh;
+use coldplate_describe::machine::{Contact, Face, Machine};
+
+/// Structures that are kept.
+const MOST: usize = 8;
+
+static KNOWN: Mutex<Vec<(String, Arc<Vec<Weights>>)>> = Mutex::new(Vec::new());
+
+/// All that the weights depend on.
+pub(super) fn key(machine: &Machine, mesh: &Mesh) -> String {
+    let parts: Vec<_> = machine.parts.iter().map(|p| (&p.name, &p.blocks, &machine.materials[p.material].elastic)).collect();
+    let faces = |contact: &Contact| contact.between.map(|place| (place.part(), format!("{place:?}")));
+    let joints: Vec<_> = machine.contacts.iter().map(|c| (faces(c), c.joint)).collect();
+    let held: Vec<(Vec<Face>, [bool; 3])> = machine.elasticity.supports.iter().map(|s| (s.faces.clone(), s.holds)).collect();
+    let read: Vec<_> = machine.sensors.iter().filter(|s| s.reads.is_displacement()).map(|s| &s.reads).collect();
+    format!("{parts:?} {joints:?} {held:?} {read:?} {:?} {}", mesh.divisions(), mesh.cells)
+}
+
+/// What was solved for a key, or else what `solve` finds.
+pub(super) fn or_solve<E>(key: String, solve: impl FnOnce() -> Result<Vec<Weights>, E>) -> Result<Arc<Vec<Weights>>, E> {
+    let known = || KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some((_, weights)) = known().iter().find(|(own, _)| *own == key) {
+        return Ok(Arc::clone(weights));
+    }
+    let weights = Arc::new(solve()?);
+    let mut all = known();
+    if all.len() == MOST {
+        all.remove(0);
+    }
+    all.push((key, Arc::clone(&weights)));
+    Ok(weights)
+}

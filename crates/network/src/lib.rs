@@ -1,0 +1,340 @@
+//! The narrow waist: nodes, conductors, streams, surfaces, sources and sensors.
+//!
+//! Every model compiles to a [`Network`]: resolved cells, hand-written lumped nodes and water all
+//! become *nodes*; conduction and contact become *joints* and linear conductors (GL), coolant becomes
+//! one-way *streams* (GF), radiation between nodes becomes radiative conductors (GR), and each open
+//! face becomes a *surface*, an arithmetic node eliminated where it stands. The network holds no
+//! condition; a [`Load`] does. The solver sees these two and nothing else.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
+
+pub mod block;
+mod build;
+mod coolant;
+pub mod elastic;
+mod enclosure;
+mod load;
+pub mod mesh;
+mod meter;
+pub mod slopes;
+mod split;
+pub mod stream;
+pub mod surface;
+
+pub use block::Block;
+pub use enclosure::EnclosureViews;
+pub use load::{BoundaryState, ContactFactors, Load};
+pub use meter::{HeatMeter, Through};
+pub use split::{GivenBranch, GivenFlow};
+pub use stream::{Stream, StreamState};
+pub use surface::{BoundaryArea, FREE, FaceNode, Laws, Surface};
+
+use serde::{Deserialize, Serialize};
+
+use coldplate_base::units::Measurand;
+use coldplate_describe::machine::{ConstantPower, ContactLaw, Interface, Property, Side, Slope, SourceLaw};
+
+/// Hash of the sources of this crate and of the lock file it was built with.
+pub const SOURCES: &str = env!("COLDPLATE_SOURCES");
+
+/// Marks "no such index".
+pub const NONE: u32 = u32::MAX;
+
+/// A thermal network, valid for every condition of one machine on one mesh.
+#[derive(Debug, Clone, Default)]
+pub struct Network {
+    /// Nodes of solid: cells, then lumped nodes, then arithmetic nodes of links. Water nodes follow.
+    pub solids: usize,
+    /// Nodes in total.
+    pub nodes: usize,
+    /// Heat capacity of each solid node at 300 K, J/K (0 for arithmetic nodes).
+    pub capacity: Vec<f64>,
+    /// Specific heat of each group over its value at 300 K: how the capacity of its nodes changes with temperature.
+    pub relative_capacity: Vec<Property>,
+    /// Group of each solid node: a part, a lumped node, or [`NONE`]; see [`Network::groups`].
+    pub group: Vec<u32>,
+    /// Names of the groups: first the parts, then the lumped nodes.
+    pub groups: Vec<String>,
+    /// Linear conductors (GL) inside structured blocks.
+    pub blocks: Vec<Block>,
+    /// All other linear conductors: contacts, bonds between blocks, edges of imported meshes.
+    pub joints: Vec<Joint>,
+    /// Temperatures beside the middle of a cell.
+    pub reaches: Vec<Reach>,
+    /// Contacts the joints belong to.
+    pub contacts: Vec<ContactGroup>,
+    /// Conductivities the joints and surfaces refer to, W/(m K).
+    pub properties: Vec<Property>,
+    /// Open faces.
+    pub surfaces: Vec<Surface>,
+    /// The cell faces that surfaces are on; those of lumped nodes and of imported meshes are not among them.
+    pub open: Vec<OpenFace>,
+    /// Which joints cross which interface of the mesh.
+    pub crossed: Vec<Crossed>,
+    /// What each boundary of the machine acts on.
+    pub acting: Vec<BoundaryArea>,
+    /// Nodes of open faces that sensors read.
+    pub faces: Vec<FaceNode>,
+    /// Radiative conductors (GR) between nodes: two nodes and eps F A, m².
+    pub radiative: Vec<(u32, u32, f64)>,
+    /// Coolant channels.
+    pub streams: Vec<Stream>,
+    /// Coolant circuits, by which streams are fed.
+    pub circuits: Vec<stream::CircuitTree>,
+    /// Heat sources, in the machine's order.
+    pub sources: Vec<HeatSource>,
+    /// Nodes held at a temperature: node and index into [`Load::fixed`]. Lumped nodes, and vertices of imported
+    /// meshes on faces whose temperature is given.
+    pub fixed: Vec<(u32, u32)>,
+    /// Node held at the temperature of the chamber wall, which enclosures radiate to; one of the fixed.
+    pub chamber: Option<u32>,
+    /// View factors of each enclosure.
+    pub enclosures: Vec<EnclosureViews>,
+    /// Sensors: weights over nodes.
+    pub sensors: Vec<SensorTerm>,
+    /// Names of the sensors.
+    pub sensor_names: Vec<String>,
+    /// What the sensors read.
+    pub measurands: Vec<Measurand>,
+    /// Heat-flow sensors.
+    pub meters: Vec<HeatMeter>,
+}
+
+/// The cell face, or the part of one, that a surface is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OpenFace {
+    /// Index into [`Network::surfaces`].
+    pub surface: usize,
+    /// The cell.
+    pub cell: usize,
+    /// Which of its faces.
+    pub side: Side,
+}
+
+/// The joints of one interface, one for each pair of cells in the order of its overlaps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Crossed {
+    /// Index into the interfaces of the mesh.
+    pub interface: usize,
+    /// The joints.
+    pub joints: std::ops::Range<usize>,
+}
+
+/// A conductor whose conductance may depend on temperature: two half cells and what lies between.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Joint {
+    /// First node.
+    pub a: u32,
+    /// Second node.
+    pub b: u32,
+    /// Area, m²; negative where linear shape functions make it so (obtuse edges of imported meshes).
+    pub area: f64,
+    /// Conduction length from the first node to the interface, m (0 for a lumped node).
+    pub length_a: f64,
+    /// Conduction length from the second node, m.
+    pub length_b: f64,
+    /// Conductivity of the first side: index into [`Network::properties`].
+    pub property_a: u32,
+    /// Conductivity of the second side.
+    pub property_b: u32,
+    /// Contact it belongs to, or [`NONE`] where nothing resists between the halves.
+    pub contact: u32,
+    /// Where each end's temperature is not its node's: indices into [`Network::reaches`], or [`NONE`].
+    pub reach: [u32; 2],
+}
+
+/// The temperature beside the middle of a cell, where cells that do not match meet: the cell's own, and a share
+/// of the way to a neighbour along each of two tangential axes. Second order for any smooth temperature.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Reach {
+    /// A neighbour along each axis (the node itself where the point is level with it).
+    pub nodes: [u32; 2],
+    /// Share of the way to each, at most 1/2; negative at the edge of a face, where the point lies away from the
+    /// only neighbour.
+    pub shares: [f64; 2],
+}
+
+/// Distribution of a source's power over nodes, and its dependence on their temperature.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeatSource {
+    /// Nodes and shares, which sum to one.
+    pub shares: Vec<(u32, f64)>,
+    /// How each share follows its own node's temperature.
+    pub law: SourceLaw,
+}
+
+impl HeatSource {
+    /// A source of the same power at every temperature.
+    pub fn constant(shares: Vec<(u32, f64)>) -> Self {
+        Self { shares, law: SourceLaw::Constant(ConstantPower) }
+    }
+
+    /// Heat into each node (W) at a stated power (W) and temperatures of all nodes (K).
+    pub fn heats<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
+        self.at(power, temperatures).map(|(node, heat)| (node, heat.value))
+    }
+
+    /// All of it, W.
+    pub fn total(&self, power: f64, temperatures: &[f64]) -> f64 {
+        if self.law.follows_temperature() { self.heats(power, temperatures).map(|(_, heat)| heat).sum() } else { power }
+    }
+
+    /// Change of the heat into each node with its temperature, W/K.
+    pub fn slopes<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, f64)> + 'a {
+        self.at(power, temperatures).map(|(node, heat)| (node, heat.slope))
+    }
+
+    fn at<'a>(&'a self, power: f64, temperatures: &'a [f64]) -> impl Iterator<Item = (u32, Slope)> + 'a {
+        self.shares.iter().map(move |(node, share)| (*node, self.law.power(power * share, temperatures[*node as usize])))
+    }
+}
+
+/// A contact with its law and its joints.
+#[derive(Debug, Clone)]
+pub struct ContactGroup {
+    /// Index into the contacts of the machine; `None` for parts that touch and that no contact names. The two
+    /// halves of a link between places that do not touch have the same.
+    pub of: Option<usize>,
+    /// Name.
+    pub name: String,
+    /// Law.
+    pub law: ContactLaw,
+    /// Names of the two sides.
+    pub between: [String; 2],
+    /// True overlap area, m² (or the stated one, where there is no overlap to compute).
+    pub area: f64,
+    /// Factor on the law's conductance: 1, or stated area over the area the joints carry, twice that for
+    /// half of a link.
+    pub scale: f64,
+    /// Whether this is one of the two halves of a link between places that do not touch.
+    pub is_half: bool,
+    /// First and one past the last joint; heat is counted from side a to side b over these.
+    pub joints: std::ops::Range<usize>,
+}
+
+/// The reading of a sensor: a weighted sum of nodes, or water entering a circuit. K, or um of a displacement.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SensorTerm {
+    /// Weights over nodes.
+    pub weights: Vec<(u32, f64)>,
+    /// Share of a circuit's inlet temperature: circuit index and weight.
+    pub inlet: Option<(usize, f64)>,
+    /// What is added to it: 0 of temperatures, of a displacement what makes it zero at its reference temperature.
+    pub constant: f64,
+}
+
+impl SensorTerm {
+    /// The reading of a temperature.
+    pub fn temperature(weights: Vec<(u32, f64)>) -> Self {
+        Self { weights, inlet: None, constant: 0.0 }
+    }
+
+    /// The same reading of other nodes.
+    #[must_use]
+    pub fn over(&self, weights: Vec<(u32, f64)>) -> Self {
+        Self { weights, ..*self }
+    }
+
+    /// The reading, K or um, from all node temperatures and the circuits' inlet temperatures.
+    pub fn read(&self, temperatures: &[f64], load: &Load) -> f64 {
+        let nodes: f64 = self.weights.iter().map(|(n, w)| w * temperatures[*n as usize]).sum();
+        nodes + self.inlet.map_or(0.0, |(c, w)| w * load.inlets[c]) + self.constant
+    }
+}
+
+/// Conductance of a joint and its derivatives.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointState {
+    /// W/K
+    pub conductance: f64,
+    /// Derivative with respect to the first node's temperature, W/K².
+    pub slope_a: f64,
+    /// Derivative with respect to the second node's temperature, W/K².
+    pub slope_b: f64,
+}
+
+impl Network {
+    /// Conductance (W/K) of a joint between two temperatures (K), with its derivatives.
+    pub fn joint_state(&self, joint: &Joint, ta: f64, tb: f64, factors: &ContactFactors) -> JointState {
+        let half = |property: u32, length: f64, t: f64| {
+            if property == NONE || length == 0.0 {
+                return (0.0, 0.0);
+            }
+            let (k, slope) = self.properties[property as usize].with_slope(t);
+            (length / k, -length * slope / (k * k))
+        };
+        let (ra, dra) = half(joint.property_a, joint.length_a, ta);
+        let (rb, drb) = half(joint.property_b, joint.length_b, tb);
+        let (rc, drc) = if joint.contact == NONE { (0.0, 0.0) } else { self.contact_resistance(joint, (ta + tb) / 2.0, factors) };
+        let total = ra + rb + rc;
+        if total.is_infinite() {
+            return JointState { conductance: 0.0, slope_a: 0.0, slope_b: 0.0 };
+        }
+        let g = joint.area / total;
+        JointState { conductance: g, slope_a: -g / total * (dra + drc / 2.0), slope_b: -g / total * (drb + drc / 2.0) }
+    }
+
+    /// Heat capacity (J/K) of a solid node at a temperature (K).
+    pub fn capacity_at(&self, node: usize, temperature: f64) -> f64 {
+        match self.relative_capacity.get(self.group[node] as usize) {
+            Some(relative) => self.capacity[node] * relative.at(temperature),
+            None => self.capacity[node],
+        }
+    }
+
+    /// Enthalpy (J) of a solid node at a temperature (K), zero at 300 K.
+    pub fn enthalpy(&self, node: usize, temperature: f64) -> f64 {
+        match self.relative_capacity.get(self.group[node] as usize) {
+            Some(relative) => self.capacity[node] * relative.integral(temperature),
+            None => self.capacity[node] * (temperature - 300.0),
+        }
+    }
+
+    /// Temperatures (K) at the two ends of a joint.
+    pub fn joint_ends(&self, joint: &Joint, temperatures: &[f64]) -> (f64, f64) {
+        let end = |node: u32, reach: u32| {
+            let own = temperatures[node as usize];
+            let Some(reach) = self.reaches.get(reach as usize) else { return own };
+            let towards = reach.nodes.map(|n| temperatures[n as usize] - own);
+            own + reach.shares[0] * towards[0] + reach.shares[1] * towards[1]
+        };
+        (end(joint.a, joint.reach[0]), end(joint.b, joint.reach[1]))
+    }
+
+    /// Heat (W) through a joint from its first node to its second.
+    pub fn joint_heat(&self, joint: &Joint, temperatures: &[f64], factors: &ContactFactors) -> f64 {
+        let (ta, tb) = self.joint_ends(joint, temperatures);
+        self.joint_state(joint, ta, tb, factors).conductance * (ta - tb)
+    }
+
+    /// Conductance (W/(m² K)) of the contact that a joint crosses at temperatures of all nodes (K): infinite where nothing resists,
+    /// as in a bond.
+    pub fn contact_conductance(&self, joint: &Joint, temperatures: &[f64], factors: &ContactFactors) -> f64 {
+        let (ta, tb) = self.joint_ends(joint, temperatures);
+        if joint.contact == NONE { f64::INFINITY } else { 1.0 / self.contact_resistance(joint, (ta + tb) / 2.0, factors).0 }
+    }
+
+    /// Specific resistance (m² K/W) of a joint's contact at a mean temperature (K), with its slope.
+    fn contact_resistance(&self, joint: &Joint, mean: f64, factors: &ContactFactors) -> (f64, f64) {
+        let group = &self.contacts[joint.contact as usize];
+        let conductivity = |property: u32| {
+            let (value, slope) = self.properties.get(property as usize)?.with_slope(mean);
+            Some(Slope { value, slope })
+        };
+        let conductivities = [conductivity(joint.property_a), conductivity(joint.property_b)];
+        let found = group.law.conductance(&Interface { area: group.area, temperature: mean, conductivities });
+        let scale = group.scale * factors.of(group);
+        let h = found.value * scale;
+        if h == 0.0 || h.is_infinite() {
+            return (1.0 / h, 0.0);
+        }
+        (1.0 / h, -found.slope * scale / (h * h))
+    }
+
+    /// Whether no conductance changes with temperature; otherwise the Jacobian is not symmetric.
+    pub fn is_linear_conduction(&self) -> bool {
+        self.properties.iter().all(Property::is_constant) && !self.contacts.iter().any(|c| c.law.follows_temperature())
+    }
+}

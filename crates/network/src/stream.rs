@@ -1,0 +1,331 @@
+//! Coolant: one-way fluid conductors (GF) along channels, exchanging heat with the wall both ways.
+//!
+//! A channel is a chain of stations. Water enters station k at the temperature of node k-1 and leaves
+//! it at node k. With the wall at the conductance-weighted mean T_s of the cells the station touches,
+//! the plug-flow solution T_k = T_s + (T_{k-1} - T_s) exp(-UA/C) is exact for a wall that is uniform
+//! over the station; the heat is shared among the cells in proportion to their conductances. What the
+//! water gains is exactly what the cells lose.
+
+use super::split::Split;
+use super::{Load, NONE, Network};
+use crate::mesh::path::Station;
+use coldplate_base::error::{Kind, Result};
+use coldplate_base::formula::Formula;
+use coldplate_describe::machine::{Circuit, Film, FlowState, Intake, Layout};
+use coldplate_physics::channel;
+use coldplate_physics::water::LiquidProperties;
+
+/// A coolant channel in the network.
+#[derive(Debug, Clone)]
+pub struct Stream {
+    /// Name of the channel.
+    pub name: String,
+    /// Circuit it belongs to.
+    pub circuit: usize,
+    /// Stations from inlet to outlet.
+    pub stations: Vec<Station>,
+    /// Weight of the water after each station in the mean along the channel, m; none: the stations' lengths.
+    pub water_weights: Vec<f64>,
+    /// Node of the water leaving the first station; the others follow.
+    pub first_node: u32,
+    /// Streams whose mixed outflow enters, of this circuit or of those that feed it; empty means the circuit's inlet.
+    pub upstream: Vec<usize>,
+    /// Conductivities of the wall: index of the first of three in the network's properties.
+    pub property: u32,
+    /// Hydraulic diameter, m.
+    pub diameter: f64,
+    /// Wetted length, m.
+    pub length: f64,
+    /// Factor on the film: fouling, or a correlation known to be off.
+    pub film_factor: f64,
+    /// Resistance of scale on the wall, in series with the film, m² K/W.
+    pub fouling_resistance: f64,
+    /// Loss coefficients of bends, inlet and outlet.
+    pub minor_loss: f64,
+    /// Wall roughness, m.
+    pub roughness: f64,
+    /// How the film is found.
+    pub film: Film,
+}
+
+/// A circuit: its layout over streams.
+#[derive(Debug, Clone)]
+pub struct CircuitTree {
+    /// The circuit as described.
+    pub circuit: Circuit,
+    /// Layout with stream indices (equal to the machine's channel indices).
+    pub layout: Layout,
+}
+
+/// The state of a stream at one condition and one estimate of the temperatures.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StreamState {
+    /// Heat capacity rate rho q c, W/K.
+    pub capacity_rate: f64,
+    /// Volume flow, m³/s.
+    pub flow: f64,
+    /// Weight of each upstream stream in the inlet mixture.
+    pub mixture: Vec<f64>,
+    /// For each station the exchange C (1 - exp(-UA/C)), W/K.
+    pub exchange: Vec<f64>,
+    /// For each station the conductance between water and cells, UA, W/K.
+    pub conductance: Vec<f64>,
+    /// Heat capacity of a cubic metre of water at the inlet, J/(m³ K).
+    pub volumetric_capacity: f64,
+    /// Heat of viscous dissipation per metre, W/m.
+    pub dissipation: f64,
+    /// Reynolds number.
+    pub reynolds: f64,
+    /// Film coefficient, W/(m² K).
+    pub film: f64,
+    /// Pressure drop, Pa.
+    pub pressure_drop: f64,
+    /// A remark where a closure leaves its range.
+    pub note: Option<&'static str>,
+}
+
+impl Stream {
+    /// Node of the water leaving the last station.
+    pub fn outlet(&self) -> u32 {
+        self.first_node + self.stations.len() as u32 - 1
+    }
+
+    /// Mean wall-side (cell) temperature and mean water temperature (K), weighted by length.
+    pub fn mean_temperatures(&self, temperatures: &[f64]) -> (f64, f64) {
+        let (mut wall, mut water, mut length) = (0.0, 0.0, 0.0);
+        for (k, station) in self.stations.iter().enumerate() {
+            let cells: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
+            wall += station.length * cells;
+            water += self.water_weights.get(k).unwrap_or(&station.length) * temperatures[self.first_node as usize + k];
+            length += station.length;
+        }
+        (wall / length, water / length)
+    }
+
+    /// Share of a station's exchange that each of its cells has: proportional to the wall it holds.
+    pub fn shares(station: &Station) -> impl Iterator<Item = (usize, f64)> + '_ {
+        station.cells.iter().copied()
+    }
+}
+
+impl Network {
+    /// The state of every stream, from the flows of `load` and the current temperatures (K).
+    ///
+    /// # Errors
+    /// Water outside its property range, or a flow split that does not converge; both name the circuit.
+    pub fn stream_states(&self, load: &Load, temperatures: &[f64]) -> Result<Vec<StreamState>> {
+        let means: Vec<(f64, f64)> = self.streams.iter().map(|s| s.mean_temperatures(temperatures)).collect();
+        let mut states = vec![StreamState::default(); self.streams.len()];
+        for circuit in 0..self.circuits.len() {
+            self.circuit_states(circuit, load, temperatures, &means, &mut states)?;
+        }
+        Ok(states)
+    }
+
+    /// The states of one circuit's streams, with the mean (wall, water) temperatures of all streams given apart
+    /// from the temperatures themselves: films, water properties and flow split depend on the means alone.
+    ///
+    /// # Errors
+    /// As [`Network::stream_states`].
+    pub fn circuit_states(
+        &self,
+        c: usize,
+        load: &Load,
+        temperatures: &[f64],
+        means: &[(f64, f64)],
+        states: &mut [StreamState],
+    ) -> Result<()> {
+        let tree = &self.circuits[c];
+        let name = &tree.circuit.name;
+        let at = |t: f64| {
+            tree.circuit.liquid.at(t).map_err(|e| {
+                let key = format!("circuit.{name}");
+                if e.kind() == Kind::Input { e.at_key(key) } else { e }
+            })
+        };
+        let inlet = self.entering_liquid(c, load, &at)?;
+        let (low, high) = tree.circuit.liquid.range();
+        let total = load.flows[c];
+        // Mass is conserved along the circuit; volume flow is stated at the inlet.
+        let mass_flow = total * inlet.density;
+        let mut flows = vec![0.0; self.streams.len()];
+        let mut liquids = vec![None; self.streams.len()];
+        for s in members(&tree.layout) {
+            let (_, water) = means[s];
+            // Water at rest carries nothing, whatever its wall makes of it. On the way to a solution the mean may stray;
+            // of a solution, `Network::check_coolant` refuses what lies outside.
+            let mean = if total > 0.0 { water.clamp(low, high) } else { load.inlets[c] };
+            liquids[s] = Some(at(mean)?);
+        }
+        let split = Split { network: self, given: &load.branches[c], density: inlet.density, liquids: &liquids };
+        split.distribute(&tree.layout, mass_flow, &mut flows).map_err(|e| e.at_key(format!("circuit.{name}.layout")))?;
+        for s in members(&tree.layout) {
+            let Some(liquid) = liquids[s] else { continue };
+            states[s] = self.stream_state(s, load, inlet, liquid, means[s].0, temperatures, &flows, states)?;
+        }
+        Ok(())
+    }
+
+    /// The liquid that enters a circuit: its density and specific heat are such that what other circuits bring keeps its volume,
+    /// mass and enthalpy.
+    fn entering_liquid(&self, c: usize, load: &Load, at: &impl Fn(f64) -> Result<LiquidProperties>) -> Result<LiquidProperties> {
+        let own = at(load.inlets[c])?;
+        let (mut volume, mut mass, mut capacity) = (0.0, 0.0, 0.0);
+        for feeder in self.circuits[c].circuit.intake.feeders() {
+            let liquid = self.entering_liquid(*feeder, load, at)?;
+            volume += load.flows[*feeder];
+            mass += load.flows[*feeder] * liquid.density;
+            capacity += load.flows[*feeder] * liquid.density * liquid.specific_heat;
+        }
+        if volume == 0.0 { Ok(own) } else { Ok(LiquidProperties { density: mass / volume, specific_heat: capacity / mass, ..own }) }
+    }
+
+    /// A circuit and all that it feeds, directly or by way of others, in their order.
+    pub fn downstream(&self, c: usize) -> Vec<usize> {
+        let mut found = vec![c];
+        for (other, tree) in self.circuits.iter().enumerate().skip(c + 1) {
+            if tree.circuit.intake.feeders().iter().any(|feeder| found.contains(feeder)) {
+                found.push(other);
+            }
+        }
+        found
+    }
+
+    /// Lets what flows out of circuits flow into those they feed, after flows or inlet temperatures of `load` have been changed.
+    pub fn pass_on(&self, load: &mut Load) {
+        for (c, tree) in self.circuits.iter().enumerate() {
+            let Some(offered) = tree.circuit.intake.offered(&load.flows, &load.inlets) else { continue };
+            load.inlets[c] = offered.temperature;
+            if matches!(tree.circuit.intake, Intake::Fed { flow: None, .. }) {
+                load.flows[c] = offered.flow;
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn stream_state(
+        &self,
+        index: usize,
+        load: &Load,
+        inlet: LiquidProperties,
+        liquid: LiquidProperties,
+        wall: f64,
+        temperatures: &[f64],
+        flows: &[f64],
+        states: &[StreamState],
+    ) -> Result<StreamState> {
+        let stream = &self.streams[index];
+        let circuit = &self.circuits[stream.circuit].circuit;
+        let mass_flow = flows[index];
+        let flow = mass_flow / liquid.density;
+        let velocity = flow / (std::f64::consts::PI / 4.0 * stream.diameter * stream.diameter);
+        let reynolds = liquid.density * velocity * stream.diameter / liquid.viscosity;
+        // A wall outside the range of the liquid's properties counts as at its end.
+        let (low, high) = circuit.liquid.range();
+        let at_wall = circuit.liquid.at(wall.clamp(low, high)).unwrap_or(liquid);
+        let state = FlowState { reynolds, liquid, at_wall, diameter: stream.diameter, length: stream.length, velocity };
+        let (film, note) = stream.film_coefficient(&state, load)?;
+        let drop = stream.pressure_drop(mass_flow, liquid);
+        // One capacity rate along the whole circuit, so that enthalpy is conserved to rounding.
+        let rate = mass_flow * inlet.specific_heat;
+        let conductance: Vec<f64> = stream
+            .stations
+            .iter()
+            .map(|station| {
+                let perimeter = std::f64::consts::PI * stream.diameter;
+                let film_resistance = 1.0 / (film * perimeter * station.length);
+                let cell: f64 = station.cells.iter().map(|(n, w)| w * temperatures[*n]).sum();
+                let spread = if stream.property == NONE {
+                    0.0
+                } else {
+                    let k = [0, 1, 2].map(|axis| self.properties[stream.property as usize + axis].at(cell));
+                    let across = if k[0] == k[1] && k[1] == k[2] {
+                        k[0]
+                    } else {
+                        k.iter().zip(station.across).map(|(k, weight)| weight * k.ln()).sum::<f64>().exp()
+                    };
+                    station.shape / (across * station.length)
+                };
+                let scale = stream.fouling_resistance / (perimeter * station.length);
+                1.0 / ((film_resistance + spread).max(0.2 * film_resistance) + scale)
+            })
+            .collect();
+        let of_station = |ua: f64| if rate > 0.0 { -rate * (-ua / rate).exp_m1() } else { 0.0 };
+        // Most stations of a channel are alike.
+        let mut last = (f64::NAN, 0.0);
+        let alike = |ua: &f64| {
+            if *ua != last.0 {
+                last = (*ua, of_station(*ua));
+            }
+            last.1
+        };
+        let exchange = conductance.iter().map(alike).collect();
+        let volumetric_capacity = inlet.density * inlet.specific_heat;
+        // Within a circuit one capacity rate belongs to each kilogram; what comes from others brings its own.
+        let brings = |u: &usize| if self.streams[*u].circuit == stream.circuit { flows[*u] } else { states[*u].capacity_rate };
+        let upstream_flow: f64 = stream.upstream.iter().map(brings).sum();
+        let mixture = stream
+            .upstream
+            .iter()
+            .map(|u| if upstream_flow > 0.0 { brings(u) / upstream_flow } else { 1.0 / stream.upstream.len() as f64 })
+            .collect();
+        let dissipation = if circuit.dissipation { drop * flow / stream.length } else { 0.0 };
+        Ok(StreamState {
+            capacity_rate: rate,
+            flow,
+            mixture,
+            exchange,
+            conductance,
+            volumetric_capacity,
+            dissipation,
+            reynolds,
+            film,
+            pressure_drop: drop,
+            note,
+        })
+    }
+}
+
+impl Stream {
+    /// Whether its film follows from a formula of the machine's variables.
+    pub fn has_film_formula(&self) -> bool {
+        matches!(self.film, Film::Formula(_) | Film::Nusselt(_))
+    }
+
+    /// Pressure drop (Pa) at a mass flow (kg/s).
+    pub(super) fn pressure_drop(&self, mass_flow: f64, liquid: LiquidProperties) -> f64 {
+        channel::pressure_drop(mass_flow / liquid.density, self.diameter, self.length, self.minor_loss, self.roughness, &liquid)
+    }
+
+    /// Film coefficient W/(m² K), mean over the channel, and a remark where the closure leaves its range.
+    fn film_coefficient(&self, flow: &FlowState, load: &Load) -> Result<(f64, Option<&'static str>)> {
+        let scale = flow.liquid.conductivity / self.diameter;
+        let evaluate = |formula: &Formula| {
+            // What stands still conducts: no formula of a flow holds there.
+            if flow.reynolds == 0.0 { Ok(None) } else { Film::evaluate(formula, &load.names, flow).map(Some) }
+        };
+        let (film, note) = match &self.film {
+            Film::Given(h) => (*h, None),
+            Film::Correlation { bend_factor, wall } => {
+                let (prandtl, prandtl_wall) = (flow.liquid.prandtl(), flow.at_wall.prandtl());
+                let nusselt = channel::nusselt(flow.reynolds, prandtl, self.diameter / self.length, *wall, false, prandtl_wall);
+                let note = channel::note(flow.reynolds, prandtl, self.diameter / self.length, prandtl_wall);
+                (bend_factor * nusselt * scale, note)
+            }
+            Film::Formula(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT * scale), None),
+            Film::Nusselt(formula) => (evaluate(formula)?.unwrap_or(STANDING_NUSSELT) * scale, None),
+        };
+        Ok((self.film_factor * film, note))
+    }
+}
+
+/// Nusselt number of liquid at rest between walls, as of developed laminar flow along an even wall.
+const STANDING_NUSSELT: f64 = 3.66;
+
+/// The streams below a layout, in order.
+pub fn members(layout: &Layout) -> Vec<usize> {
+    match layout {
+        Layout::Channel(s) => vec![*s],
+        Layout::Series(items) | Layout::Parallel(items) => items.iter().flat_map(members).collect(),
+    }
+}

@@ -1,0 +1,174 @@
+//! Answers of a reduced model, each with a bound.
+
+use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
+
+use super::modes_field::Field;
+use super::reduced_network::{Level, Reduced};
+use coldplate_base::error::Result;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::{Load, Network};
+use coldplate_solve::sensitivity::OpenParameter;
+
+/// A machine as two reduced networks, one finer than the other.
+#[derive(Debug, Clone)]
+pub struct ReducedModel {
+    /// The machine.
+    pub machine: Machine,
+    /// Parameters that may take other values than those of the machine file.
+    pub parameters: Vec<OpenParameter>,
+    /// Names of the parameters that the machine file leaves open but that stay at the file's value, because a network
+    /// cannot take another one without being made anew.
+    pub left_out: Vec<String>,
+    /// Range of each variable of the machine, SI, in which the model was trained.
+    pub ranges: Vec<(f64, f64)>,
+    /// The coarser reduced network. In steady state it gives the readings, over time the comparison that the bound is
+    /// made of.
+    pub coarse: Level,
+    /// The finer reduced network. In steady state it gives the comparison that the bound is made of, over time the
+    /// readings.
+    pub fine: Level,
+    /// Margin of the bound, dimensionless: bound = |coarse - fine| + `margin` · (largest |coarse - fine| of all
+    /// readings) + `floor`.
+    pub margin: f64,
+    /// Constant term of the bound, K: no bound is smaller.
+    pub floor: f64,
+    /// Bound over time, if the model was made with histories.
+    pub in_time: Option<InTime>,
+    /// Modes at all nodes, if the model was made with its field.
+    pub field: Option<Field>,
+    /// Record of how the model was made.
+    pub made: Made,
+}
+
+/// How a reduced model was made.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Made {
+    /// Conditions solved in full to make it.
+    pub solved: usize,
+    /// Conditions at which the full model found no steady state.
+    pub failed: usize,
+    /// Further random conditions solved in full to calibrate the bound.
+    pub checks: usize,
+    /// Largest error of a reading at the conditions of the calibration, K.
+    pub largest_error: f64,
+    /// Largest bound of a reading at the conditions of the calibration and at further ones without a full solve, K.
+    pub largest_bound: f64,
+    /// Cells of the full model.
+    pub cells: usize,
+    /// Nodes of the full model.
+    pub nodes: usize,
+    /// Conductors of the full model that follow the temperature or the surroundings.
+    pub conductors: usize,
+    /// Time taken to make the model, s.
+    pub seconds: f64,
+}
+
+/// Bound of a reduced model over time, and the histories it was calibrated on.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct InTime {
+    /// Margin of the bound, dimensionless: a reading's bound is the difference of the two networks there, plus this
+    /// share of the largest difference so far, plus `floor`.
+    pub margin: f64,
+    /// Constant term of the bound, K: no bound is smaller.
+    pub floor: f64,
+    /// Number of histories that contributed modes.
+    pub histories: usize,
+    /// Number of further histories that the bound was calibrated on.
+    pub checks: usize,
+    /// Largest error of a reading in the histories of the calibration, K.
+    pub largest_error: f64,
+    /// Largest bound of a reading in the histories of the calibration, K.
+    pub largest_bound: f64,
+}
+
+impl InTime {
+    /// Bounds on the difference of the finer network's readings from the full model's, K, time by time.
+    pub fn bounds(&self, readings: &[Vec<f64>], coarser: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let mut largest: f64 = 0.0;
+        let at = |(fine, coarse): (&Vec<f64>, &Vec<f64>)| {
+            let differences: Vec<f64> = fine.iter().zip(coarse).map(|(f, c)| (f - c).abs()).collect();
+            largest = differences.iter().copied().fold(largest, f64::max);
+            differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
+        };
+        readings.iter().zip(coarser).map(at).collect()
+    }
+}
+
+/// The readings at one condition.
+#[derive(Debug, Clone)]
+pub struct Answer {
+    /// Readings of all sensors, K.
+    pub readings: Vec<f64>,
+    /// Bound on the difference of each reading from the full model's, K.
+    pub bounds: Vec<f64>,
+    /// Whether condition and parameters are within the ranges of the training.
+    pub in_range: bool,
+    /// State of the finer reduced network.
+    pub state: Reduced,
+    /// Readings of the finer network, K.
+    pub finer: Vec<f64>,
+    /// Streams whose wall boils: index and temperature of the hottest wall, K.
+    pub boiling: Vec<(usize, f64)>,
+}
+
+impl ReducedModel {
+    /// The steady state at a condition, with values of the parameters in their order (empty: the file's).
+    ///
+    /// # Errors
+    /// The condition cannot be evaluated, or no steady state is found.
+    pub fn steady(&self, condition: &Condition, parameters: &[f64]) -> Result<Answer> {
+        let load = Load::at(&self.machine, condition)?;
+        let solve = |level: &Level, start: &DVector<f64>| -> Result<Solved> {
+            if parameters.is_empty() {
+                let state = level.steady(&level.network, &load, start)?;
+                let readings = level.read(&level.network, &load, &state);
+                let boiling = boiling(&level.network, &state);
+                return Ok((state, readings, boiling));
+            }
+            let (mut network, mut load) = (level.network.clone(), load.clone());
+            for (parameter, value) in self.parameters.iter().zip(parameters) {
+                parameter.set(*value, &self.machine, &mut network, &mut load);
+            }
+            let state = level.steady(&network, &load, start)?;
+            let readings = level.read(&network, &load, &state);
+            let boiling = boiling(&network, &state);
+            Ok((state, readings, boiling))
+        };
+        let (coarse, readings, _) = solve(&self.coarse, &DVector::zeros(self.coarse.len()))?;
+        // Both networks share their first modes, unless histories have added others: then this is a start like any
+        // other.
+        let near = coarse.amplitudes.resize_vertically(self.fine.len(), 0.0);
+        let (state, finer, boiling) = solve(&self.fine, &near)?;
+        let bounds = self.bounds(&readings, &finer);
+        let in_range = self.is_inside(condition) && parameters.iter().zip(&self.parameters).all(|(x, p)| is_within(*x, (p.low, p.high)));
+        Ok(Answer { readings, bounds, in_range, state, finer, boiling })
+    }
+
+    /// Whether a condition is within the ranges of the training.
+    pub fn is_inside(&self, condition: &Condition) -> bool {
+        condition.si().iter().zip(&self.ranges).all(|(x, range)| is_within(*x, *range))
+    }
+
+    /// Bounds on the difference of the coarser network's readings from the full model's, K.
+    pub(super) fn bounds(&self, readings: &[f64], finer: &[f64]) -> Vec<f64> {
+        let differences: Vec<f64> = readings.iter().zip(finer).map(|(r, f)| (r - f).abs()).collect();
+        let largest = differences.iter().fold(0.0, |m: f64, d| m.max(*d));
+        differences.iter().map(|d| d + self.margin * largest + self.floor).collect()
+    }
+}
+
+/// A reduced network's state, its readings, and the streams whose wall boils.
+type Solved = (Reduced, Vec<f64>, Vec<(usize, f64)>);
+
+/// Streams whose wall boils: index and temperature of the hottest wall, K.
+fn boiling(network: &Network, state: &Reduced) -> Vec<(usize, f64)> {
+    let wall = |(s, stream)| Some((s, network.boiling_wall(s, stream, &state.temperatures)?));
+    state.streams.iter().enumerate().filter_map(wall).collect()
+}
+
+/// Whether a value is in a range, but for rounding.
+fn is_within(x: f64, (low, high): (f64, f64)) -> bool {
+    let slack = 1e-9 * (high - low).abs().max(high.abs());
+    (low - slack..=high + slack).contains(&x)
+}

@@ -1,0 +1,160 @@
+//! Histories of the full model. Some enrich the modes, the others calibrate the bound over time.
+
+use super::assemble::Snapshot;
+use super::model::{InTime, ReducedModel};
+use super::run::{Beginning, Course, Stretch};
+use coldplate_base::error::Result;
+use coldplate_base::random::Random;
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::{Load, Network};
+use coldplate_solve::transient::{Settings, Transient, TransientState};
+
+/// Number of stretches of one condition in a history. Chosen: more steps in a history, but each costs time of the
+/// full model.
+const STRETCHES: usize = 5;
+/// Shortest and longest stretch, in slowest time constants of the machine. Chosen: from a change that only fast modes
+/// follow to one that nearly settles.
+const LENGTHS: (f64, f64) = (0.02, 1.5);
+/// First time after a step at which a state is taken, in slowest time constants. Chosen: early enough for the fastest
+/// response.
+const FIRST: f64 = 2e-5;
+/// Ratio of each next time at which a state is taken to the one before, dimensionless. Chosen: closer to one, more states to hold.
+const LATER: f64 = 1.7;
+/// Error allowed in each time step of the full model, K. Chosen: a fifth of [`FLOOR`], since errors of steps add up.
+const TOLERANCE: f64 = 0.001;
+/// Factor on the largest margin that a reading of the calibration needed, and least margin, both dimensionless.
+/// Chosen: larger covers more unseen histories, but widens every bound.
+const SAFETY: (f64, f64) = (2.0, 0.5);
+/// Error that the time steps of the full model leave open, K. Chosen to cover steps of [`TOLERANCE`] each.
+const FLOOR: f64 = 0.005;
+
+/// Course of a history: its beginning and its conditions.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    beginning: Beginning,
+    /// Conditions, each until a time, s.
+    stretches: Vec<(Condition, f64)>,
+    /// Slowest time constant, s.
+    slowest: f64,
+}
+
+/// A history of the full model.
+pub(super) struct Run {
+    /// States along the history.
+    pub(super) snapshots: Vec<Snapshot>,
+    /// Times (s) and readings (K), the beginning first.
+    readings: Vec<(f64, Vec<f64>)>,
+}
+
+impl Plan {
+    /// A random plan over conditions that `draw` finds; every other one begins with one temperature everywhere.
+    pub(super) fn random(
+        number: usize,
+        slowest: f64,
+        random: &mut Random,
+        mut draw: impl FnMut(&mut Random) -> Condition,
+        machine: &Machine,
+    ) -> Result<Self> {
+        let mut time = 0.0;
+        let ratio: f64 = LENGTHS.1 / LENGTHS.0;
+        let mut stretch = |random: &mut Random| {
+            let condition = draw(random);
+            time += slowest * LENGTHS.0 * ratio.powf(random.unit());
+            (condition, time)
+        };
+        let stretches: Vec<(Condition, f64)> = (0..STRETCHES).map(|_| stretch(random)).collect();
+        let surroundings = Load::at(machine, &stretches[0].0)?;
+        let cold = surroundings.inlets.first().copied().unwrap_or(surroundings.chamber);
+        let beginning = if number.is_multiple_of(2) { Beginning::Uniform(cold) } else { Beginning::Steady };
+        Ok(Self { beginning, stretches, slowest })
+    }
+
+    /// Runs the history in full. If states are wanted, `split` holds the network of the split's conductors and the
+    /// temperatures of the middle.
+    pub(super) fn run(&self, machine: &Machine, network: &Network, split: Option<(&Network, &[f64])>) -> Result<Run> {
+        let mut transient = Transient::new(network, Settings { tolerance: TOLERANCE, ..Settings::default() })?;
+        let first = Load::at(machine, &self.stretches[0].0)?;
+        let mut state = match self.beginning {
+            Beginning::Steady => transient.from_steady(&first)?,
+            Beginning::Uniform(temperature) => transient.uniform(&first, temperature),
+        };
+        let mut run = Run { snapshots: Vec::new(), readings: Vec::new() };
+        let mut take = |state: &TransientState, load: &Load| -> Result<()> {
+            run.readings.push((state.time, network.sensors.iter().map(|s| s.read(&state.temperatures, load)).collect()));
+            if let Some((rest, center)) = split {
+                let streams = network.stream_states(load, &state.temperatures)?;
+                run.snapshots.push(Snapshot::of(network, rest, load, &streams, &state.temperatures, center));
+            }
+            Ok(())
+        };
+        take(&state, &first)?;
+        for (condition, until) in &self.stretches {
+            let load = Load::at(machine, condition)?;
+            let begun = state.time;
+            let mut next = FIRST * self.slowest;
+            transient.advance(&mut state, *until, &|_| Ok(load.clone()), &mut |state, load| {
+                if state.time - begun < next && state.time < *until {
+                    return Ok(());
+                }
+                while next <= state.time - begun {
+                    next *= LATER;
+                }
+                take(state, load)
+            })?;
+        }
+        Ok(run)
+    }
+
+    /// Runs this history through a reduced model, with outputs at the times of a run in full.
+    fn reduced(&self, model: &ReducedModel, run: &Run) -> Result<Course> {
+        let mut from = 0.0;
+        let mut stretches = Vec::new();
+        for (condition, until) in &self.stretches {
+            let begun = std::mem::replace(&mut from, *until);
+            let times = run.readings.iter().map(|(time, _)| *time).filter(|t| *t > begun && t <= until);
+            stretches.push(Stretch { until: *until, condition: Box::new(|_| condition.clone()), at_end: None, outputs: times.collect() });
+        }
+        model.course(self.beginning, 0.0, &stretches)
+    }
+}
+
+/// The bound over time, calibrated on histories that contributed no modes; `made` is the number of those that did.
+///
+/// # Errors
+/// The reduced model cannot follow one of them.
+pub(super) fn calibrated(model: &ReducedModel, checks: &[(Plan, Run)], made: usize) -> Result<InTime> {
+    let mut needed: f64 = 0.0;
+    let mut courses = Vec::new();
+    for (plan, run) in checks {
+        let course = plan.reduced(model, run)?;
+        let mut largest: f64 = 0.0;
+        for ((_, truth), (fine, coarse)) in run.readings.iter().zip(course.readings.iter().zip(&course.coarser)) {
+            let own: Vec<f64> = fine.iter().zip(coarse).map(|(f, c)| (f - c).abs()).collect();
+            largest = own.iter().copied().fold(largest, f64::max);
+            for ((t, f), d) in truth.iter().zip(fine).zip(&own) {
+                let error = (t - f).abs();
+                if error > FLOOR && largest > 0.0 {
+                    needed = needed.max((error - FLOOR - d) / largest);
+                }
+            }
+        }
+        courses.push(course);
+    }
+    let mut found = InTime {
+        margin: (SAFETY.0 * needed).max(SAFETY.1),
+        floor: FLOOR,
+        histories: made,
+        checks: checks.len(),
+        largest_error: 0.0,
+        largest_bound: 0.0,
+    };
+    for ((_, run), course) in checks.iter().zip(&courses) {
+        for ((_, truth), own) in run.readings.iter().zip(&course.readings) {
+            let errors = truth.iter().zip(own).map(|(t, f)| (t - f).abs());
+            found.largest_error = errors.fold(found.largest_error, f64::max);
+        }
+        let bounds = found.bounds(&course.readings, &course.coarser);
+        found.largest_bound = bounds.iter().flatten().copied().fold(found.largest_bound, f64::max);
+    }
+    Ok(found)
+}

@@ -1,0 +1,35 @@
+//! Networks become temperatures: sparse matrices, multigrid, Krylov methods, Newton's method.
+
+#![forbid(unsafe_code)]
+#![warn(missing_docs)]
+#![cfg_attr(not(test), warn(clippy::unwrap_used, clippy::panic))]
+
+mod adjoint;
+mod aggregation;
+mod anchors;
+pub mod balance;
+pub mod csr;
+mod direct;
+pub mod heat_flow;
+mod jacobian;
+pub mod krylov;
+pub mod meshed;
+pub mod multigrid;
+pub mod reachability;
+pub mod routes;
+pub mod sensitivity;
+mod state_table;
+mod steady;
+mod surfaces;
+mod system;
+mod tensor;
+pub mod transient;
+
+pub use adjoint::Tangent;
+pub use jacobian::Jacobian;
+pub use state_table::Nearby;
+pub use steady::{BALANCE_TOLERANCE, Solution, Solver};
+pub use system::{Symmetric, System, entering_temperature, residual};
+
+/// Hash of the sources of this crate and of the lock file it was built with.
+pub const SOURCES: &str = env!("COLDPLATE_SOURCES");

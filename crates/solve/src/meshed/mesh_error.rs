@@ -1,0 +1,103 @@
+//! What the mesh costs: how far readings may lie from those on an endlessly fine mesh.
+//!
+//! The machine is solved on two coarser meshes, with a half and a third of the cells along each axis: an eighth and a
+//! twenty-seventh of the cells. Where the three readings approach a limit at an order p between 1/2 and 2, the error is
+//! the last difference over r^p - 1 (Richardson), times Roache's safety factor (J. Fluids Eng. 116 (1994) 405). Elsewhere
+//! order 1 is assumed, and the larger of the two differences from the fine mesh counts. The ratio r of cell sizes is what
+//! the numbers of cells give where some blocks could not be cut so coarsely.
+
+use serde::Serialize;
+
+use super::{MeshedMachine, SteadyState};
+use coldplate_base::error::Result;
+use coldplate_describe::machine::Condition;
+use coldplate_describe::machine::{Block, Shape};
+use coldplate_network::mesh::Mesh;
+
+/// How much coarser the cells of the other meshes are along each axis.
+const COARSER: [f64; 2] = [2.0, 3.0];
+/// Least ratio of cell sizes from which anything can be learnt.
+const LEAST_RATIO: f64 = 1.2;
+/// Safety factor on the extrapolated error.
+const SAFETY: f64 = 1.25;
+/// Orders of convergence that are believed.
+const ORDERS: std::ops::RangeInclusive<f64> = 0.5..=2.0;
+
+/// Errors of discretisation at one condition.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct MeshErrors {
+    /// Estimate for each sensor, K or um, in the machine's order.
+    #[serde(skip)]
+    pub errors: Vec<f64>,
+    /// Observed order of convergence of each sensor; `None` where none between 1/2 and 2 shows.
+    #[serde(skip)]
+    pub orders: Vec<Option<f64>>,
+    /// Cells of the coarser meshes it comes from.
+    pub cells: [usize; 2],
+}
+
+impl MeshedMachine {
+    /// Estimates what the mesh leaves open in every reading of a state of this model; `None` where its cells cannot be
+    /// coarser: single ones, and imported elements.
+    ///
+    /// # Errors
+    /// A coarser mesh cannot be solved.
+    pub fn mesh_errors(&self, condition: &Condition, state: &SteadyState) -> Result<Option<MeshErrors>> {
+        if self.mesh.grids.is_empty() || !self.mesh.tetra.is_empty() {
+            return Ok(None);
+        }
+        let meshes = [self.coarser(COARSER[0])?, self.coarser(COARSER[1])?];
+        let ratio = |i: usize| (self.mesh.cells as f64 / meshes[i].cells as f64).cbrt().min(COARSER[i]);
+        let ratios = [ratio(0), ratio(1)];
+        if ratios[0] < LEAST_RATIO {
+            return Ok(None);
+        }
+        let cells = [meshes[0].cells, meshes[1].cells];
+        let readings = |model: &Self, state: &SteadyState| -> Vec<f64> { model.readings(state) };
+        let solved = |mesh: Mesh| -> Result<Vec<f64>> {
+            let model = Self::on(self.machine.clone(), mesh)?;
+            Ok(readings(&model, &model.steady(condition)?))
+        };
+        let [half, third] = meshes;
+        let (fine, half, third) = (readings(self, state), solved(half)?, solved(third)?);
+        let (errors, orders) = (0..fine.len()).map(|s| estimate([fine[s], half[s], third[s]], ratios)).unzip();
+        Ok(Some(MeshErrors { errors, orders, cells }))
+    }
+
+    /// A mesh of the same machine with cells `ratio` times as long along each axis, as far as its blocks allow.
+    pub(super) fn coarser(&self, ratio: f64) -> Result<Mesh> {
+        let blocks = self.machine.parts.iter().flat_map(|p| &p.blocks);
+        let fewer = |(n, block): (&[usize; 3], &Block)| {
+            let is_turn = matches!(block.shape, Shape::Cylinder { turn, .. } if turn.1 - turn.0 > 0.99 * std::f64::consts::TAU);
+            let least = [1, if is_turn { 4 } else { 1 }, 1];
+            std::array::from_fn(|d| ((n[d] as f64 / ratio).round() as usize).max(n[d].min(least[d])))
+        };
+        let counts: Vec<[usize; 3]> = self.mesh.divisions().iter().zip(blocks).map(fewer).collect();
+        Mesh::with_divisions(&self.machine, &counts, ratio * self.mesh.element_size)
+    }
+}
+
+/// Error of the first of three readings, K, and the order they show; cells of the others are `ratios` times as long.
+fn estimate([fine, half, third]: [f64; 3], ratios: [f64; 2]) -> (f64, Option<f64>) {
+    let order = order((half - third) / (fine - half), ratios).filter(|order| ORDERS.contains(order));
+    let error = match order {
+        Some(order) => (fine - half).abs() / (ratios[0].powf(order) - 1.0),
+        None => f64::max((fine - half).abs() / (ratios[0] - 1.0), (fine - third).abs() / (ratios[1] - 1.0)),
+    };
+    (SAFETY * error, order)
+}
+
+/// Order of convergence p from the quotient of two differences, (b^p - a^p) / (a^p - 1) for ratios a and b: by bisection, as
+/// the quotient grows with p.
+fn order(quotient: f64, [a, b]: [f64; 2]) -> Option<f64> {
+    let of = |p: f64| (b.powf(p) - a.powf(p)) / (a.powf(p) - 1.0);
+    let (mut low, mut high) = (*ORDERS.start() / 2.0, *ORDERS.end() * 2.0);
+    if b <= a || !(of(low)..=of(high)).contains(&quotient) {
+        return None;
+    }
+    for _ in 0..50 {
+        let middle = f64::midpoint(low, high);
+        if of(middle) < quotient { low = middle } else { high = middle }
+    }
+    Some(low)
+}

@@ -1,0 +1,160 @@
+//! A machine on a mesh, ready to be solved at any condition.
+
+mod boundaries;
+mod budget;
+mod coarse_start;
+pub mod described;
+mod flows;
+mod inventory;
+mod limits;
+mod mesh_error;
+pub mod record;
+mod within;
+
+pub use boundaries::BoundaryEntry;
+pub use flows::{Flows, Named, NamedRoute, OutletSensor};
+pub use inventory::{ChannelEntry, ContactEntry, ImportEntry, Inventory, PartEntry, SourceEntry, inventory, source_powers};
+pub use limits::{LimitState, limit_states};
+pub use mesh_error::MeshErrors;
+pub use record::{ChosenRecord, MeshRecord, SolveRecord};
+pub use within::ChosenCells;
+
+use crate::{Solution, Solver};
+use coldplate_base::error::Result;
+use coldplate_base::progress::{Progress, Silent};
+use coldplate_describe::machine::{Condition, Machine};
+use coldplate_network::mesh::Mesh;
+use coldplate_network::{Load, Network};
+
+/// Machine, mesh and network.
+#[derive(Debug, Clone)]
+pub struct MeshedMachine {
+    /// The machine.
+    pub machine: Machine,
+    /// Its cells.
+    pub mesh: Mesh,
+    /// The network they make.
+    pub network: Network,
+    /// How its cells were chosen, where an accuracy was asked for.
+    pub chosen: Option<ChosenCells>,
+}
+
+impl MeshedMachine {
+    /// Meshes `machine` with about `cells` cells and builds its network. Where `None`, the machine file says how many, or what they may
+    /// leave open at the conditions that the machine is made for ([`Machine::usual_conditions`]).
+    ///
+    /// # Errors
+    /// As [`MeshedMachine::for_conditions`].
+    pub fn new(machine: Machine, cells: Option<usize>) -> Result<Self> {
+        Self::for_conditions(machine, cells, Machine::usual_conditions, &Silent)
+    }
+
+    /// The same, where the conditions that count are known.
+    ///
+    /// # Errors
+    /// As [`Mesh::with_cells`] and [`Network::build`]; more cells than the free memory holds. Where an accuracy is asked for, as
+    /// [`MeshedMachine::within`] and those of `conditions`.
+    pub fn for_conditions(
+        machine: Machine,
+        cells: Option<usize>,
+        conditions: impl FnOnce(&Machine) -> Result<Vec<Condition>>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        if let (None, Some(accuracy)) = (cells, machine.accuracy) {
+            let conditions = conditions(&machine)?;
+            return Self::within(machine, accuracy, &conditions, progress);
+        }
+        let size = Mesh::size_for(&machine, cells.unwrap_or(machine.default_cells))?;
+        budget::check(Mesh::count(&machine, size))?;
+        let mesh = Mesh::with_size(&machine, size)?;
+        Self::on(machine, mesh)
+    }
+
+    /// Builds the network of `machine` on a mesh of it.
+    ///
+    /// # Errors
+    /// As [`Network::build`].
+    pub fn on(machine: Machine, mesh: Mesh) -> Result<Self> {
+        let network = Network::build(&machine, &mesh).map_err(|error| error.in_file(&machine.file))?;
+        Ok(Self { machine, mesh, network, chosen: None })
+    }
+
+    /// A solver whose setup is shared by every condition; `reference` should resemble them.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn solver(&self, reference: &Condition) -> Result<Solver<'_>> {
+        self.solver_heard(reference, &Silent).map_err(|error| error.in_file(&self.machine.file))
+    }
+
+    /// The same, saying how it comes along.
+    ///
+    /// # Errors
+    /// As [`Solver::new`].
+    pub fn solver_heard(&self, reference: &Condition, progress: &dyn Progress) -> Result<Solver<'_>> {
+        let load = Load::at(&self.machine, reference)?;
+        match self.start(reference) {
+            Some(start) => Solver::near(&self.network, &load, start, progress).or_else(|_| Solver::heard(&self.network, &load, progress)),
+            None => Solver::heard(&self.network, &load, progress),
+        }
+    }
+
+    /// Solves a single condition; [`MeshedMachine::solver`] and [`MeshedMachine::solve`] share the setup between many.
+    ///
+    /// # Errors
+    /// As [`MeshedMachine::solver`] and [`MeshedMachine::solve`].
+    pub fn steady(&self, condition: &Condition) -> Result<SteadyState> {
+        self.solve(&self.solver(condition)?, condition)
+    }
+
+    /// Solves one condition.
+    ///
+    /// # Errors
+    /// As [`Load::at`] and [`Solver::steady`].
+    pub fn solve(&self, solver: &Solver<'_>, condition: &Condition) -> Result<SteadyState> {
+        let load = Load::at(&self.machine, condition)?;
+        let solution = solver.steady(&load)?;
+        Ok(SteadyState { load, solution })
+    }
+
+    /// The same from temperatures of all nodes (K) that are about `error` (K) from the solution.
+    ///
+    /// # Errors
+    /// As [`Load::at`] and [`Solver::steady_from`].
+    pub fn solve_from(&self, solver: &Solver<'_>, condition: &Condition, start: &[f64], error: f64) -> Result<SteadyState> {
+        let load = Load::at(&self.machine, condition)?;
+        let solution = solver.steady_from(&load, start, error)?;
+        Ok(SteadyState { load, solution })
+    }
+
+    /// The machine's limits in a state.
+    pub fn limits(&self, state: &SteadyState) -> Vec<LimitState> {
+        limit_states(&self.machine, &self.read(state), &state.load.variables)
+    }
+
+    /// What sensors with a gain or offset of their own show in a state, degC, by name.
+    pub fn shown(&self, state: &SteadyState) -> Vec<(String, f64)> {
+        let sensors = self.machine.sensors.iter().zip(self.read(state));
+        let own = sensors.filter(|(s, t)| s.shows.settled(*t) != *t);
+        own.map(|(s, t)| (s.name.clone(), s.measurand().shown(s.shows.settled(t)))).collect()
+    }
+
+    /// Temperatures of the places of all sensors in a state, degC, and displacements, um, in the machine's order.
+    pub fn readings(&self, state: &SteadyState) -> Vec<f64> {
+        self.network.measurands.iter().zip(self.read(state)).map(|(own, reading)| own.shown(reading)).collect()
+    }
+
+    /// The same in K and um.
+    pub fn read(&self, state: &SteadyState) -> Vec<f64> {
+        self.network.sensors.iter().map(|s| s.read(&state.solution.temperatures, &state.load)).collect()
+    }
+}
+
+/// A solved condition.
+#[derive(Debug, Clone)]
+pub struct SteadyState {
+    /// The condition's numbers.
+    pub load: Load,
+    /// Temperatures, streams and balance.
+    pub solution: Solution,
+}

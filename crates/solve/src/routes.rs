@@ -1,0 +1,98 @@
+//! The ways heat takes through a machine: from sources through parts into water, walls and boundaries.
+
+use std::collections::BTreeMap;
+
+use super::balance::held_heats;
+use super::heat_flow::{Holder, exchanged};
+use super::surfaces::surface_states;
+use super::system::entering_temperature;
+use coldplate_network::{Load, NONE, Network, StreamState};
+
+/// Where heat comes from or goes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stop {
+    /// A source, by its index.
+    Source(usize),
+    /// A part or lumped node, by its group.
+    Group(usize),
+    /// The water of a circuit, by its index.
+    Circuit(usize),
+    /// The chamber's wall, by radiation.
+    Wall,
+    /// Residual gas.
+    Gas,
+    /// A boundary of the machine, by its index.
+    Boundary(usize),
+}
+
+/// Heat from one stop to another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Route {
+    /// Where it comes from.
+    pub from: Stop,
+    /// Where it goes.
+    pub to: Stop,
+    /// How much, W; positive.
+    pub watts: f64,
+}
+
+/// Net heat between any two stops, in the order of the stops. Where heat comes out of water, wall or boundary, the route
+/// begins there. Nodes that belong to no part (faces between parts) pass on what they get and are no stops.
+pub fn heat_routes(network: &Network, load: &Load, streams: &[StreamState], temperatures: &[f64]) -> Vec<Route> {
+    let mut net: BTreeMap<(Stop, Stop), f64> = BTreeMap::new();
+    let mut add = |a: Stop, b: Stop, watts: f64| {
+        if a < b {
+            *net.entry((a, b)).or_default() += watts;
+        } else if a > b {
+            *net.entry((b, a)).or_default() -= watts;
+        }
+    };
+    let group = |node: usize| {
+        let group = network.group[node];
+        (group != NONE).then_some(Stop::Group(group as usize))
+    };
+    for (s, (source, power)) in network.sources.iter().zip(&load.powers).enumerate() {
+        for (node, heat) in source.heats(*power, temperatures) {
+            if let Some(to) = group(node as usize) {
+                add(Stop::Source(s), to, heat);
+            }
+        }
+    }
+    let holder = |holder: Holder| match holder {
+        Holder::Group(group) => Stop::Group(group),
+        Holder::Wall => Stop::Wall,
+    };
+    for (a, b, heat) in exchanged(network, load, temperatures) {
+        add(holder(a), holder(b), heat);
+    }
+    // What holds faces and vertices at the temperature of a boundary.
+    for ((node, index), heat) in network.fixed.iter().zip(held_heats(network, load, streams, temperatures)) {
+        if let (Some(boundary), Some(to)) = (load.boundary_of(*index), group(*node as usize)) {
+            add(Stop::Boundary(boundary), to, heat);
+        }
+    }
+    for (surface, state) in network.surfaces.iter().zip(surface_states(network, load, temperatures)) {
+        let Some(from) = group(surface.node as usize) else { continue };
+        add(from, Stop::Wall, state.radiated);
+        add(from, Stop::Gas, state.gas);
+        for l in surface.boundaries() {
+            add(from, Stop::Boundary(l), surface.through(l, &state, load));
+        }
+    }
+    for (s, (stream, state)) in network.streams.iter().zip(streams).enumerate() {
+        let mut entering = entering_temperature(network, load, streams, s, temperatures);
+        for (k, station) in stream.stations.iter().enumerate() {
+            for (cell, share) in &station.cells {
+                if let Some(from) = group(*cell) {
+                    add(from, Stop::Circuit(stream.circuit), state.exchange[k] * share * (temperatures[*cell] - entering));
+                }
+            }
+            entering = temperatures[stream.first_node as usize + k];
+        }
+    }
+    let route = |((a, b), watts): ((Stop, Stop), f64)| {
+        let (from, to) = if watts < 0.0 { (b, a) } else { (a, b) };
+        Route { from, to, watts: watts.abs() }
+    };
+    net.into_iter().filter(|(_, watts)| watts.is_finite() && *watts != 0.0).map(route).collect()
+}

@@ -1,0 +1,276 @@
+//! A machine file with its model, which can be built anew with other values on the same cells.
+
+use std::path::Path;
+
+use super::parameter::Parameter;
+use crate::meshed::MeshedMachine;
+use coldplate_base::document::Document;
+use coldplate_base::error::{Error, Result};
+use coldplate_base::progress::{Progress, Silent};
+use coldplate_describe::machine::{Block, Condition, Machine, Part, SCHEMA};
+use coldplate_describe::schema;
+use coldplate_network::Network;
+use coldplate_network::mesh::Mesh;
+
+/// A machine file and its model.
+#[derive(Debug, Clone)]
+pub struct Study {
+    document: Document,
+    /// Machine, mesh and network.
+    pub model: MeshedMachine,
+    /// How tables of its steady states are solved.
+    pub tables: Tables,
+}
+
+/// How tables of steady states are solved.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Tables {
+    /// In a small space of states that were solved, see [`Nearby::table`](crate::Nearby::table).
+    #[default]
+    Reduced,
+    /// Every state by itself.
+    InFull,
+}
+
+impl Study {
+    /// Reads a machine file, applies `sets` and meshes it with about `cells` cells.
+    ///
+    /// # Errors
+    /// As [`Machine::read`] and [`MeshedMachine::new`].
+    pub fn read(path: impl AsRef<Path>, sets: &[(String, String)], cells: Option<usize>) -> Result<Self> {
+        Self::new(Document::with_sets(path, sets)?, cells)
+    }
+
+    /// From a file that is parsed already.
+    ///
+    /// # Errors
+    /// As [`Study::read`].
+    pub fn new(document: Document, cells: Option<usize>) -> Result<Self> {
+        Self::for_conditions(document, cells, Machine::usual_conditions, &Silent)
+    }
+
+    /// The same, where the conditions that count are known; see [`MeshedMachine::for_conditions`].
+    ///
+    /// # Errors
+    /// As [`Machine::from_document`] and [`MeshedMachine::for_conditions`].
+    pub fn for_conditions(
+        document: Document,
+        cells: Option<usize>,
+        conditions: impl FnOnce(&Machine) -> Result<Vec<Condition>>,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        let machine = Machine::from_document(&document)?;
+        Ok(Self { model: MeshedMachine::for_conditions(machine, cells, conditions, progress)?, document, tables: Tables::default() })
+    }
+
+    /// The same machine with tables of its steady states solved otherwise.
+    pub fn with_tables(self, tables: Tables) -> Self {
+        Self { tables, ..self }
+    }
+
+    /// The same machine on about `factor` times the cells; where these follow an accuracy, on so many more along every line alike.
+    ///
+    /// # Errors
+    /// As [`MeshedMachine::new`] and [`MeshedMachine::on`].
+    pub fn finer(&self, factor: f64) -> Result<Self> {
+        let own = &self.model;
+        if own.chosen.is_none() {
+            let finer = Self::new(self.document.clone(), Some((factor * own.mesh.cells as f64) as usize))?;
+            return Ok(finer.with_tables(self.tables));
+        }
+        let along = factor.cbrt();
+        let blocks = own.machine.parts.iter().flat_map(|p| &p.blocks);
+        let more = |(n, block): ([usize; 3], &Block)| -> [usize; 3] {
+            std::array::from_fn(|d| if block.cells[d].is_some() { n[d] } else { (n[d] as f64 * along).round() as usize })
+        };
+        let counts: Vec<[usize; 3]> = own.mesh.divisions().into_iter().zip(blocks).map(more).collect();
+        let mesh = Mesh::with_divisions(&own.machine, &counts, own.mesh.element_size / along)?;
+        Ok(Self { document: self.document.clone(), model: MeshedMachine::on(own.machine.clone(), mesh)?, tables: self.tables })
+    }
+
+    /// The machine file.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// A parameter by its name: a condition variable or a dotted key.
+    ///
+    /// # Errors
+    /// As [`Parameter::find`].
+    pub fn parameter(&self, name: &str) -> Result<Parameter> {
+        Parameter::find(name, &self.document, &self.model.machine)
+    }
+
+    /// The same; `None` where there is none.
+    pub fn known_parameter(&self, name: &str) -> Option<Parameter> {
+        Parameter::known(name, &self.document, &self.model.machine)
+    }
+
+    /// What one asks about first: every condition variable, then what the schema calls usual: every contact's
+    /// conductance, every emissivity and every source.
+    pub fn usual_parameters(&self) -> Vec<Parameter> {
+        let variables = self.model.machine.variables.iter().map(|v| v.name.clone());
+        let is_usual = |key: &String| schema_key(key).is_some_and(|found| found.key.is_usual);
+        let keys = self.document.keys().into_iter().filter(is_usual);
+        variables.chain(keys).filter_map(|name| self.parameter(&name).ok()).collect()
+    }
+
+    /// The file with other values of some parameters; condition variables are not part of it and are left out.
+    ///
+    /// # Errors
+    /// As [`Parameter::to_set`] and [`Document::apply_set`].
+    pub fn document_with(&self, values: &[(&Parameter, f64)]) -> Result<Document> {
+        let mut document = self.document.clone();
+        for (parameter, value) in values {
+            if let Some((key, text)) = parameter.to_set(*value, &self.model.machine)? {
+                document.apply_set(&key, &text)?;
+            }
+        }
+        Ok(document)
+    }
+
+    /// The study with other values of some parameters, on the same cells.
+    ///
+    /// # Errors
+    /// The machine with these values is not valid, or has other unknowns.
+    pub fn with(&self, values: &[(&Parameter, f64)]) -> Result<Self> {
+        let mut sets = Vec::new();
+        for (parameter, value) in values {
+            sets.extend(parameter.to_set(*value, &self.model.machine)?);
+        }
+        let found = self.edited(&sets)?;
+        self.check(&found.model.network)?;
+        Ok(found)
+    }
+
+    /// The study with `--set` (key, value) pairs applied, on the same cells; unknowns may be added, as a new lumped node adds one.
+    ///
+    /// # Errors
+    /// The machine with these values is not valid.
+    pub fn edited(&self, sets: &[(String, String)]) -> Result<Self> {
+        let mut document = self.document.clone();
+        for (key, value) in sets {
+            document.apply_set(key, value).map_err(|error| error.in_file(document.file()))?;
+        }
+        let mut machine = Machine::from_document(&document)?;
+        let keys: Vec<&str> = sets.iter().map(|(key, _)| key.as_str()).collect();
+        // What the file did not have before may change the network's shape.
+        let is_channel = |key: &str| matches!(Reach::of(key, &machine), Reach::Channel(_));
+        let is_report = |key: &str| schema_key(key).is_some_and(|found| found.key.reach == schema::Reach::Report);
+        let is_known = keys.iter().all(|key| matches!(self.document.leaf(key), Ok(Some(_))) || is_channel(key) || is_report(key));
+        let kept = if is_known { self.kept(&machine, &keys) } else { None };
+        let (mesh, network) = match kept {
+            Some(network) => (self.model.mesh.clone(), network),
+            None => {
+                let mesh = self.moved(&mut machine)?.unwrap_or_else(|| self.model.mesh.clone());
+                let network = Network::build(&machine, &mesh)?;
+                (mesh, network)
+            }
+        };
+        Ok(Self { document, model: MeshedMachine { machine, mesh, network, chosen: self.model.chosen.clone() }, tables: self.tables })
+    }
+
+    /// The machine with one value changed, and its network where that is another one.
+    pub(super) fn changed(&self, parameter: &Parameter, value: f64) -> Result<(Machine, Option<Network>)> {
+        let mut machine = Machine::from_document(&self.document_with(&[(parameter, value)])?)?;
+        let network = match Reach::of(&parameter.name, &self.model.machine) {
+            Reach::Load => None,
+            Reach::Contact(_) | Reach::Channel(_) => self.kept(&machine, &[&parameter.name]),
+            Reach::Network => {
+                let moved = self.moved(&mut machine)?;
+                let network = Network::build(&machine, moved.as_ref().unwrap_or(&self.model.mesh))?;
+                self.check(&network)?;
+                Some(network)
+            }
+        };
+        Ok((machine, network))
+    }
+
+    /// The network of a machine that differs by these keys alone, without building it; `None` where it must be built.
+    fn kept(&self, machine: &Machine, keys: &[&str]) -> Option<Network> {
+        let reaches: Vec<Reach> = keys.iter().map(|key| Reach::of(key, &self.model.machine)).collect();
+        if reaches.contains(&Reach::Network) {
+            return None;
+        }
+        let mut network = self.model.network.clone();
+        for reach in reaches {
+            match reach {
+                Reach::Contact(c) => {
+                    let contact = machine.contacts.get(c)?;
+                    let groups = network.contacts.iter_mut().filter(|group| group.of == Some(c));
+                    groups.for_each(|group| group.law = contact.law.clone());
+                }
+                Reach::Channel(c) => {
+                    let (stream, channel) = (network.streams.get_mut(c)?, machine.channels.get(c)?);
+                    (stream.film_factor, stream.minor_loss) = (channel.film_factor, channel.minor_loss);
+                    stream.fouling_resistance = channel.fouling_resistance;
+                }
+                Reach::Load | Reach::Network => {}
+            }
+        }
+        Some(network)
+    }
+
+    /// The mesh of a machine whose blocks or imported parts moved; `None` where they did not. What its surfaces see of each other is
+    /// not kept beside the file, where the views of the file's own geometry are.
+    fn moved(&self, machine: &mut Machine) -> Result<Option<Mesh>> {
+        let own = &self.model.machine.parts;
+        let place = |part: &Part| part.import.as_ref().map(|import| import.at);
+        if own.iter().zip(&machine.parts).all(|(a, b)| a.blocks == b.blocks && place(a) == place(b)) {
+            return Ok(None);
+        }
+        machine.enclosures.iter_mut().for_each(|e| e.cache = None);
+        Mesh::with_divisions(machine, &self.model.mesh.divisions(), self.model.mesh.element_size).map(Some)
+    }
+
+    fn check(&self, network: &Network) -> Result<()> {
+        let own = &self.model.network;
+        let shape = |n: &Network| (n.nodes, n.solids, n.streams.iter().map(|s| s.first_node).collect::<Vec<_>>());
+        if shape(own) == shape(network) {
+            return Ok(());
+        }
+        Err(Error::input("a small change of this value changes the number of unknowns: no derivative on these cells")
+            .help("fix the cell counts of the part, or ask for another number of cells"))
+    }
+}
+
+/// What must be made anew when a number of the machine file changes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reach {
+    /// The load alone: heats, flows, temperatures.
+    Load,
+    /// The law of a contact.
+    Contact(usize),
+    /// The factor on a channel's film, or its loss coefficient.
+    Channel(usize),
+    /// Anything of the network.
+    Network,
+}
+
+/// What the schema says of a dotted key.
+fn schema_key(key: &str) -> Option<schema::Found> {
+    let names = Document::names_in(key)?;
+    SCHEMA.find(&names.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+impl Reach {
+    fn of(key: &str, machine: &Machine) -> Self {
+        let names = Document::names_in(key).unwrap_or_default();
+        let (Some(found), [table, name, ..]) = (schema_key(key), names.as_slice()) else { return Self::Network };
+        if names.len() == 2 && matches!(found.form, schema::Form::Table(_)) {
+            return Self::Network;
+        }
+        match found.key.reach {
+            schema::Reach::Mesh | schema::Reach::Network => Self::Network,
+            schema::Reach::Load | schema::Reach::Report => Self::Load,
+            // Surfaces that gas alone would act on are not in the network of a perfect vacuum.
+            schema::Reach::LoadUnlessZero if machine.chamber.pressure > 0.0 => Self::Load,
+            schema::Reach::LoadUnlessZero => Self::Network,
+            schema::Reach::Contact if table == "contact" => {
+                machine.contacts.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Contact)
+            }
+            schema::Reach::Contact => Self::Network,
+            schema::Reach::Channel => machine.channels.iter().position(|c| c.name == *name).map_or(Self::Network, Self::Channel),
+        }
+    }
+}

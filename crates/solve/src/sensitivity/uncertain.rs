@@ -1,0 +1,74 @@
+//! Numbers of a machine file that are stated as uncertain: `"560 +- 40 W/(m2 K)"`.
+
+use super::parameter::{Kind, Parameter};
+use super::study::Study;
+use crate::meshed::described::UncertainRecord;
+use coldplate_base::document::{Spread, Uncertain};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::units::{Dimension, parse};
+
+/// A number of a machine file that is uncertain.
+#[derive(Debug, Clone, PartialEq)]
+pub struct UncertainNumber {
+    /// Which.
+    pub parameter: Parameter,
+    /// Its standard deviation, SI; kelvin for temperatures.
+    pub deviation: f64,
+    /// Where limits were stated, these, SI: every value between them is as probable as any other.
+    pub limits: Option<(f64, f64)>,
+}
+
+impl UncertainNumber {
+    /// As outside programs read it.
+    pub fn record(&self) -> UncertainRecord {
+        let p = &self.parameter;
+        UncertainRecord {
+            key: p.name.clone(),
+            value: p.shown(p.value),
+            unit: p.unit.clone(),
+            standard_deviation: self.deviation / p.per_unit(1.0).abs(),
+            limits: self.limits.map(|(low, high)| [p.shown(low), p.shown(high)]),
+        }
+    }
+}
+
+impl Study {
+    /// The numbers that the file states as uncertain, in its order.
+    ///
+    /// # Errors
+    /// What is stated as uncertain cannot vary continuously, or its deviation is not positive or has another dimension.
+    pub fn uncertain(&self) -> Result<Vec<UncertainNumber>> {
+        self.document().uncertain().iter().map(|own| self.uncertain_number(own)).collect()
+    }
+
+    fn uncertain_number(&self, Uncertain { key, spread }: &Uncertain) -> Result<UncertainNumber> {
+        let place = |e: Error| e.at_key(key).in_file(self.document().file());
+        let parameter = self.parameter(key).map_err(place)?;
+        let refuse = |what: &str, help: &str| Err(place(Error::input(what).help(help)));
+        if parameter.kind != Kind::Quantity {
+            return refuse("only a number can be uncertain", "write a number with its unit, for example \"560 +- 40 W/(m2 K)\"");
+        }
+        let own = if parameter.dimension.is_absolute() { Dimension::DIFFERENCE } else { parameter.dimension };
+        // Degrees of a difference are kelvin.
+        let in_unit = |amount: f64, unit: &str| match unit {
+            "1" => parse(&format!("{amount:?}"), own),
+            "degC" => parse(&format!("{amount:?} K"), own),
+            unit => parse(&format!("{amount:?} {unit}"), own),
+        };
+        let (deviation, limits) = match spread {
+            Spread::Share(_) if parameter.dimension.is_absolute() => {
+                return refuse("a share of a temperature means nothing", "write the deviation in K, for example \"20 degC +- 0.3 K\"");
+            }
+            Spread::Share(share) => (share * parameter.value.abs(), None),
+            Spread::Deviation(amount, unit) => (in_unit(*amount, unit).map_err(place)?, None),
+            Spread::Limits(half, unit) => {
+                let half = in_unit(*half, unit).map_err(place)?;
+                (half / 3f64.sqrt(), Some((parameter.value - half, parameter.value + half)))
+            }
+        };
+        if deviation > 0.0 && deviation.is_finite() {
+            return Ok(UncertainNumber { parameter, deviation, limits });
+        }
+        refuse("a standard deviation is positive", "write for example \"560 +- 40 W/(m2 K)\" or \"0.55 +- 10 %\"")
+    }
+}

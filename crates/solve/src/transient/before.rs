@@ -1,0 +1,120 @@
+//! What the step before tells of the next: where it leads, and how far that may be off.
+
+use super::{GAMMA, LOCAL_ERROR, Passing, Transient, TransientState};
+use coldplate_network::Load;
+
+/// Variables and lengths that differ by less than this share are the same: values between two rows are rounded, and so are two even
+/// steps.
+const SAME: f64 = 1e-9;
+
+/// The step before: what the error of the next one is estimated from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Before {
+    /// Temperatures at its beginning, K.
+    pub temperatures: Vec<f64>,
+    /// The same where its first stage ended, K.
+    pub between: Vec<f64>,
+    /// Its length, s.
+    pub length: f64,
+    /// Where it ended, s.
+    pub time: f64,
+    /// The machine's variables there.
+    pub variables: Vec<f64>,
+    /// Heat into each solid at its end, W.
+    pub flow: Vec<f64>,
+    /// Heat that passed at its end.
+    pub passing: Passing,
+}
+
+impl Before {
+    /// Whether it ended at this time in this condition.
+    pub fn ended_at(&self, time: f64, load: &Load) -> bool {
+        let is_same = |(a, b): (&f64, &f64)| (a - b).abs() <= SAME * a.abs().max(b.abs());
+        self.time == time && self.variables.iter().zip(&load.variables).all(is_same)
+    }
+}
+
+/// Weights of the three states of a step at a share of its length.
+pub fn parabola(share: f64) -> [f64; 3] {
+    let (behind, ahead) = (share - GAMMA, share - 1.0);
+    [behind * ahead / GAMMA, share * ahead / (GAMMA * (GAMMA - 1.0)), share * behind / (1.0 - GAMMA)]
+}
+
+impl TransientState {
+    /// Temperatures of all nodes at a time within the step that led here, K: on the parabola through its three states, which is off by
+    /// a quarter of the step's error. Those of water hold where no front passed.
+    pub fn within(&self, time: f64) -> Vec<f64> {
+        let Some(before) = self.before.as_ref().filter(|before| before.time == self.time && time < self.time) else {
+            return self.temperatures.clone();
+        };
+        let [first, second, third] = parabola(1.0 - (self.time - time) / before.length);
+        let states = before.temperatures.iter().zip(&before.between).zip(&self.temperatures);
+        states.map(|((begin, between), end)| first * begin + second * between + third * end).collect()
+    }
+}
+
+impl Transient<'_> {
+    /// Temperatures a time `h` ahead, continuing the last step: a parabola, or a straight line further ahead than it was long.
+    pub(super) fn extrapolated(&self, state: &TransientState, h: f64) -> Vec<f64> {
+        let Some(Before { temperatures, between, length, .. }) = &state.before else { return state.temperatures.clone() };
+        let ahead = h / length;
+        let along = |((t, m), b): ((&f64, &f64), &f64)| {
+            let (late, early) = ((t - m) / (1.0 - GAMMA), (m - b) / GAMMA);
+            if ahead <= 1.0 + SAME { t + ahead * late + ahead * (ahead + 1.0 - GAMMA) * (late - early) } else { t + (t - b) }
+        };
+        state.temperatures.iter().zip(between).zip(temperatures).map(along).collect()
+    }
+
+    /// Temperatures at the end of a step of which the first stage is known.
+    pub(super) fn continued(&self, state: &TransientState, h: f64, between: &[f64]) -> Vec<f64> {
+        let slope = |(a, b): (&f64, &f64)| (b - a) / (GAMMA * h);
+        let from_here = state.temperatures.iter().zip(between);
+        match &state.before {
+            Some(Before { temperatures, length, .. }) if h <= *length * (1.0 + SAME) => from_here
+                .zip(temperatures)
+                .map(|((a, b), before)| {
+                    let bend = (slope((a, b)) - (a - before) / length) / (GAMMA * h + length);
+                    (a + h * slope((a, b)) + bend * h * h * (1.0 - GAMMA)).max(0.5 * b)
+                })
+                .collect(),
+            _ => from_here.map(|(a, b)| (a + h * slope((a, b))).max(0.5 * b)).collect(),
+        }
+    }
+
+    /// Largest local error of the step at any node that stores heat, K, from the third divided difference of its
+    /// temperatures, or on the first step, where only three are known, from a tenth of the second.
+    pub(super) fn local_error(&self, state: &TransientState, h: f64, between: &[f64], after: &[f64]) -> f64 {
+        let (a, b) = (GAMMA * h, h);
+        let second = |i: usize| {
+            let (d1, d2) = ((between[i] - state.temperatures[i]) / a, (after[i] - between[i]) / (b - a));
+            (d2 - d1) / b
+        };
+        let of_node = |i: usize| match &state.before {
+            Some(Before { temperatures, length: last, .. }) => {
+                let d0 = (state.temperatures[i] - temperatures[i]) / last;
+                let d1 = (between[i] - state.temperatures[i]) / a;
+                let third = (second(i) - (d1 - d0) / (a + last)) / (b + last);
+                LOCAL_ERROR * 6.0 * h * h * h * third.abs()
+            }
+            None => 0.1 * h * h * second(i).abs(),
+        };
+        let stores = |i: &usize| self.network.capacity[*i] > 0.0;
+        (0..self.network.solids).filter(stores).map(of_node).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Exact for what bends evenly, wherever in the step.
+    #[test]
+    fn a_parabola_through_three_states_is_that_parabola() {
+        let course = |share: f64| 3.0 - 2.0 * share + 5.0 * share * share;
+        for share in [0.0, 0.2, GAMMA, 0.9, 1.0] {
+            let [begin, between, end] = parabola(share);
+            let read = begin * course(0.0) + between * course(GAMMA) + end * course(1.0);
+            assert!((read - course(share)).abs() < 1e-14, "{share}: {read}");
+        }
+    }
+}

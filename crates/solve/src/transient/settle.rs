@@ -1,0 +1,61 @@
+//! What stores nothing, brought into balance at an instant while everything that stores heat stands still.
+
+use super::super::csr::norm;
+use super::stage::Preconditioner;
+use super::{Transient, TransientState};
+use coldplate_base::error::{Error, Result, Stop};
+use coldplate_network::{Load, StreamState};
+
+/// Capacity over time (1/s times J/K) that keeps what stores heat in its place while the rest is solved for.
+const STIFFNESS: f64 = 1e6;
+const LINEAR_TOLERANCE: f64 = 1e-6;
+/// A step that leaves more than this share of the residual has met rounding.
+const SPENT: f64 = 0.3;
+const MOST_NEWTON: usize = 25;
+
+impl Transient<'_> {
+    /// Brings held and arithmetic nodes to what the load at the beginning asks of them.
+    pub(super) fn settle(&mut self, state: &mut TransientState, load: &Load) -> Result<()> {
+        let network = self.network;
+        for (node, index) in &network.fixed {
+            state.temperatures[*node as usize] = load.fixed[*index as usize];
+        }
+        let is_held = |i: u32| network.fixed.iter().any(|(node, _)| *node == i);
+        let free: Vec<usize> = (0..network.solids).filter(|i| network.capacity[*i] == 0.0 && !is_held(*i as u32)).collect();
+        if free.is_empty() {
+            return Ok(());
+        }
+        let streams = network.stream_states(load, &state.temperatures)?;
+        let still: Vec<StreamState> =
+            streams.iter().map(|s| StreamState { capacity_rate: 0.0, exchange: vec![0.0; s.exchange.len()], ..s.clone() }).collect();
+        let mut preconditioner = match self.preconditioner.take() {
+            Some(known) => known,
+            None => Preconditioner::new(network, &self.system, load, &state.temperatures)?,
+        };
+        preconditioner.set(STIFFNESS)?;
+        let (mut right, mut step) = (vec![0.0; network.nodes], vec![0.0; network.nodes]);
+        let mut best = (f64::INFINITY, Vec::new());
+        for _ in 0..MOST_NEWTON {
+            let residual = self.system.residual(network, load, &[], &state.temperatures);
+            free.iter().for_each(|i| right[*i] = -residual[*i]);
+            let left = norm(&right);
+            if !left.is_finite() {
+                return Err(Error::stopped(Stop::NotFinite, format!("surfaces that store no heat find no balance at {:.6} s", state.time)));
+            }
+            let is_spent = left > SPENT * best.0;
+            if left < best.0 {
+                best = (left, free.iter().map(|i| state.temperatures[*i]).collect());
+            }
+            if is_spent || left == 0.0 {
+                free.iter().zip(&best.1).for_each(|(i, t)| state.temperatures[*i] = *t);
+                self.preconditioner = Some(preconditioner);
+                return Ok(());
+            }
+            let mut jacobian = self.system.jacobian(network, load, &still, &state.temperatures);
+            jacobian.add_diagonal(network.capacity.iter().map(|c| STIFFNESS * c));
+            preconditioner.solve(&jacobian, &right, &mut step, LINEAR_TOLERANCE);
+            free.iter().for_each(|i| state.temperatures[*i] += step[*i].clamp(-0.5 * state.temperatures[*i], state.temperatures[*i]));
+        }
+        Err(Error::stopped(Stop::MostNewtonSteps, format!("surfaces that store no heat find no balance at {:.6} s", state.time)))
+    }
+}

@@ -1,0 +1,173 @@
+//! Water that moves through all streams during a stage: parcels in plug flow, exchanging heat with walls held at one temperature.
+//!
+//! How it is cut and where it goes follow from the flow alone ([`super::plan`]); what it gives off is linear in the walls. So a stage
+//! plans once, asks for the heat along as many walls as its iteration takes, and moves the water once, at its end.
+
+use super::parcels::{Flow, Parcel, Parcels, Share, mixed};
+use super::passage::Passage;
+pub use super::plan::Passed;
+use super::plan::Plan;
+use coldplate_base::error::Result;
+use coldplate_network::stream::members;
+use coldplate_network::{Load, Network, StreamState};
+
+/// The streams of a network during a stage, and the water in them.
+pub struct Streams<'n> {
+    network: &'n Network,
+    passages: Vec<Passage>,
+    /// Weight of each upstream stream in the inlet mixture.
+    mixtures: Vec<Vec<f64>>,
+    /// Whether another stream takes in what leaves one.
+    feeds: Vec<bool>,
+    /// At the beginning.
+    parcels: Vec<Parcels>,
+    /// What enters each circuit.
+    inflows: Vec<Flow>,
+    plans: Vec<Plan>,
+}
+
+/// What the water did in a stage.
+#[derive(Debug, Default)]
+pub struct Water {
+    /// Parcels of each stream, from the inlet on.
+    pub parcels: Vec<Parcels>,
+    /// Heat that came with it, less what went with it, J.
+    pub brought: f64,
+    /// Heat of dissipation, J.
+    pub dissipated: f64,
+    /// More heat in it than before, J.
+    pub stored: f64,
+}
+
+impl<'n> Streams<'n> {
+    /// The streams in given states for a duration (s), with the water that is in them and what enters each circuit.
+    pub fn new(network: &'n Network, states: &[StreamState], duration: f64, water: &[Parcels], inflows: Vec<Flow>) -> Self {
+        let passages: Vec<Passage> = network.streams.iter().zip(states).map(|(stream, s)| Passage::new(stream, s, duration)).collect();
+        let parcels = passages.iter().zip(water).map(|(passage, parcels)| passage.fitted(parcels)).collect();
+        Self::planned(network, passages, states.iter().map(|s| s.mixture.clone()).collect(), parcels, inflows)
+    }
+
+    fn planned(network: &'n Network, passages: Vec<Passage>, mixtures: Vec<Vec<f64>>, parcels: Vec<Parcels>, inflows: Vec<Flow>) -> Self {
+        let feeds = (0..network.streams.len()).map(|s| network.streams.iter().any(|below| below.upstream.contains(&s))).collect();
+        let mut streams = Self { network, passages, mixtures, feeds, parcels, inflows, plans: Vec::new() };
+        let mut plans: Vec<Option<Plan>> = vec![None; network.streams.len()];
+        // Where flows are divided depends on no temperature, so flows of none tell how those that mix are.
+        let mut outflows: Vec<Flow> = vec![Flow::new(); network.streams.len()];
+        for (circuit, tree) in network.circuits.iter().enumerate() {
+            for s in members(&tree.layout) {
+                let entering = streams.entering(circuit, s, |above| &outflows[above]);
+                let plan = Plan::new(&streams.passages[s], &streams.parcels[s], &entering);
+                if streams.feeds[s] {
+                    outflows[s] = plan.empty_outflow();
+                }
+                plans[s] = Some(plan);
+            }
+        }
+        streams.plans = plans.into_iter().flatten().collect();
+        streams
+    }
+
+    /// The same with water of no temperature and without dissipation: what walls alone make of it. Water of one temperature needs one
+    /// parcel, which is cut at the stations.
+    pub fn cold(&self) -> Self {
+        let one = |parcels: &Parcels| vec![Parcel::even(parcels.iter().map(|p| p.volume).sum(), 0.0)];
+        let none = |flow: &Flow| flow.iter().map(|s| Share { share: s.share, first: 0.0, last: 0.0 }).collect();
+        let passages = self.passages.iter().map(Passage::calm).collect();
+        let (parcels, inflows) = (self.parcels.iter().map(one).collect(), self.inflows.iter().map(none).collect());
+        Self::planned(self.network, passages, self.mixtures.clone(), parcels, inflows)
+    }
+
+    /// Whether there is no water.
+    pub fn is_empty(&self) -> bool {
+        self.passages.is_empty()
+    }
+
+    /// Carries the water of every stream along walls, upstream ones first.
+    pub fn carry(&self, wall: &dyn Fn(usize) -> f64) -> Vec<Passed> {
+        let mut found: Vec<Passed> = vec![Passed::default(); self.passages.len()];
+        let mut walls = Vec::new();
+        for (circuit, tree) in self.network.circuits.iter().enumerate() {
+            for s in members(&tree.layout) {
+                walls.clear();
+                walls.extend(self.network.streams[s].stations.iter().map(|k| k.cells.iter().map(|(n, w)| w * wall(*n)).sum::<f64>()));
+                let entering = self.entering(circuit, s, |above| &found[above].outflow);
+                let mut passed = self.plans[s].pass(&self.passages[s], &walls, &self.parcels[s], &entering);
+                if self.feeds[s] {
+                    passed.outflow = self.plans[s].outflow(&passed.marks);
+                }
+                found[s] = passed;
+            }
+        }
+        found
+    }
+
+    /// How the heat to the walls of a stream follows their own temperatures, sign turned, J/K.
+    pub fn weight(&self, stream: usize) -> &[f64] {
+        &self.plans[stream].weight
+    }
+
+    /// Visits the heat (J) every cell gets: what its station's wall gets, by the cell's own temperature.
+    pub fn heats(&self, wall: &dyn Fn(usize) -> f64, passed: &[Passed], mut visit: impl FnMut(usize, f64)) {
+        for ((stream, passed), plan) in self.network.streams.iter().zip(passed).zip(&self.plans) {
+            for ((station, heat), weight) in stream.stations.iter().zip(&passed.heat).zip(&plan.weight) {
+                let mean: f64 = station.cells.iter().map(|(n, w)| w * wall(*n)).sum();
+                for (cell, share) in &station.cells {
+                    visit(*cell, share * (heat + weight * (mean - wall(*cell))));
+                }
+            }
+        }
+    }
+
+    /// Moves the water to where it has come, and sets the water nodes to the ends of their stations.
+    pub fn moved(&self, passed: &[Passed], temperatures: &mut [f64]) -> Water {
+        let mut found = Water::default();
+        // Enthalpy counts from one temperature near all others, so that little cancels.
+        let zero = self.inflows.iter().flatten().next().map_or(300.0, |s| s.first);
+        let heat = |flow: &Flow| flow.iter().map(|s| s.share * (s.mean() - zero)).sum::<f64>();
+        for (s, (stream, plan)) in self.network.streams.iter().zip(&self.plans).enumerate() {
+            let (passage, marks) = (&self.passages[s], &passed[s].marks);
+            let parcels = plan.parcels(passage, marks);
+            let ends = passage.at_ends(&parcels, plan.outlet(marks));
+            let first = stream.first_node as usize;
+            temperatures[first..first + ends.len()].copy_from_slice(&ends);
+            // The water of each circuit on its own: what one gives to another leaves here and enters there.
+            if !stream.upstream.iter().any(|above| self.network.streams[*above].circuit == stream.circuit) {
+                found.brought += passage.moved() * heat(&self.entering(stream.circuit, s, |above| &passed[above].outflow));
+            }
+            if !self.network.streams.iter().any(|below| below.circuit == stream.circuit && below.upstream.contains(&s)) {
+                found.brought -= passage.moved() * heat(&plan.outflow(marks));
+            }
+            let content = |parcels: &Parcels| passage.volumetric * parcels.iter().map(|p| p.volume * (p.mean() - zero)).sum::<f64>();
+            found.stored += content(&parcels) - content(&self.parcels[s]);
+            found.dissipated += plan.dissipated;
+            found.parcels.push(parcels);
+        }
+        found
+    }
+
+    /// What enters a stream: what its circuit takes in, or what those upstream of it gave off.
+    fn entering<'f>(&self, circuit: usize, s: usize, outflow: impl Fn(usize) -> &'f Flow) -> Flow {
+        let upstream = &self.network.streams[s].upstream;
+        if upstream.is_empty() {
+            return self.inflows[circuit].clone();
+        }
+        let flows: Vec<(&Flow, f64)> = upstream.iter().zip(&self.mixtures[s]).map(|(u, w)| (outflow(*u), *w)).collect();
+        mixed(&flows)
+    }
+}
+
+/// What enters each circuit over a stage: the inlet temperature runs straight from its value at the beginning.
+pub fn inflows(begin: &Load, end: &Load) -> Vec<Flow> {
+    let of_circuit = |(first, last): (&f64, &f64)| vec![Share { share: 1.0, first: *first, last: *last }];
+    begin.inlets.iter().zip(&end.inlets).map(of_circuit).collect()
+}
+
+/// Time that water takes through all streams one after another, s: no longer stays any of it; without end where some stands still.
+///
+/// # Errors
+/// As [`Network::stream_states`].
+pub fn residence(network: &Network, load: &Load, temperatures: &[f64], water: &[Parcels]) -> Result<f64> {
+    let states = network.stream_states(load, temperatures)?;
+    let volume = |parcels: &Parcels| parcels.iter().map(|parcel| parcel.volume).sum::<f64>();
+    Ok(water.iter().zip(&states).map(|(parcels, state)| volume(parcels) / state.flow).sum())
+}

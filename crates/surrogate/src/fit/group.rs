@@ -1,0 +1,116 @@
+//! Outputs that are present on the same rows, and what is done with them in every fold.
+
+use rayon::prelude::*;
+
+use super::evaluate::scaled;
+use super::model::Transform;
+use super::polynomial::{Fitted, Search};
+use super::validation::{Remoteness, folds, remoteness};
+use super::{FitOptions, Samples};
+use coldplate_base::random::Random;
+
+/// With fewer rows than this, what is left out of a fold lies much farther from the others than what will be asked about.
+const FEW_ROWS: usize = 60;
+/// Conditions spread over the range that stand for those asked about.
+const ASKED: usize = 500;
+
+/// Outputs that are present on the same rows.
+pub(super) struct Group<'a> {
+    pub(super) samples: &'a Samples,
+    pub(super) options: &'a FitOptions,
+    pub(super) search: Search<'a>,
+    pub(super) rows: Vec<&'a [f64]>,
+    pub(super) outputs: Vec<usize>,
+    /// Values of the outputs on the rows.
+    pub(super) y: Vec<Vec<f64>>,
+    pub(super) folds: Vec<usize>,
+    pub(super) fold_count: usize,
+}
+
+/// Residuals by row, one list per output treated.
+pub(super) type Rows = Vec<Vec<f64>>;
+
+/// Combinations of transforms, each with an error per output.
+pub(super) type Scores = [(Vec<Transform>, Vec<f64>)];
+
+/// Polynomials whose terms are from one dictionary.
+pub(super) struct Dictionary {
+    /// One per output.
+    pub(super) fitted: Vec<Fitted>,
+    /// Held-out residuals, by output.
+    pub(super) held_out: Rows,
+}
+
+impl<'a> Group<'a> {
+    pub(super) fn new(samples: &'a Samples, options: &'a FitOptions, active: &'a [bool], rows: Vec<usize>, outputs: Vec<usize>) -> Self {
+        let y = outputs.iter().map(|o| rows.iter().map(|i| samples.outputs[*o].values[*i]).collect()).collect();
+        let rows: Vec<&[f64]> = rows.iter().map(|i| samples.rows[*i].as_slice()).collect();
+        let search = Search { variables: &samples.variables, active, max_degree: options.max_degree };
+        let fold_count = options.folds.min(rows.len());
+        let folds = folds(&rows, fold_count, options.seed);
+        Self { samples, options, search, rows, outputs, y, folds, fold_count }
+    }
+
+    /// Polynomials of every dictionary that is worth trying, the smallest first. Held out is the whole procedure, transforms and
+    /// terms chosen in each fold.
+    pub(super) fn polynomials(&self, scores: &Scores) -> Vec<Dictionary> {
+        let dictionary = |degree: usize| {
+            let held_out = self.by_fold(&self.y, |train, test, y| {
+                let fitted = self.of_degree(degree, train, y, &self.search.transform_scores(train, y));
+                fitted.iter().map(|f| test.iter().map(|x| f.value(&self.samples.variables, x)).collect()).collect()
+            });
+            Dictionary { fitted: self.of_degree(degree, &self.rows, &self.y, scores), held_out }
+        };
+        self.search.degrees(self.rows.len()).into_iter().map(dictionary).collect()
+    }
+
+    fn of_degree(&self, degree: usize, rows: &[&[f64]], y: &[Vec<f64>], scores: &Scores) -> Vec<Fitted> {
+        let one = |(k, y): (usize, &Vec<f64>)| {
+            let scores: Vec<(Vec<Transform>, f64)> = scores.iter().map(|(t, s)| (t.clone(), s[k])).collect();
+            self.search.fit(rows, y, &scores, degree)
+        };
+        y.par_iter().enumerate().map(one).collect()
+    }
+
+    /// How remote the held-out conditions are, and those of the whole range, where the rows are so few that it matters.
+    pub(super) fn remoteness(&self) -> Option<Remoteness> {
+        if self.rows.len() >= FEW_ROWS {
+            return None;
+        }
+        let active: Vec<usize> = (0..self.search.active.len()).filter(|k| self.search.active[*k]).collect();
+        let place =
+            |x: &&[f64]| -> Vec<f64> { active.iter().map(|k| scaled(&self.samples.variables[*k], Transform::Identity, x[*k])).collect() };
+        let rows: Vec<Vec<f64>> = self.rows.iter().map(place).collect();
+        let mut held_out = vec![0.0; rows.len()];
+        for fold in 0..self.fold_count {
+            let (test, train): (Vec<usize>, Vec<usize>) = (0..rows.len()).partition(|i| self.folds[*i] == fold);
+            let take = |index: &[usize]| index.iter().map(|i| rows[*i].clone()).collect::<Vec<_>>();
+            let found = remoteness(&take(&train), &take(&test))?;
+            test.iter().zip(found).for_each(|(i, d)| held_out[*i] = d);
+        }
+        let mut random = Random::new(self.options.seed);
+        let asked: Vec<Vec<f64>> = (0..ASKED).map(|_| active.iter().map(|_| 2.0 * random.unit() - 1.0).collect()).collect();
+        Some(Remoteness { held_out, asked: remoteness(&rows, &asked)? })
+    }
+
+    /// Residuals of predictions of each fold made from the other folds: `predict(train, test, outputs on train)`.
+    pub(super) fn by_fold(&self, y: &[Vec<f64>], predict: impl Fn(&[&[f64]], &[&[f64]], &[Vec<f64>]) -> Rows + Sync) -> Rows {
+        let parts: Vec<(Vec<usize>, Rows)> = (0..self.fold_count)
+            .into_par_iter()
+            .map(|fold| {
+                let (test, train): (Vec<usize>, Vec<usize>) = (0..self.rows.len()).partition(|i| self.folds[*i] == fold);
+                let take = |index: &[usize]| index.iter().map(|i| self.rows[*i]).collect::<Vec<_>>();
+                let known: Vec<Vec<f64>> = y.iter().map(|y| train.iter().map(|i| y[*i]).collect()).collect();
+                let predicted = predict(&take(&train), &take(&test), &known);
+                (test, predicted)
+            })
+            .collect();
+        let mut residuals: Rows = y.iter().map(|y| vec![f64::INFINITY; y.len()]).collect();
+        for (test, predicted) in &parts {
+            for ((residuals, y), predicted) in residuals.iter_mut().zip(y).zip(predicted) {
+                test.iter().zip(predicted).for_each(|(i, p)| residuals[*i] = y[*i] - p);
+            }
+        }
+        residuals
+    }
+}

@@ -1,0 +1,232 @@
+//! From samples to a surrogate: candidates, cross-validation of each whole procedure, choice, band.
+
+use std::collections::BTreeMap;
+
+use super::evaluate::evaluate;
+use super::group::Group;
+use super::least_squares::{max_abs, rms};
+use super::model::{Point, PointModel, RbfBasis, Surrogate};
+use super::polynomial::Fitted;
+use super::radial::Radial;
+use super::validation::{half_width, half_width_of_few};
+use super::{Candidate, Family, Fit, FitOptions, PointReport, Residuals, Samples};
+use coldplate_base::error::{Error, Result};
+use coldplate_base::progress::Progress;
+
+/// Radial functions cost a query more than a polynomial: they must beat it by this share of the held-out error.
+const RADIAL_MUST_BEAT: f64 = 0.95;
+/// A larger dictionary of polynomials must beat a smaller one by this share.
+const CLEARLY: f64 = 0.95;
+/// Where another output needs the shared basis anyway, it is a polynomial that must win, by this factor: between its rows, and above
+/// all in corners without one, it errs further.
+const POLYNOMIAL_MUST_BEAT: f64 = 1.5;
+/// Radial functions are not tried on more rows: every row is a centre.
+const MOST_CENTRES: usize = 1500;
+
+/// Fits every output of `samples`, saying how it comes along.
+///
+/// The result depends only on the samples and options, not on the number of threads.
+///
+/// # Errors
+/// Bad input: rows and values that do not match, a missing condition, too few rows for an output (three more than varying
+/// variables are needed), nothing to choose from in `options`. Numerics: no candidate could be fitted to an output.
+pub fn fit_heard(samples: &Samples, options: &FitOptions, progress: &dyn Progress) -> Result<Fit> {
+    let samples = samples.checked()?;
+    if options.folds < 2 || !(options.coverage > 0.0 && options.coverage < 1.0) || options.max_degree > 12 {
+        return Err(Error::input("options of the fit: at least 2 folds, coverage between 0 and 1, degree at most 12"));
+    }
+    if !options.polynomials && options.kernels.is_empty() {
+        return Err(Error::input("options of the fit leave neither polynomials nor radial functions to choose from"));
+    }
+    let mut notes = Vec::new();
+    let active: Vec<bool> = samples.variables.iter().map(|v| v.high > v.low).collect();
+    for (variable, _) in samples.variables.iter().zip(&active).filter(|(_, active)| !**active) {
+        notes.push(format!("{} does not vary (always {} {}): the fit leaves it out", variable.name, variable.low, variable.unit));
+    }
+    // Outputs present on the same rows share their length scales and are treated together.
+    let mut groups: BTreeMap<Vec<usize>, Vec<usize>> = BTreeMap::new();
+    for (o, output) in samples.outputs.iter().enumerate() {
+        let rows: Vec<usize> = (0..samples.rows.len()).filter(|i| !output.values[*i].is_nan()).collect();
+        let need = active.iter().filter(|a| **a).count() + 3;
+        if rows.len() < need {
+            return Err(Error::input(format!("too few rows to fit: {} of {} have a value", rows.len(), samples.rows.len()))
+                .at_key(output.name.clone())
+                .help(format!("at least {need} are needed, ten times the number of variables is a good start")));
+        }
+        if rows.len() < samples.rows.len() {
+            let missing = samples.rows.len() - rows.len();
+            notes.push(format!("{}: {missing} of {} rows have no value and are left out", output.name, samples.rows.len()));
+        }
+        groups.entry(rows).or_default().push(o);
+    }
+    let mut surrogate = Surrogate { variables: samples.variables.clone(), ..Surrogate::default() };
+    let mut found: Vec<Option<(PointModel, PointReport)>> = vec![None; samples.outputs.len()];
+    let many = groups.len();
+    for (rows, outputs) in groups {
+        let group = Group::new(&samples, options, &active, rows, outputs);
+        progress.at(&format!("fit of {} outputs on {} rows: polynomials", group.outputs.len(), group.rows.len()));
+        let bases = if many == 1 { options.max_bases } else { options.max_bases.min(1) };
+        for (o, model, report) in group.fit(bases, &mut surrogate.bases, progress)? {
+            found[o] = Some((model, report));
+        }
+    }
+    let mut points = Vec::new();
+    for (model, report) in found.into_iter().flatten() {
+        let half_width = report.half_width;
+        surrogate.points.push(Point { name: report.name.clone(), unit: report.unit.clone(), model, half_width });
+        points.push(report);
+    }
+    if let Some((o, i)) = (0..points.len())
+        .flat_map(|o| (0..samples.rows.len()).map(move |i| (o, i)))
+        .find(|(o, i)| !evaluate(&surrogate, *o, &samples.rows[*i]).is_ok_and(f64::is_finite))
+    {
+        return Err(Error::numerics(format!("the fit of {} has no finite value at row {}", points[o].name, i + 1)));
+    }
+    Ok(Fit { surrogate, points, notes })
+}
+
+impl Group<'_> {
+    fn fit(&self, most_bases: usize, bases: &mut Vec<RbfBasis>, progress: &dyn Progress) -> Result<Vec<(usize, PointModel, PointReport)>> {
+        let scores = self.search.transform_scores(&self.rows, &self.y);
+        let dictionaries = if self.options.polynomials { self.polynomials(&scores) } else { Vec::new() };
+        // A larger dictionary must win clearly.
+        let best_of = |k: usize| {
+            let choices: Vec<(usize, &[f64], f64)> =
+                dictionaries.iter().enumerate().map(|(d, one)| (d, one.held_out[k].as_slice(), CLEARLY)).collect();
+            choose(&choices, |_| true).map(|d| rms(&dictionaries[d].held_out[k]))
+        };
+        let rival: Vec<f64> = (0..self.y.len()).map(|k| best_of(k).unwrap_or(f64::INFINITY)).collect();
+        let usable =
+            !self.options.kernels.is_empty() && most_bases > 0 && self.rows.len() <= MOST_CENTRES && self.search.active.contains(&true);
+        if usable {
+            progress.at(&format!("fit of {} outputs on {} rows: radial functions", self.outputs.len(), self.rows.len()));
+        }
+        let radial = if usable { self.radial(&scores, &rival, most_bases) } else { None };
+        let wins = |(radial, polynomial): (&Vec<f64>, &f64)| rms(radial) < RADIAL_MUST_BEAT * polynomial;
+        let is_needed = radial.as_ref().is_some_and(|radial| radial.held_out.iter().zip(&rival).any(wins));
+        let shared_share = if is_needed { POLYNOMIAL_MUST_BEAT } else { RADIAL_MUST_BEAT };
+        let shared_basis = bases.len();
+        let mut further_used: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut shared_used = false;
+        let remoteness = self.remoteness();
+        let coverage = self.options.coverage;
+        let width = |held_out: &[f64]| match &remoteness {
+            Some(remoteness) => half_width_of_few(held_out, remoteness, coverage),
+            None => half_width(held_out, coverage),
+        };
+        let mut result = Vec::new();
+        for (k, o) in self.outputs.iter().enumerate() {
+            let mut candidates = Vec::new();
+            // The candidates: index, its held-out residuals, the share by which it must beat those before.
+            let mut choices: Vec<(usize, &[f64], f64)> = Vec::new();
+            for one in &dictionaries {
+                candidates.push(polynomial_candidate(&one.fitted[k], &one.held_out[k]));
+                choices.push((candidates.len() - 1, &one.held_out[k], CLEARLY));
+            }
+            if let Some(radial) = &radial {
+                for (index, one) in radial.considered.iter().enumerate() {
+                    let held_out = (index == 0).then_some(radial.held_out[k].as_slice());
+                    candidates.push(self.radial_candidate(one, false, &radial.left_out[index][k], held_out));
+                    choices.extend(held_out.map(|held_out| (candidates.len() - 1, held_out, shared_share)));
+                }
+                if let Some((_, further, m)) = radial.further_of(k) {
+                    candidates.push(self.radial_candidate(&further.radial, true, &further.solved.left_out[m], Some(&further.held_out[m])));
+                    choices.push((candidates.len() - 1, &further.held_out[m], RADIAL_MUST_BEAT));
+                }
+            }
+            let chosen = choose(&choices, |_| true).map(|index| (index, self.held_out_of_choice(&choices)));
+            let output = &self.samples.outputs[*o];
+            let none = || Error::numerics("no model could be fitted").at_key(output.name.clone());
+            let (index, held_out) = chosen.ok_or_else(none)?;
+            let model = match (&candidates[index].family, dictionaries.get(index), &radial) {
+                (Family::Polynomial { .. }, Some(one), _) => PointModel::Polynomial(one.fitted[k].expanded()),
+                (Family::Rbf { own: false, .. }, _, Some(radial)) => {
+                    shared_used = true;
+                    self.model(&radial.considered[0], &radial.solved, k, shared_basis)
+                }
+                (Family::Rbf { own: true, .. }, _, Some(radial)) => {
+                    let (at, further, m) = radial.further_of(k).ok_or_else(none)?;
+                    further_used.entry(at).or_default().push(k);
+                    self.model(&further.radial, &further.solved, m, usize::MAX)
+                }
+                _ => return Err(none()),
+            };
+            let report = PointReport {
+                name: output.name.clone(),
+                unit: output.unit.clone(),
+                rows: self.rows.len(),
+                chosen: candidates[index].clone(),
+                half_width: width(&held_out).max(least_half_width(&self.y[k])),
+                held_out,
+                candidates,
+            };
+            result.push((*o, model, report));
+        }
+        if let Some(radial) = &radial {
+            if shared_used {
+                bases.push(self.basis(&radial.considered[0]));
+            }
+            for (at, outputs) in further_used {
+                for k in outputs {
+                    if let PointModel::Rbf { basis, .. } = &mut result[k].1 {
+                        *basis = bases.len();
+                    }
+                }
+                bases.push(self.basis(&radial.further[at].radial));
+            }
+        }
+        Ok(result)
+    }
+
+    /// Held-out residuals of the choice too: those of a fold come from the model that the other folds would choose.
+    fn held_out_of_choice(&self, choices: &[(usize, &[f64], f64)]) -> Vec<f64> {
+        let by_fold: Vec<Option<usize>> = (0..self.fold_count).map(|fold| choose(choices, |row| self.folds[row] != fold)).collect();
+        let residual = |row: usize| {
+            let index = by_fold.get(self.folds[row]).copied().flatten()?;
+            choices.iter().find(|c| c.0 == index)?.1.get(row).copied()
+        };
+        (0..self.rows.len()).map(|row| residual(row).unwrap_or(f64::INFINITY)).collect()
+    }
+
+    fn radial_candidate(&self, one: &Radial, own: bool, left_out: &[f64], held_out: Option<&[f64]>) -> Candidate {
+        let family = Family::Rbf {
+            kernel: one.shape.kernel,
+            tail: one.shape.tail,
+            scales: self.all_scales(one),
+            smoothing: one.tuned.smoothing(),
+            own,
+        };
+        Candidate { family, transforms: one.shape.transforms.clone(), leave_one_out: residuals(left_out), k_fold: held_out.map(residuals) }
+    }
+}
+
+/// Rounding alone leaves errors of a few units in the last place.
+pub(super) fn least_half_width(values: &[f64]) -> f64 {
+    64.0 * f64::EPSILON * max_abs(values)
+}
+
+/// Index of the candidate to take, judged by its held-out residuals on the rows that `counts` admits.
+fn choose(choices: &[(usize, &[f64], f64)], counts: impl Fn(usize) -> bool) -> Option<usize> {
+    let error = |residuals: &[f64]| rms(&residuals.iter().enumerate().filter(|(i, _)| counts(*i)).map(|(_, e)| *e).collect::<Vec<_>>());
+    let mut best: Option<(usize, f64)> = None;
+    for (index, residuals, share) in choices {
+        let error = error(residuals);
+        if best.is_none_or(|(_, least)| error < share * least) {
+            best = Some((*index, error));
+        }
+    }
+    best.map(|(index, _)| index)
+}
+
+fn polynomial_candidate(fitted: &Fitted, held_out: &[f64]) -> Candidate {
+    Candidate {
+        family: Family::Polynomial { degree: fitted.degree(), terms: fitted.expanded().terms.len() },
+        transforms: fitted.transforms.clone(),
+        leave_one_out: residuals(&fitted.left_out),
+        k_fold: Some(residuals(held_out)),
+    }
+}
+
+fn residuals(values: &[f64]) -> Residuals {
+    Residuals { rms: rms(values), max: max_abs(values) }
+}

@@ -1,0 +1,171 @@
+//! Folds for cross-validation and the half width of a band from its residuals.
+
+use nalgebra::DMatrix;
+use statrs::distribution::{ContinuousCDF, StudentsT};
+
+use super::dense::{SpdInverse, invert_spd};
+use coldplate_base::random::Random;
+
+/// Splits rows into `k` folds: `result[row]` is the fold of that row. Rows at the same condition stay together, otherwise a
+/// repeated measurement would be predicted from its own twin. The split depends only on the rows, `k` and `seed`.
+pub fn folds(rows: &[&[f64]], k: usize, seed: u64) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..rows.len()).collect();
+    let compare = |a: &usize, b: &usize| {
+        let differing = rows[*a].iter().zip(rows[*b]).map(|(x, y)| x.total_cmp(y)).find(|o| o.is_ne());
+        differing.unwrap_or(std::cmp::Ordering::Equal)
+    };
+    order.sort_by(compare);
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for row in order {
+        match groups.last_mut() {
+            Some(group) if rows[group[0]] == rows[row] => group.push(row),
+            _ => groups.push(vec![row]),
+        }
+    }
+    let mut random = Random::new(seed);
+    for i in (1..groups.len()).rev() {
+        let j = (random.bits() % (i as u64 + 1)) as usize;
+        groups.swap(i, j);
+    }
+    let mut fold = vec![0; rows.len()];
+    for (position, group) in groups.iter().enumerate() {
+        for row in group {
+            fold[*row] = position % k.max(1);
+        }
+    }
+    fold
+}
+
+/// Half width of a band that covers a share `coverage` of new conditions drawn like the rows.
+///
+/// `residuals` are held-out residuals of the whole procedure (cross-validation). With n of them the half width is the
+/// ceil(coverage (n + 1))-th smallest magnitude, the finite-sample quantile of conformal prediction (Vovk 2005; Lei et al.
+/// 2018): it covers at least that share on average over tables, whatever the errors' distribution, if the rows are
+/// exchangeable with the new conditions. Fewer rows than that order statistic needs (n < 19 for 95 %): the larger of the
+/// greatest magnitude and Student's t times the root mean square, which does assume a distribution.
+pub fn half_width(residuals: &[f64], coverage: f64) -> f64 {
+    let mut sizes: Vec<f64> = residuals.iter().map(|e| e.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    let n = sizes.len();
+    let order = (coverage * (n as f64 + 1.0)).ceil() as usize;
+    if let Some(size) = order.checked_sub(1).and_then(|k| sizes.get(k)) {
+        return *size;
+    }
+    let freedom = (n as f64 - 1.0).max(1.0);
+    let t = StudentsT::new(0.0, 1.0, freedom).map_or(13.0, |t| t.inverse_cdf(0.5 + 0.5 * coverage));
+    let spread = t * super::least_squares::rms(residuals) * (1.0 + 1.0 / n.max(1) as f64).sqrt();
+    sizes.last().copied().unwrap_or(f64::INFINITY).max(spread)
+}
+
+/// Smoothing of the reference process, for repeated conditions and rounding.
+const NUGGET: f64 = 1e-8;
+/// Variance of its trend, so large that the rows alone decide it.
+const TREND: f64 = 100.0;
+
+/// How far conditions lie from rows that are known (both in scaled variables): the standard deviation of a reference Gaussian process
+/// of length one with a linear trend. It asks for no values, so every output of a table has the same.
+pub fn remoteness(known: &[Vec<f64>], asked: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let inverse = reference_system(known)?;
+    let explained = &inverse.factor * DMatrix::from_fn(known.len(), asked.len(), |i, j| reference(&known[i], &asked[j]));
+    let variance = |(j, u): (usize, &Vec<f64>)| reference(u, u) - explained.column(j).norm_squared();
+    Some(asked.iter().enumerate().map(|at| variance(at).max(NUGGET).sqrt()).collect())
+}
+
+/// How far each of `known` lies from all the others, in the sense of [`remoteness`].
+pub fn remoteness_of_each(known: &[Vec<f64>]) -> Option<Vec<f64>> {
+    let inverse = reference_system(known)?.inverse;
+    Some((0..known.len()).map(|i| (1.0 / inverse[(i, i)]).max(NUGGET).sqrt()).collect())
+}
+
+/// Covariance of the reference process.
+fn reference(a: &[f64], b: &[f64]) -> f64 {
+    let r2: f64 = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum();
+    let product: f64 = a.iter().zip(b).map(|(a, b)| a * b).sum();
+    libm::exp(-r2) + TREND * (1.0 + product)
+}
+
+fn reference_system(known: &[Vec<f64>]) -> Option<SpdInverse> {
+    let n = known.len();
+    let nugget = |i: usize, j: usize| if i == j { NUGGET } else { 0.0 };
+    invert_spd(&DMatrix::from_fn(n, n, |i, j| reference(&known[i], &known[j]) + nugget(i, j)))
+}
+
+/// How remote conditions are: those of held-out residuals from the rows of the other folds, and those a surrogate will be asked about
+/// from all rows.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Remoteness {
+    /// One per residual.
+    pub held_out: Vec<f64>,
+    /// Of conditions spread over the range.
+    pub asked: Vec<f64>,
+}
+
+/// [`half_width`] of few residuals, each taken from where it was held out to where the surrogate will be asked.
+///
+/// Among few rows a corner that is left out sets the band, though no condition asked about is as far from all rows. Each residual is
+/// divided by how remote its condition was (conformal prediction with normalised residuals: Papadopoulos, Gammerman, Vovk 2008), and
+/// the half width is the least that covers the share `coverage` of n + 1 residuals, one of them infinite, times the remoteness of the
+/// conditions asked about. Fewer than that needs are treated by [`half_width`] as they are.
+pub fn half_width_of_few(residuals: &[f64], remoteness: &Remoteness, coverage: f64) -> f64 {
+    let scores: Vec<f64> = residuals.iter().zip(&remoteness.held_out).map(|(e, d)| e.abs() / d).collect();
+    let mut asked = remoteness.asked.clone();
+    asked.sort_by(f64::total_cmp);
+    let wanted = coverage * (scores.len() as f64 + 1.0);
+    if wanted > scores.len() as f64 {
+        return half_width(residuals, coverage);
+    }
+    let inside = |width: f64| scores.iter().map(|z| asked.partition_point(|d| z * d <= width) as f64 / asked.len() as f64).sum::<f64>();
+    let largest = scores.iter().copied().fold(0.0, f64::max) * asked.last().copied().unwrap_or(0.0);
+    let (mut low, mut high) = (0.0, largest);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if inside(middle) >= wanted { high = middle } else { low = middle }
+    }
+    high
+}
+
+/// Halvings of the interval that holds a half width: to 1e-12 of it.
+const HALVINGS: usize = 40;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn folds_are_even_deterministic_and_keep_repeats_together() {
+        let data: Vec<Vec<f64>> = (0..50).map(|i| vec![f64::from(i / 2), 1.0]).collect();
+        let rows: Vec<&[f64]> = data.iter().map(Vec::as_slice).collect();
+        let fold = folds(&rows, 5, 7);
+        assert_eq!(fold, folds(&rows, 5, 7));
+        assert_ne!(fold, folds(&rows, 5, 8));
+        assert!((0..5).all(|k| fold.iter().filter(|f| **f == k).count() == 10));
+        assert!((0..25).all(|i| fold[2 * i] == fold[2 * i + 1]));
+    }
+
+    #[test]
+    fn half_width_is_the_conformal_order_statistic() {
+        // n = 19 at 95 %: ceil(0.95 * 20) = 19, the largest; n = 39: the 38th.
+        let residuals: Vec<f64> = (1..=39).map(f64::from).collect();
+        assert_eq!(half_width(&residuals[..19], 0.95), 19.0);
+        assert_eq!(half_width(&residuals, 0.95), 38.0);
+        assert!(half_width(&residuals[..5], 0.95) > 5.0);
+    }
+
+    #[test]
+    fn conditions_among_the_rows_are_less_remote_than_a_corner_left_out() {
+        let rows: Vec<Vec<f64>> = [-1.0, 1.0].iter().flat_map(|a| [-1.0, 1.0].map(|b| vec![*a, b])).collect();
+        let corner = remoteness(&rows[1..], &rows[..1]).unwrap()[0];
+        let middle = remoteness(&rows, &[vec![0.0, 0.0]]).unwrap()[0];
+        let known = remoteness(&rows, &rows[..1]).unwrap()[0];
+        assert!(known < 1e-3 && known < middle && 1.5 * middle < corner, "{known} {middle} {corner}");
+    }
+
+    #[test]
+    fn residuals_count_where_they_are_asked_for() {
+        // 24 residuals of 1, held out twice as far from the rows as what is asked about: half as large there.
+        let even = Remoteness { held_out: vec![2.0; 24], asked: vec![1.0; 10] };
+        assert!((half_width_of_few(&[1.0; 24], &even, 0.95) - 0.5).abs() < 1e-9);
+        // With too few for the order statistic, Student's t stays.
+        assert!((half_width_of_few(&[1.0; 6], &even, 0.95) - half_width(&[1.0; 6], 0.95)).abs() < 1e-9);
+    }
+}

@@ -1,0 +1,291 @@
+//! Is a condition acceptable? Answers from an opened surrogate: temperatures with their bands,
+//! limits with their margins, the verdict, and the inverse question.
+//!
+//! ```text
+//! acceptable        all limits are kept, with a probability of at least 95 % or the one asked for
+//! not acceptable    they are kept with a probability of at most 5 %, or one minus that
+//! uncertain         otherwise, and always outside the fitted range
+//! ```
+//!
+//! If a surrogate has no uncertainty, value and band of its fit decide: acceptable if every limit is kept at the upper end
+//! of the band, not acceptable if one is broken at the lower end.
+
+pub mod batch;
+mod chances;
+mod chaos;
+pub mod columns;
+pub mod condition;
+pub mod indices;
+pub mod instruments;
+pub mod inverse;
+pub mod optimum;
+pub mod question;
+pub mod record;
+mod slack;
+pub mod stated;
+pub mod stream;
+pub mod trade_off;
+pub mod update;
+
+pub use coldplate_runtime::{Acceptability, LimitKind, Surrogate};
+pub use condition::condition;
+pub use inverse::{Inverse, free, free_within};
+pub use optimum::{Free, Objective, Optimum, Sense, best};
+pub use trade_off::{TradeOff, trade_off};
+
+use coldplate_runtime::{Band, CONFIDENCE, NINETY_FIVE};
+use schemars::JsonSchema;
+use serde::Serialize;
+
+use super::fit::model::Held;
+use coldplate_base::error::{Error, Result};
+
+/// The value of a measurement point, with the band that covers 95 % of conditions inside the range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Temperature {
+    /// Name of the point.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// The surrogate's value.
+    pub value: f64,
+    /// Lower end of the band.
+    pub low: f64,
+    /// Upper end of the band.
+    pub high: f64,
+    /// Parts of the band, if the surrogate has uncertainty.
+    pub parts: Option<BandParts>,
+}
+
+/// Parts of the half width of a 95 % band; each is the half width of a band by this part alone.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, JsonSchema)]
+pub struct BandParts {
+    /// Half width by the fit to the solver's results.
+    pub fit: f64,
+    /// Half width by the machine's parameters.
+    pub parameters: f64,
+    /// Half width by the model error.
+    pub misses: f64,
+}
+
+impl From<Band> for BandParts {
+    fn from(band: Band) -> Self {
+        Self { fit: NINETY_FIVE * band.fit, parameters: NINETY_FIVE * band.parameters, misses: NINETY_FIVE * band.misses }
+    }
+}
+
+/// A limit at one condition.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct LimitAnswer {
+    /// Name of the limit.
+    pub name: String,
+    /// Unit of the values: that of a point for a maximum, of a difference for the others.
+    pub unit: String,
+    /// The limited quantity.
+    pub value: f64,
+    /// Lower end of its band.
+    pub low: f64,
+    /// Upper end of its band.
+    pub high: f64,
+    /// The largest value allowed.
+    pub limit: f64,
+    /// `limit - value`: positive where the limit is kept.
+    pub margin: f64,
+    /// Unit of the margin, that of a difference.
+    pub margin_unit: String,
+    /// Probability that the limit is kept, if the surrogate has uncertainty.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+    /// Verdict by this limit alone, inside the fitted range.
+    #[serde(skip)]
+    pub state: Acceptability,
+}
+
+/// A variable outside the range the surrogate was fitted on.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Outside {
+    /// Name of the variable.
+    #[serde(rename = "variable")]
+    pub name: String,
+    /// Unit of the values.
+    pub unit: String,
+    /// Value that was asked for.
+    pub value: f64,
+    /// Smallest value of the fitted range.
+    pub low: f64,
+    /// Largest value of the fitted range.
+    pub high: f64,
+}
+
+/// Everything there is to say about one condition.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Answer {
+    /// The condition: one value per variable of the surrogate, and one per variable that was held, in their units.
+    pub condition: Vec<f64>,
+    /// The variables that were held while the surrogate was made; the answer holds for these values only.
+    pub held: Vec<Held>,
+    /// One per measurement point.
+    pub temperatures: Vec<Temperature>,
+    /// One per limit.
+    pub limits: Vec<LimitAnswer>,
+    /// Index of the limit that decides: among those in the worst state, the one with the smallest margin.
+    pub binding: Option<usize>,
+    /// The verdict.
+    pub verdict: Acceptability,
+    /// True if every variable lies within its fitted range, and every held one has the value it was held at.
+    pub in_domain: bool,
+    /// The variables outside their range, or not at the value they were held at.
+    pub outside: Vec<Outside>,
+    /// Probability of the verdict and the contributions that decide it, if the surrogate has uncertainty.
+    pub chance: Option<ChanceAnswer>,
+}
+
+/// The probability of a verdict, and the contributions that decide it.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct ChanceAnswer {
+    /// Probability that all limits are kept together.
+    pub probability: f64,
+    /// The probability that was asked for.
+    pub confidence: f64,
+    /// Parts of the variance of the limit that decides, the largest share first: parameters, the fit, and the model error.
+    pub deciding: Vec<Share>,
+    /// The point whose reading at this condition would tell most about that limit, if any would.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub would_settle: Option<Settling>,
+}
+
+/// A share of a variance.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Share {
+    /// Key of a parameter, name of a factor, `fit`, or `what the model misses`.
+    pub name: String,
+    /// Share of the variance; shares of correlated parameters may be negative.
+    pub share: f64,
+    /// Whether the standard deviation is assumed, since the machine file does not state one.
+    pub is_assumed: bool,
+}
+
+/// A reading that would tell much.
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
+pub struct Settling {
+    /// The point.
+    pub point: String,
+    /// Standard deviation of the instrument that is assumed.
+    pub deviation: f64,
+    /// Unit of the standard deviation.
+    pub unit: String,
+    /// Share of the limit's variance that the reading would take away.
+    pub share: f64,
+}
+
+impl Answer {
+    /// Name of the limit that decides.
+    pub fn binding_name(&self) -> Option<&str> {
+        self.binding.and_then(|i| self.limits.get(i)).map(|l| l.name.as_str())
+    }
+}
+
+/// Temperatures, limits and verdict at the condition `x`, in the surrogate's variables and units; see [`mod@condition`] for
+/// the held ones.
+///
+/// # Errors
+/// The number of values in `x` is not that of the variables, with or without the held ones.
+pub fn query(surrogate: &Surrogate<'_>, x: &[f64]) -> Result<Answer> {
+    query_at(surrogate, x, CONFIDENCE)
+}
+
+/// Temperatures, limits and verdict at the condition `x`, at another confidence than 95 %, between one half and one. A
+/// surrogate without uncertainty ignores it.
+///
+/// # Errors
+/// Errors of [`query`].
+pub fn query_at(surrogate: &Surrogate<'_>, x: &[f64], confidence: f64) -> Result<Answer> {
+    let mut values = vec![0.0; surrogate.point_count()];
+    let (x, stated) = split(surrogate, x);
+    let outside = outside(surrogate, x, stated);
+    let wrong =
+        |e: coldplate_runtime::ShapeError| Error::input(format!("a condition of this surrogate has {} values", e.expected)).read(e.found);
+    let mut bands = vec![Band::default(); values.len()];
+    let (binding, mut state, mut in_domain, chance) = if surrogate.uncertainty().is_some() {
+        let found = surrogate.assess(x, None, confidence, &mut values, &mut bands).map_err(wrong)?;
+        let chance = chances::explain(surrogate, x, &values, found, confidence);
+        (found.binding, found.state, found.in_domain, Some(chance))
+    } else {
+        let found = surrogate.query(x, &mut values).map_err(wrong)?;
+        (found.binding, found.state, found.in_domain, None)
+    };
+    let is_open = chance.is_some();
+    let temperatures = surrogate.points().zip(&values).zip(&bands).map(|((point, value), band)| {
+        let half = if is_open { band.half_width() } else { point.half_width };
+        Temperature {
+            name: point.name.to_owned(),
+            unit: point.unit.to_owned(),
+            value: *value,
+            low: value - half,
+            high: value + half,
+            parts: is_open.then(|| BandParts::from(*band)),
+        }
+    });
+    let limits = surrogate.limits().enumerate().filter_map(|(i, limit)| {
+        let at = surrogate.limit_value(i, x, &values)?;
+        let probability = surrogate.limit_chance(i, x, None, &values).filter(|_| is_open).map(|own| own.probability);
+        Some(LimitAnswer {
+            probability,
+            name: limit.name.to_owned(),
+            unit: limit_unit(surrogate, limit.kind),
+            margin_unit: margin_unit(surrogate, limit.kind),
+            value: at.value,
+            low: at.low,
+            high: at.high,
+            limit: at.maximum,
+            margin: at.margin,
+            state: at.state,
+        })
+    });
+    if !outside.is_empty() {
+        (in_domain, state) = (false, Acceptability::Uncertain);
+    }
+    let held: Vec<Held> =
+        surrogate.held().map(|held| Held { name: held.name.to_owned(), unit: held.unit.to_owned(), value: held.value }).collect();
+    Ok(Answer {
+        condition: x.iter().chain(stated).copied().chain(held.iter().map(|held| held.value).skip(stated.len())).collect(),
+        held,
+        temperatures: temperatures.collect(),
+        limits: limits.collect(),
+        binding,
+        verdict: state,
+        in_domain,
+        outside,
+        chance,
+    })
+}
+
+/// Splits `x` into the values of the varied variables and the stated values of held ones.
+fn split<'x>(surrogate: &Surrogate<'_>, x: &'x [f64]) -> (&'x [f64], &'x [f64]) {
+    let (varied, held) = (surrogate.variable_count(), surrogate.held().count());
+    if (varied + 1..=varied + held).contains(&x.len()) { x.split_at(varied) } else { (x, &[]) }
+}
+
+/// The variables of `x` that lie outside their fitted ranges, and those of `stated` that were held at another value.
+fn outside(surrogate: &Surrogate<'_>, x: &[f64], stated: &[f64]) -> Vec<Outside> {
+    let all = condition::variables(surrogate);
+    let (varied, held) = all.split_at(surrogate.variable_count().min(x.len()));
+    let values = varied.iter().zip(x).chain(held.iter().zip(stated)).filter(|(v, x)| !(v.low..=v.high).contains(*x));
+    values.map(|(v, x)| Outside { name: v.name.to_owned(), unit: v.unit.to_owned(), value: *x, low: v.low, high: v.high }).collect()
+}
+
+/// Unit of the limited quantity.
+fn limit_unit(surrogate: &Surrogate<'_>, kind: LimitKind<coldplate_runtime::Indices<'_>>) -> String {
+    match kind {
+        LimitKind::Maximum { .. } => kind.points().next().and_then(|i| surrogate.point(i)).map_or("", |p| p.unit).to_owned(),
+        _ => margin_unit(surrogate, kind),
+    }
+}
+
+/// Differences of Celsius temperatures are kelvins.
+fn margin_unit(surrogate: &Surrogate<'_>, kind: LimitKind<coldplate_runtime::Indices<'_>>) -> String {
+    match kind.points().next().and_then(|i| surrogate.point(i)).map_or("", |p| p.unit) {
+        "degC" | "°C" => "K".into(),
+        unit => unit.to_owned(),
+    }
+}

@@ -1,0 +1,34 @@
+//! Where the parts of a machine are hottest.
+
+use serde::Serialize;
+
+use super::text::table;
+use coldplate_base::units::celsius;
+use coldplate_describe::machine::Machine;
+use coldplate_network::mesh::Mesh;
+use coldplate_network::mesh::hottest::Hottest;
+
+/// The hottest place of a part.
+#[derive(Debug, Serialize)]
+#[allow(non_snake_case)]
+pub struct Place {
+    part: String,
+    temperature_degC: f64,
+    at_m: [f64; 3],
+}
+
+/// The hottest place of every part with cells.
+pub fn hottest(machine: &Machine, mesh: &Mesh, temperatures: &[f64]) -> Vec<Place> {
+    let place =
+        |own: Hottest| Place { part: machine.parts[own.part].name.clone(), temperature_degC: celsius(own.temperature), at_m: own.at };
+    mesh.hottest(temperatures).into_iter().map(place).collect()
+}
+
+/// The same as a table.
+pub fn hottest_text(places: &[Place]) -> String {
+    let row = |own: &Place| {
+        let at = own.at_m.map(|x| format!("{:.1}", x * 1e3));
+        [vec![own.part.clone(), format!("{:.3}", own.temperature_degC)], at.to_vec()].concat()
+    };
+    format!("\n{}", table(&["part, hottest", "degC", "x mm", "y mm", "z mm"], &places.iter().map(row).collect::<Vec<_>>()))
+}
